@@ -25,7 +25,7 @@ SIMULATED = ("simulation-panda", "simulation-plane")
 SCENARIOS = [
     pytest.param(path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
     for path in sorted(EXAMPLES.glob("*.toml"))
-    if path.stem != "arm" and path.stem not in SIMULATED
+    if path.stem not in ("arm", "moveit-cell") and path.stem not in SIMULATED
 ]
 TIMES = 20_000
 Motion = tuple[PPoly, dict[str, Any]]  # joint angles over time, and the content of result.json

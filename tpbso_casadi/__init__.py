@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from tpbso_casadi.api import *  # noqa: F403
 
 __version__ = version("tpbso-casadi")
+COMMANDS = {"audit", "certify", "compare", "pareto", "retime", "simulate"}  # modules with the names of functions
 
 
 class _Package(ModuleType):
     """The package, in which some functions have the name of a module that ``python -m`` runs: the function wins."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if not (isinstance(value, ModuleType) and name in {"audit", "compare", "pareto", "retime", "simulate"}):
+        if not (isinstance(value, ModuleType) and name in COMMANDS):
             super().__setattr__(name, value)
 
 

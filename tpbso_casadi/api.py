@@ -65,6 +65,7 @@ from solvers import (
     minimize_function as minimize,
 )
 from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
+from tpbso_casadi.facade.certifying import certify
 from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
@@ -173,6 +174,7 @@ __all__ = [
     "audit",
     "benchmark_function",
     "builtin",
+    "certify",
     "closed_curve",
     "compare",
     "find_solver",

@@ -189,6 +189,7 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
     return {
         "kind": "run",
         "searched": run.problem is not None,
+        "nothing_chosen": None if run.problem is not None or motion.stages else motion.criteria.nothing_chosen,
         "stages": [stage.model_dump(mode="json") for stage in run.result.stages],
         "objective": run.result.objective.model_dump(),
         "certificate": {

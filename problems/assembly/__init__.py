@@ -1,6 +1,6 @@
 """Everything put together: a statement, a motion, an encoding, limits and an objective make a problem."""
 
-from problems.assembly.criteria import Criteria, Stage, joint_following
+from problems.assembly.criteria import Criteria, Stage, joint_following, recorded_motion
 from problems.assembly.encoding import Decoded, Encoding, FeasibilityFirst, PaperCost, SearchedTimeScale, Variable
 from problems.assembly.path_timing import GRID_ALLOWANCE, LocalTimeScale, PathTiming, step_limits
 from problems.assembly.problem import Approach, Model, Problem, objective_named
@@ -28,6 +28,7 @@ __all__ = [
     "joint_following",
     "objective_named",
     "peak_loop",
+    "recorded_motion",
     "statements_of",
     "step_limits",
 ]

@@ -24,14 +24,17 @@ from problems.certify import (
     safe_time_scale,
     stay_verdicts,
     verdict,
+    verdicts_with_first_times,
 )
 from problems.limits import Clearance, CoverClearance, Limit, LimitKind, complete_limits, limits_of
-from problems.motions import JointPath, Trajectory
+from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath, Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.robots import Robot
 from problems.scene import Obstacle
-from problems.tasks import BoundedCurve, JointFollowing, Marker, Milestone, ProgressMeasure, Task
+from problems.tasks import BoundedCurve, JointFollowing, Marker, Milestone, ProgressMeasure, RecordedMotion, Task
 from problems.timing import retime
+
+JOINED = 1e-9  # relative: jumps up to this are rounding of a stored motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +73,16 @@ class Criteria:
     Attributes:
         free_timing: whether motions are timed path by path: the number of their pieces is then free, and accelerations
             jump where no limit of the jerk forbids it.
+        subject: what is given where nothing is searched for, in a word.
+        nothing_chosen: why there is no optimum to hold the motion against then.
         task: the statement: robot, start and goal or path, obstacles.
         objective: what is minimised.
         limits: what the motion must keep.
     """
 
     free_timing: ClassVar[bool] = False
+    subject: ClassVar[str] = "path"
+    nothing_chosen: ClassVar[str] = "the timing is the fastest of its path; there was nothing else to choose"
 
     task: Task
     objective: Objective
@@ -114,6 +121,10 @@ class Criteria:
         """
         raise NotImplementedError
 
+    def made_in(self, seconds: float) -> str:
+        """How the motion came about where nothing is searched for, in so many seconds."""
+        return f"a given path, timed in {seconds:.2f} s"
+
     @property
     def is_polished(self) -> bool:
         """Whether :meth:`polished` goes on from a motion, so that any timing of its path will do before."""
@@ -145,6 +156,20 @@ class Criteria:
         bounds = self.task.duration_bounds
         return 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
 
+    def misfit(self, trajectory: Trajectory, free_timing: bool) -> str:
+        """Why a stored motion cannot be one of these; empty where it can.
+
+        Args:
+            trajectory: the motion.
+            free_timing: whether its accelerations may jump.
+        """
+        orders = CONTINUOUS_ORDERS if free_timing else SMOOTH_ORDERS
+        jump = trajectory.largest_jump(self.task.end_velocities, orders, self.task.end_accelerations)
+        if jump <= JOINED:
+            return ""
+        how = "at rest" if not self.task.end_velocities.any() else "at the velocities of the task"
+        return f"the pieces do not join smoothly, or not {how} (by {jump:.2g})"
+
     @cached_property
     def judged_limits(self) -> tuple[Limit, ...]:
         """The limits as verdicts speak of them: of all bodies, also of those that a search need not look at."""
@@ -152,13 +177,16 @@ class Criteria:
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Judge a finished trajectory against every constraint, far more densely than the search does."""
-        verdicts = limit_verdicts(self.judged_limits, trajectory, self.task.end_accelerations)
+        verdicts = self._limit_verdicts(trajectory)
         verdicts += stay_verdicts(self._lasting_limits, trajectory, self.task.stay)
         bounds = self.task.duration_bounds
         if bounds is not None:
             durations = bounds.at(ca.DM(self.task.durations(trajectory)).T)
             verdicts.append(verdict(durations, trajectory.breakpoints[-1:]))
         return [*verdicts, *(verdict(constraint, times) for constraint, times in self.task.conditions(trajectory))]
+
+    def _limit_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
+        return limit_verdicts(self.judged_limits, trajectory, self.task.end_accelerations)
 
     def by_stage(self, trajectory: Trajectory) -> tuple[tuple[Verdict, ...], ...]:
         """The verdicts on each stage of what is made of several; here there is one."""
@@ -253,3 +281,49 @@ class JointFollowingCriteria(Criteria):
         trajectory = retime(self.task.path, self.robot.limits, self.task.rates, chain=self.robot.rigid_chain)
         scale = 1.0 if self.task.end_velocities.any() else self.safe_time_scale(trajectory)
         return trajectory if scale <= 1.0 else trajectory.time_scaled(scale)
+
+
+def recorded_motion(task: RecordedMotion, limits: Sequence[LimitKind] = ()) -> RecordedMotionCriteria:
+    """What a motion that is stated is judged by.
+
+    Args:
+        task: the statement: robot, motion, obstacles.
+        limits: kinds of limits that hold besides those of the robot and of the obstacles.
+    """
+    return RecordedMotionCriteria(
+        task=task, objective=OBJECTIVES["time"], limits=limits_of(task.robot, task.obstacles, limits)
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedMotionCriteria(Criteria):
+    """Run a motion exactly as it is stated."""
+
+    free_timing: ClassVar[bool] = True
+    subject: ClassVar[str] = "motion"
+    nothing_chosen: ClassVar[str] = "the motion is judged as it is stated; nothing of it was chosen"
+
+    task: RecordedMotion
+
+    def made_in(self, seconds: float) -> str:
+        """How its rows are joined."""
+        return f"a motion as it is stated: {self.task.joined}"
+
+    def given_motion(self) -> Trajectory:
+        """The motion itself."""
+        return self.task.motion
+
+    def misfit(self, trajectory: Trajectory, free_timing: bool) -> str:
+        """Whether it is another motion; a stated one may jump, and that is what it is judged for."""
+        stated = self.task.motion
+        same = np.array_equal(trajectory.breakpoints, stated.breakpoints)
+        return "" if same and np.array_equal(trajectory.coefficients, stated.coefficients) else "not the task's motion"
+
+    def _limit_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
+        """They also say when what is violated is first broken."""
+        return verdicts_with_first_times(self.judged_limits, trajectory, self.task.end_accelerations)
+
+    @property
+    def not_judged(self) -> tuple[str, ...]:
+        """What is left open by the statement, too."""
+        return (*super().not_judged, *self.task.remarks)

@@ -1,5 +1,6 @@
 """Proofs about a finished motion, for all t."""
 
+from problems.certify.breaches import broken_spans, first_broken, verdicts_with_first_times
 from problems.certify.clearance import (
     ClearanceProof,
     ClosestApproach,
@@ -34,9 +35,11 @@ __all__ = [
     "Verdict",
     "WorstIs",
     "at_goal",
+    "broken_spans",
     "closest_approach",
     "closest_cover",
     "exact_time_scale",
+    "first_broken",
     "freedom",
     "halves",
     "jacobian_pattern",
@@ -50,4 +53,5 @@ __all__ = [
     "stay_verdicts",
     "structure_of",
     "verdict",
+    "verdicts_with_first_times",
 ]

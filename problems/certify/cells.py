@@ -24,7 +24,7 @@ from scipy.special import erf
 
 from problems.base import FloatArray, as_array
 from problems.certify.taylor import ROUNDING, TimeCells, shifted
-from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, peak_near, verdict
+from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, infinite, peak_near, verdict
 from problems.evaluation import interpret
 from problems.limits import Constraint, Limit
 from problems.motions import SAMPLED_ORDERS, Samples, Trajectory
@@ -270,22 +270,22 @@ FEWEST_CELLS, MOST_CELLS = 4_000, 60_000  # that are looked at, however long or 
 MOST_AT_ONCE = 4_096  # cells
 
 
-def prove_by_cells(limit: Limit, trajectory: Trajectory, jump: float | None = None) -> list[Verdict]:
+def prove_by_cells(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
     """Verdicts on a limit: violated where a time is found that breaks it, certified where all cells are settled.
 
-    They are about every time, so that constraints on steps from one sample to the next are left out.
+    They are about every time, so that constraints on steps from one sample to the next are left out. What depends on a
+    derivative is infinite for a moment where one below it jumps.
 
     Args:
         limit: of any kind.
         trajectory: the motion.
-        jump: when accelerations jump, s, of a limit that this makes infinite for a moment; else None.
     """
     times = trajectory.times(FIRST_TIMES)
     constraints = limit.constraints_at(trajectory.samples(times, limit.robot_or_none))
-    return [_proven(limit, index, constraint, trajectory, jump) for index, constraint in enumerate(constraints)]
+    return [_proven(limit, index, constraint, trajectory) for index, constraint in enumerate(constraints)]
 
 
-def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajectory, jump: float | None) -> Verdict:
+def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajectory) -> Verdict:
     """The verdict on one of the constraints of a limit."""
     times = trajectory.times(FIRST_TIMES)
     if constraint.rows != times.size:  # it is not about one time after the other
@@ -296,10 +296,10 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
         return replace(outcome, worst_is=WorstIs.FOUND)
     if not outcome.satisfied:
         return _at_its_peak(limit, index, trajectory, outcome)
-    if jump is not None:
-        where = f"accelerations jump, t = {jump:.4g} s"
-        return replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where)
     motion = _Expression(limit, index, constraint, trajectory)
+    jumps = trajectory.jumps_below(motion.order)
+    if jumps is not None:
+        return infinite(outcome, jumps)
     most = int(np.clip(MOST_NUMBERS / motion.operations, FEWEST_CELLS, MOST_CELLS))
     queue, count = [TimeCells.over(trajectory, INITIAL_CELLS)], 0
     while queue and count <= most:
@@ -330,7 +330,8 @@ def _at_its_peak(limit: Limit, index: int, trajectory: Trajectory, found: Verdic
     _, time = peak_near(nearness, float(times[np.argmax(nearness(times))]), step, trajectory.duration)
     worst = _of_values(*at(np.array([time])), np.array([time]))
     status = found.status if worst.satisfied else worst.status
-    return replace(worst, status=status, where=f"{worst.where}, t = {time:.4g} s", worst_is=WorstIs.FOUND)
+    where = f"{worst.where}, t = {time:.4g} s"
+    return replace(worst, status=status, where=where, worst_is=WorstIs.FOUND, time=time)
 
 
 def _of_values(constraint: Constraint, values: FloatArray, times: FloatArray) -> Verdict:
@@ -346,6 +347,7 @@ def _of_values(constraint: Constraint, values: FloatArray, times: FloatArray) ->
         unit=constraint.unit,
         status=CertificateStatus.VIOLATED,
         where=f"{constraint.columns[column]} is undefined, t = {times[row]:.4g} s",
+        time=float(times[row]),
     )
 
 
@@ -366,6 +368,8 @@ class _Expression:
         state, rates = ca.vertcat(*derivatives[:-1], time), ca.vertcat(*derivatives[1:], 1.0)
         changes = ca.densify(ca.jtimes(values, state, rates))
         symbols = ca.vertcat(*derivatives, time)
+        used = [order for order, part in enumerate(derivatives[:-1]) if ca.depends_on(values, part)]
+        self.order = max(used, default=0)  # of the highest derivative that it depends on
         self.values = ca.Function("values", [symbols], [values], {"cse": True})
         self.both = ca.Function("both", [symbols], [values, changes], {"cse": True})
 

@@ -213,6 +213,7 @@ class TorqueProof:
             unit=robot.torque_units[self.joint],
             status=self.status,
             where=where if self.held else f"{where}, however slowly",
+            time=self.time,
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -59,6 +59,7 @@ class Verdict:
         status: whether the bound holds, to ``TOLERANCE`` of its scale: for all t, or at the points that it is about.
         where: the column and the time in s of the worst value.
         worst_is: that value itself, a proven bound of it, or the worst that was found.
+        time: of the worst value, s; None where it is not about a time.
     """
 
     name: str
@@ -68,6 +69,7 @@ class Verdict:
     status: CertificateStatus
     where: str
     worst_is: WorstIs = WorstIs.EXACT
+    time: float | None = field(default=None, repr=False)
 
     @property
     def satisfied(self) -> bool:
@@ -112,4 +114,20 @@ def verdict(constraint: Constraint, times: FloatArray) -> Verdict:
         unit=constraint.unit,
         status=CertificateStatus.CERTIFIED if margins[at, column] >= -TOLERANCE else CertificateStatus.VIOLATED,
         where=constraint.columns[column] + (f", t = {times[at]:.4g} s" if sampled else ""),
+        time=float(times[at]) if sampled else None,
     )
+
+
+JUMPING = ("positions", "speeds", "accelerations")  # by order of the derivative
+
+
+def infinite(outcome: Verdict, jumps: tuple[int, FloatArray]) -> Verdict:
+    """The verdict on what is infinite for a moment because a derivative below it jumps.
+
+    Args:
+        outcome: what it is at all other times.
+        jumps: order of the derivative that jumps, and when it does, the largest jump first, (n,), s.
+    """
+    order, times = jumps
+    where = f"{JUMPING[order]} jump, t = {times[0]:.4g} s"
+    return replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where, time=float(times[0]))

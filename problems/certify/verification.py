@@ -16,14 +16,13 @@ from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import ClearanceProof, MovingPairs, halves, prove_clearance
 from problems.certify.covers import prove_covers
 from problems.certify.torque import prove_torques, torque_time_scale
-from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, verdict
+from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, infinite, verdict
 from problems.certify.worlds import prove_in_core
 from problems.limits import (
     AT_GOAL,
     SAMPLING_MARGIN,
     CoverClearance,
     CoverLimit,
-    ExpressionLimit,
     Limit,
     Proximity,
     TorqueLimit,
@@ -65,13 +64,12 @@ def polynomial_verdicts(
     derivatives; that they hold is proven without these, by Bernstein coefficients.
     """
     times = trajectory.extreme_times(order)
-    jump = trajectory.jump_time(order - 1, end_accelerations) if order > 1 else None
+    jumps = trajectory.jumps_below(order, end_accelerations)
     verdicts = []
     for constraint in limit.constraints_at(trajectory.samples(times)):
         outcome = verdict(constraint, times)
-        if jump is not None:
-            where = f"derivative {order - 1} jumps, t = {jump:.4g} s"
-            outcome = replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where)
+        if jumps is not None:
+            outcome = infinite(outcome, jumps)
         (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
         if outcome.satisfied and not trajectory.stays_within(order, lower - slack, upper + slack):
             outcome = replace(outcome, status=CertificateStatus.UNDECIDED)
@@ -103,20 +101,19 @@ def _of_clearance(limit: Limit, bound: float, proof: ClearanceProof) -> Verdict:
     worst, worst_is = (proof.proven, WorstIs.BOUND) if certified else (proof.smallest, WorstIs.FOUND)
     where = f"{proof.where}, t = {proof.time:.4g} s"
     return Verdict(
-        name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where, worst_is=worst_is
-    )
+        name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where, worst_is=worst_is,
+        time=proof.time,
+    )  # fmt: skip
+
+
+TORQUE_ORDER = 2  # of the highest derivative that torques depend on
 
 
 @prove.register
 def _(limit: TorqueLimit, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on torques, for the joint that comes nearest to what its motor gives."""
-    return [prove_torques(limit, trajectory).verdict]
-
-
-@prove.register
-def _(limit: ExpressionLimit, trajectory: Trajectory) -> list[Verdict]:
-    """The verdict on an expression of a user's own; where accelerations jump, jerk is infinite for a moment."""
-    return prove_by_cells(limit, trajectory, trajectory.jump_time(2) if limit.function.uses("jerk") else None)
+    outcome, jumps = prove_torques(limit, trajectory).verdict, trajectory.jumps_below(TORQUE_ORDER)
+    return [outcome if jumps is None else infinite(outcome, jumps)]
 
 
 DENSE_SAMPLES = 401  # of a finished motion, for a limit whose peaks have no closed form

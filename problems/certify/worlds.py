@@ -41,6 +41,12 @@ def prove_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None
     return _of_clearance(question.world, question.margin, found, where)
 
 
+def rooms_in_core(limit: Limit, trajectory: Trajectory, times: FloatArray) -> FloatArray | None:
+    """How much more than it must a motion keeps at times (n,) in s, (n,), m; None as of :func:`prove_in_core`."""
+    question = _question(limit)
+    return None if question is None else question.world.rooms(trajectory.at(times), which=question.which)
+
+
 def prove_among(
     robot: Robot,
     obstacles: Mapping[int, Obstacle],

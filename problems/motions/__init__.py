@@ -3,6 +3,7 @@
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
 from problems.motions.path_scan import LEAST_ROOM, Bounds, TorqueSlopes, advance, before, gap, interval_time, limited
 from problems.motions.path_spline import ALONG, SUPPORT, JointPath, PathSpline, Rates, TimedPath, in_time
+from problems.motions.rows import MotionRows, RowInterpolation
 from problems.motions.samples import SAMPLED_ORDERS, MotionView, Samples, increasing_choice
 from problems.motions.splines import (
     DEGREE,
@@ -36,9 +37,11 @@ __all__ = [
     "InvalidText",
     "JointPath",
     "Motion",
+    "MotionRows",
     "MotionView",
     "PathSpline",
     "Rates",
+    "RowInterpolation",
     "SampleFunction",
     "SampleGrid",
     "Samples",

@@ -242,8 +242,8 @@ class Trajectory:
             relative = [self._jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]
         return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
 
-    def jump_time(self, order: int, end_accelerations: FloatArray | None = None) -> float | None:
-        """When a derivative jumps most, s; None where none jumps.
+    def jump_times(self, order: int, end_accelerations: FloatArray | None = None) -> FloatArray:
+        """When a derivative jumps, the largest jump first, (n,), s.
 
         Accelerations also from and to what they are before and after the motion: zero, or ``end_accelerations``
         (2, k), rad/s^2. Where joints move at an end, only the acceleration along their velocity counts: what is across
@@ -254,8 +254,20 @@ class Trajectory:
         inner = np.abs(after[1:] - before[:-1]).max(axis=1)
         ends = self._accelerations_along_ends(end_accelerations) if order == CONTINUOUS_ORDERS else (0.0, 0.0)
         jumps = np.concatenate([ends[:1], inner, ends[1:]])
-        most = int(np.argmax(jumps))
-        return float(self.breakpoints[most]) if jumps[most] > JUMP * self._jump_scale(order) else None
+        if not jumps.max() > JUMP * LEAST_JUMP_SCALE / self.duration**order:
+            return np.empty(0)
+        largest_first = np.argsort(-jumps, kind="stable")
+        return self.breakpoints[largest_first[jumps[largest_first] > JUMP * self._jump_scale(order)]]
+
+    def jump_time(self, order: int, end_accelerations: FloatArray | None = None) -> float | None:
+        """When a derivative jumps most, s; None where none jumps; as in :meth:`jump_times`."""
+        times = self.jump_times(order, end_accelerations)
+        return float(times[0]) if times.size else None
+
+    def jumps_below(self, order: int, end_accelerations: FloatArray | None = None) -> tuple[int, FloatArray] | None:
+        """The lowest derivative below an order that jumps, which makes that order infinite, and :meth:`jump_times`."""
+        jumps = ((lower, self.jump_times(lower, end_accelerations)) for lower in range(order))
+        return next(((lower, times) for lower, times in jumps if times.size), None)
 
     def jumps_inside(self, order: int) -> bool:
         """Whether a derivative jumps between the ends by more than rounding; relative as in :meth:`largest_jump`."""

@@ -22,6 +22,7 @@ from problems.tasks.path_following import (
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Elbow, Joints, Place, Position, elbow_signs, narrow_elbow
 from problems.tasks.point_to_point import PointToPoint
 from problems.tasks.pose import Pose
+from problems.tasks.recorded import RecordedMotion
 from problems.tasks.sequence import Sequence
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
 from problems.tasks.tool_path import Arc, Corners, StraightWay, ToolPath, ToolWay
@@ -49,6 +50,7 @@ __all__ = [
     "Pose",
     "Position",
     "ProgressMeasure",
+    "RecordedMotion",
     "Sequence",
     "SpaceTracing",
     "StraightWay",

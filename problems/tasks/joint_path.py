@@ -8,14 +8,14 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem, as_array, check_fields
+from problems.base import FloatArray, InvalidProblem, check_fields
 from problems.limits import Constraint
 from problems.motions import JointPath, Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle
 from problems.tasks.checks import check_obstacles, check_range
 from problems.tasks.move import velocity_conditions
-from problems.tasks.task import Marker, MarkerKind, Task
+from problems.tasks.task import Marker, Task, end_markers
 from problems.timing import departure, deviation
 
 SAME_PATH = 1e-9  # rad, for angles up to 1 rad, and of larger ones; allows for rounding only
@@ -140,8 +140,4 @@ class JointFollowing(Task):
 
     def markers(self) -> tuple[Marker, ...]:
         """Where the tool is at both ends."""
-        ends = as_array(self.robot.tool(ca.DM(self.path.at(self.path.breakpoints[[0, -1]]))))
-        return (
-            Marker(label="start", points=ends[:1], kind=MarkerKind.START),
-            Marker(label="goal", points=ends[1:], kind=MarkerKind.GOAL),
-        )
+        return end_markers(self.robot, self.path.at(self.path.breakpoints[[0, -1]]))

@@ -9,9 +9,10 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import ClassVar, Self
 
+import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, Parametric
+from problems.base import FloatArray, Parametric, as_array
 from problems.limits import Constraint, DurationBounds
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -44,6 +45,15 @@ class Marker:
     kind: MarkerKind
     tolerance: float = 0.0
     joined: bool = False
+
+
+def end_markers(robot: Robot, postures: FloatArray) -> tuple[Marker, Marker]:
+    """Where the tool of a robot is in its first and its last posture, (2, dof), rad."""
+    ends = as_array(robot.tool(ca.DM(postures)))
+    return (
+        Marker(label="start", points=ends[:1], kind=MarkerKind.START),
+        Marker(label="goal", points=ends[1:], kind=MarkerKind.GOAL),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,6 +17,8 @@ from tpbso_casadi.figures.space_scene import Scene
 from tpbso_casadi.planning import Motion
 
 FRAME_COUNT = 121
+LEAST_NOTE = 0.02  # of the motion, for which a note is shown
+Spans: TypeAlias = Sequence[tuple[float, float]]
 PLAYED_SECONDS = 4.0  # whatever the motion takes: most last less than a second
 
 
@@ -30,6 +34,7 @@ class Frames:
         notes: times in s, and what is written from then on.
         clearance: what is proven and found of the distance from obstacles over all of it; empty where nothing is.
         seconds: that a player takes; fewer or more than the motion, where that is too short or too long to be watched.
+        broken: by the names of limits, from when to when they are broken, s.
     """
 
     problem: Criteria
@@ -39,6 +44,7 @@ class Frames:
     notes: tuple[tuple[float, str], ...] = ()
     clearance: str = ""
     seconds: float = PLAYED_SECONDS
+    broken: Mapping[str, Spans] = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
@@ -78,5 +84,16 @@ def frames_of(motion: Motion, count: int = FRAME_COUNT) -> Frames:
 
 
 def judged_frames(motion: Motion, count: int = FRAME_COUNT) -> Frames:
-    """The same, with what the motion's verdicts say of its clearance."""
-    return replace(frames_of(motion, count), clearance=motion.clearance_in_words)
+    """The same, with what the motion's verdicts say of its clearance, and when it breaks which limits."""
+    frames = frames_of(motion, count)
+    notes = broken_notes(motion.broken_spans, frames.duration)
+    return replace(frames, clearance=motion.clearance_in_words, broken=motion.broken_spans, notes=notes)
+
+
+def broken_notes(broken: Mapping[str, Spans], duration: float) -> tuple[tuple[float, str], ...]:
+    """Which limits are broken, from when on; what lasts a moment is told a little longer."""
+    least = LEAST_NOTE * duration
+    lasting = [(start, max(end, start + least), name) for name, spans in broken.items() for start, end in spans]
+    times = sorted({time for start, end, _ in lasting for time in (start, end)})
+    told = [(time, dict.fromkeys(name for start, end, name in lasting if start <= time < end)) for time in times]
+    return tuple((time, f"broken now: {', '.join(names)}" if names else "") for time, names in told)

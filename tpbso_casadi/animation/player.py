@@ -15,7 +15,7 @@ from tpbso_casadi.animation.frames import Frames, frames_of
 from tpbso_casadi.animation.player_data import plane_data as content_in_plane
 from tpbso_casadi.animation.player_data import shared_data
 from tpbso_casadi.animation.player_data import space_data as content_in_space
-from tpbso_casadi.figures.palette import BLUE, CLOSEST, COURSE, GREEN, OBSTACLE, VERMILLION
+from tpbso_casadi.figures.palette import BLUE, BROKEN, CLOSEST, COURSE, GREEN, OBSTACLE, VERMILLION
 from tpbso_casadi.plain import visible
 from tpbso_casadi.simulation import SimulationRecord, notes, simulated_motion
 from tpbso_casadi.storage import write_text
@@ -39,6 +39,7 @@ COLOURS = {
     "obstacle": OBSTACLE,
     "edge": COURSE,
     "close": CLOSEST,
+    "broken": BROKEN,
     "axis-x": VERMILLION,
     "axis-y": GREEN,
     "axis-z": BLUE,

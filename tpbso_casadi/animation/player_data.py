@@ -226,6 +226,7 @@ def shared_data(frames: Frames) -> dict[str, Any]:
         "clearance": frames.clearance,
         "notes": frames.notes,
         "seconds": frames.seconds,
+        "broken": rounded(np.array([span for spans in frames.broken.values() for span in spans]), FINE),
     }
 
 

@@ -119,6 +119,41 @@ def add_outside_files(group: Group) -> None:
     )
 
 
+def add_robot(group: Group, default: object) -> None:
+    """The robot of a motion or a path that is given, and what is around it."""
+    group.add_argument(
+        "--robot",
+        type=path,
+        metavar="FILE",
+        help=defaulting(
+            "TOML file with an [arm] or a [robot] table, whose [[obstacles]], [[constraints]] and margin in [model] "
+            "are judged too; or a robot that is built in, or a URDF that says all",
+            default,
+        ),
+    )
+
+
+def add_payload(group: Group) -> None:
+    """What the tool of that robot carries."""
+    group.add_argument(
+        "--payload",
+        type=not_negative,
+        metavar="KG",
+        help=defaulting("what the tool carries, a mass at its own origin; 0 for none", "the robot's"),
+    )
+
+
+def add_row_interpolation(group: Group, kinds: Iterable[str], default: object) -> None:
+    """How rows of joints are joined."""
+    known = [*kinds]
+    group.add_argument(
+        "--interpolation",
+        choices=known,
+        metavar="KIND",
+        help=defaulting("how rows are joined", f"of {listed(known)}: {default}"),
+    )
+
+
 def add_seed(group: Group, default: int | None = None) -> None:
     """The seed; the scenario's unless there is a default."""
     group.add_argument(

@@ -15,6 +15,7 @@ from tpbso_casadi.cli.entry import answer, refuse, run
 COMMANDS = {
     "solve": "plan one motion, prove it for all t, write its run folder",
     "audit": "the certificate of a run, or the structure of a scenario",
+    "certify": "a trajectory of any program, proven for all t or what it breaks",
     "compare": "many runs of solvers on scenarios, and their statistics",
     "retime": "the least time along a given path in joint space",
     "pareto": "a front of certified plans between two objectives",

@@ -138,8 +138,9 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
         print_retiming(audit["retiming"], console)
     if audit["optimality"] is None:
         known = "there is no nonlinear program to judge by" if audit["searched"] else "there was nothing else to choose"
-        timed = audit["retiming"] is not None or not (audit["searched"] or audit["stages"])
-        console.say(f"the timing is the fastest of its path; {known}" if timed else known)
+        timed = audit["retiming"] is not None
+        told = audit["nothing_chosen"] or (f"the timing is the fastest of its path; {known}" if timed else known)
+        console.say(told)
     else:
         print_optimality(audit, console)
 

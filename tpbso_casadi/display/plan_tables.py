@@ -98,7 +98,7 @@ def effort_of(plan: PlannedMotion) -> str:
         what = f"{count} stage{'s' if count > 1 else ''}, planned in {plan.seconds_timed:.2f} s"
         return f"{what}; {above:.1%} above {bound:.4g} s, their bound in free space between the postures looked at"
     if found is None:
-        return f"a given path, timed in {plan.seconds_timed:.2f} s"
+        return plan.criteria.made_in(plan.seconds_timed)
     rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""
     search = found.search
     if not search.evaluations:

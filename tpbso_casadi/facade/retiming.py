@@ -14,8 +14,8 @@ from problems.motions import JointPath
 from tpbso_casadi.facade.arguments import in_words_of_python, several
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.robots import AnyRobot
-from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.facade.statement import obstacle_tables
+from tpbso_casadi.facade.surroundings import Content, around_tables, given_keys, scenario_around
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
     LARGEST_ANGLE,
@@ -23,20 +23,15 @@ from tpbso_casadi.scenario import (
     Scenario,
     ScenarioError,
     named,
-    parse_scenario,
     pieces_table,
     plain,
     read_joint_rows,
-    read_toml,
     shown,
 )
 from tpbso_casadi.storage import path_table, read_run
 
 AnyPath: TypeAlias = FloatArray | JointPath | Trajectory | Plan | str | Path
-Content: TypeAlias = dict[str, Any]
-ROBOT_TABLES = ("unit", "arm", "robot", "obstacles", "model")  # of a file that states a robot, or of a run's scenario
 SPEEDS = ("start_speed", "goal_speed")  # of a run, which another robot does not take over
-MODEL_KEYS = ("limits", "margin", "self_collision")  # of [model], that say something of any motion
 
 
 def retime(
@@ -108,56 +103,14 @@ def retimed_scenario(
         ScenarioError: naming the first wrong key.
         InvalidRun: a folder is no run.
     """
-    given, around = content_of(path, _given({key: task.get(key) for key in SHAPE}))
-    content, file = around, None
+    given, around = content_of(path, given_keys({key: task.get(key) for key in SHAPE}))
     if robot is not None:
-        content, file = _robot_tables(robot, around)
         given = {key: value for key, value in given.items() if key not in SPEEDS}
-    elif not any(content.get(key) for key in ("arm", "robot")):
-        raise ScenarioError("robot: missing; say which robot runs the path, robot=tp.robot(...)")
-    content = _carrying(content, payload) | {"task": given | _given(task)}
-    stated = content.get("model", {})
-    if isinstance(stated, dict):
-        kept = {key: stated[key] for key in MODEL_KEYS if key in stated}
-        content["model"] = kept | _given({} if model is None else model)
-    if obstacles is not None:
-        content["obstacles"] = obstacles
-    if file is None:
-        return parse_scenario(content)
-    with named(file):
-        return parse_scenario(content, InputFolder(file.parent, outside_allowed=True))
+    beside = {"obstacles": obstacles}
+    return scenario_around(given | given_keys(task), around, robot, model=model, beside=beside, payload=payload)
 
 
 SHAPE = ("interpolation", "tolerance")  # of waypoints
-
-
-def _given(keys: Content) -> Content:
-    return {key: plain(value) for key, value in keys.items() if value is not None}
-
-
-def _robot_tables(robot: AnyRobot, around: Content) -> tuple[Content, Path | None]:
-    """The tables that state a robot and what is around it, and the file that has them, where one does."""
-    file = Path(robot) if isinstance(robot, str | Path) else None
-    if file is not None and (file.suffix == ".toml" or (file.exists() and file.suffix != ".urdf")):
-        content = read_toml(file)
-        return {key: content[key] for key in ROBOT_TABLES if key in content}, file
-    stated = robot_of(robot).content
-    kept = {key: value for key, value in around.items() if key not in ("arm", "robot", "unit")}
-    return {**kept, **stated, "model": around.get("model", {}) | stated["model"]}, None
-
-
-def _carrying(content: Content, mass: float | None) -> Content:
-    """The same with another payload, kg, if one is stated."""
-    tables = [key for key in ("arm", "robot") if mass is not None and isinstance(content.get(key), dict)]
-    return content | {key: _loaded(content[key], mass) for key in tables}
-
-
-def _loaded(table: Content, mass: float | None) -> Content:
-    """A robot's table with a payload, kg; it is one of the settings where the robot has those."""
-    if isinstance(table.get("settings"), dict):
-        return table | {"settings": _loaded(table["settings"], mass)}
-    unloaded = {key: value for key, value in table.items() if key != "payload"}
-    return unloaded | ({"payload": {"mass": mass}} if mass else {})
 
 
 def content_of(path: AnyPath, shape: Content) -> tuple[Content, Content]:
@@ -183,8 +136,7 @@ def content_of(path: AnyPath, shape: Content) -> tuple[Content, Content]:
     run = path.as_run() if isinstance(path, Plan) else read_run(Path(path))
     with named("path" if isinstance(path, Plan) else path):
         task = path_table(run)
-    content = run.scenario.model_dump()
-    return task, {key: content[key] for key in ROBOT_TABLES}
+    return task, around_tables(run.scenario.model_dump())
 
 
 def _waypoints(path: Any) -> FloatArray:

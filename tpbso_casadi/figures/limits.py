@@ -20,7 +20,7 @@ from problems import Constraint, Obstacle, Robot, Trajectory
 from problems.base import FloatArray, as_array
 from problems.certify import ClosestApproach, WorstIs, closest_approach, jacobian_pattern
 from problems.limits import SAMPLING_MARGIN, Clearance, CollisionPair, clearances, reachable_pairs
-from tpbso_casadi.figures.palette import BLUE, CLOSEST, DASHES, DEFAULT, LIMIT, colour_of, line_of
+from tpbso_casadi.figures.palette import BLUE, BROKEN, CLOSEST, DASHES, DEFAULT, LIMIT, colour_of, line_of
 from tpbso_casadi.figures.style import ONE_COLUMN, SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends, write_figure
 from tpbso_casadi.planning import PlannedMotion, shares_of_limits
 from tpbso_casadi.scenario import Scenario
@@ -33,6 +33,7 @@ STYLES = {
 }  # colour, dashes and hatch of each kind of limit
 LIMIT_TIMES = 2001  # at least, equally many in each piece
 BINDING = 0.995  # of a limit
+BAND = 0.15  # opacity of where a limit is broken
 
 
 @in_print
@@ -44,7 +45,8 @@ def limits_figure(plan: PlannedMotion) -> Figure:
     joints = plan.criteria.robot.dof
     figure = Figure(figsize=(TWO_COLUMNS, 2.7 + 0.22 * joints), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.7, 0.3 + 0.22 * joints]})
-    above.set_ylim(0.0, 1.12)
+    largest = max(float(used[np.isfinite(used)].max(initial=0.0)) for used in shares.values())
+    above.set_ylim(0.0, max(1.12, 1.05 * largest))
     for name, used in shares.items():
         colour, dashes, _ = STYLES[name]
         above.plot(times, used.max(axis=1), color=colour, linestyle=dashes, label=name)
@@ -53,7 +55,10 @@ def limits_figure(plan: PlannedMotion) -> Figure:
     draw_binding(below, times, shares, plan.criteria.robot.joint_names)
     bound = np.any([used.max(axis=1) >= BINDING for used in shares.values()], axis=0)
     share_bound = float(np.sum(np.diff(times) * (bound[1:] & bound[:-1])) / trajectory.duration)
-    above.set_title(f"a limit binds during {share_bound:.0%} of {trajectory.duration:.4g} s")
+    broken = plan.motion.broken_spans
+    draw_broken(above, broken)
+    what = f"; broken: {', '.join(broken)}" if broken else ""
+    above.set_title(f"a limit binds during {share_bound:.0%} of {trajectory.duration:.4g} s{what}")
     ends = {name: float(used[-1].max()) for name, used in shares.items()}
     label_ends(above, [EndLabel(name, end, STYLES[name][0]) for name, end in ends.items()])
     handles = [Patch(label=name, **bar_style(name)) for name in shares]
@@ -77,6 +82,16 @@ def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], n
     axes.set_xlabel("time [s]")
     axes.set_ylabel("at a limit")
     axes.grid(visible=False, axis="y")
+
+
+def draw_broken(axes: Axes, broken: dict[str, list[tuple[float, float]]]) -> None:
+    """A band wherever a limit is broken, whichever it is; a line where that is for a moment."""
+    for spans_of_one in broken.values():
+        for start, end in spans_of_one:
+            if end > start:
+                axes.axvspan(start, end, color=BROKEN, alpha=BAND, linewidth=0.0)
+            else:
+                axes.axvline(start, color=BROKEN, linewidth=0.8)
 
 
 def bar_style(name: str) -> dict[str, Any]:

@@ -22,6 +22,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 OBSTACLE, COURSE = VERMILLION, "#8c3d00"  # and the way of one that moves
 CLOSEST = "#a03070"
+BROKEN = "#c8102e"  # where a limit is
 GIVEN, PATH = GREEN, BLUE  # what a task states, and the way that was planned for the tool
 LIMIT = "0.25"
 NEUTRAL = "#b4bcc4"  # of links whose colour nobody states

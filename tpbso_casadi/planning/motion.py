@@ -16,7 +16,7 @@ import numpy as np
 from problems import CertificateStatus, Objective, Problem, Robot, Trajectory, Verdict
 from problems.assembly import Criteria, Stage
 from problems.base import FloatArray, as_array
-from problems.certify import AtGoal, ClosestApproach, WorstIs
+from problems.certify import AtGoal, ClosestApproach, WorstIs, broken_spans
 from problems.limits import Clearance
 from problems.motions import JointPath
 
@@ -130,6 +130,13 @@ class Motion:
             time.perf_counter() - began,
         )
         return verdicts
+
+    @cached_property
+    def broken_spans(self) -> dict[str, list[tuple[float, float]]]:
+        """By the names of violated limits, from when to when they are broken, s; nothing of what is made of stages."""
+        if self.stages:
+            return {}
+        return broken_spans(self.criteria.judged_limits, self.verdicts, self.trajectory)
 
     @property
     def status(self) -> CertificateStatus:

@@ -13,11 +13,13 @@ from tpbso_casadi.scenario.input_files import (
 )
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
+from tpbso_casadi.scenario.motion_files import RecordedRows, joint_order, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection, built, stated_place
+from tpbso_casadi.scenario.recorded_tasks import motion_table, rows_table
 from tpbso_casadi.scenario.robots import (
     BESIDE,
     OF_THE_MODEL,
@@ -102,6 +104,7 @@ __all__ = [
     "PointToPointTask",
     "PointsTask",
     "Positive",
+    "RecordedRows",
     "RobotSection",
     "Scenario",
     "ScenarioError",
@@ -125,9 +128,11 @@ __all__ = [
     "hint",
     "in_words",
     "is_folder",
+    "joint_order",
     "judged_by_stage",
     "load",
     "load_all",
+    "motion_table",
     "named",
     "new_covers",
     "obstacle_table",
@@ -139,11 +144,13 @@ __all__ = [
     "plugin_failures_named",
     "points_table",
     "read_joint_rows",
+    "read_recorded",
     "read_scenario",
     "read_scene",
     "read_table",
     "read_text",
     "read_toml",
+    "rows_table",
     "settings_table",
     "shown",
     "stated_place",

@@ -155,15 +155,24 @@ class JointPiecesTask(GivenPathTask):
 
     def path(self) -> JointPath:
         """The pieces themselves."""
-        sizes = {(len(pieces), len(row)) for pieces in self.coefficients for row in pieces}
-        if len(sizes) != 1 or next(iter(sizes))[0] != len(self.breakpoints) - 1:
-            raise InvalidProblem(
-                "coefficients", "an array (order, pieces, joints) is needed, one breakpoint more than pieces"
-            )
-        breakpoints = np.array(self.breakpoints)
-        if not (np.diff(breakpoints) > 0.0).all():
-            raise InvalidProblem("breakpoints", "increasing parameters are needed")
-        return JointPath(breakpoints, np.array(self.coefficients))
+        return JointPath(*trajectory_pieces(self.breakpoints, self.coefficients))
+
+
+def trajectory_pieces(breakpoints: list[float], coefficients: list[list[list[float]]]) -> tuple[FloatArray, FloatArray]:
+    """Breakpoints (p + 1,) and coefficients (order, p, k) of stated pieces.
+
+    Raises:
+        InvalidProblem: they do not fit each other.
+    """
+    sizes = {(len(pieces), len(row)) for pieces in coefficients for row in pieces}
+    if len(sizes) != 1 or next(iter(sizes))[0] != len(breakpoints) - 1:
+        raise InvalidProblem(
+            "coefficients", "an array (order, pieces, joints) is needed, one breakpoint more than pieces"
+        )
+    parameters = np.array(breakpoints)
+    if not (np.diff(parameters) > 0.0).all():
+        raise InvalidProblem("breakpoints", "increasing parameters are needed")
+    return parameters, np.array(coefficients)
 
 
 def pieces_table(path: JointPath) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from problems import (
     PathFollowing,
     PointToPoint,
 )
-from problems.tasks import JointFollowing, PathTracing, SpaceTracing, Task
+from problems.tasks import JointFollowing, PathTracing, RecordedMotion, SpaceTracing, Task
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, subclass_of
 from tpbso_casadi.scenario.model import ModelSection, TaskSection
 from tpbso_casadi.scenario.moves import PointToPointTask
@@ -28,6 +28,7 @@ from tpbso_casadi.scenario.path_tasks import (
     points_table,
 )
 from tpbso_casadi.scenario.places import stated_place
+from tpbso_casadi.scenario.recorded_tasks import MotionPiecesTask, MotionRowsTask, motion_table
 from tpbso_casadi.scenario.sequence import SequenceTask
 from tpbso_casadi.scenario.validation import (
     ScenarioError,
@@ -44,6 +45,8 @@ TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "path/closed-curve": ClosedCurveTask,
     "joint-path": JointPathTask,
     "joint-path/pieces": JointPiecesTask,
+    "recorded-motion": MotionRowsTask,
+    "recorded-motion/pieces": MotionPiecesTask,
     "sequence": SequenceTask,
 }
 
@@ -83,6 +86,9 @@ STATED: dict[type[Task], Statement] = {
     PathTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),
     SpaceTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),
     JointFollowing: Statement(JointPiecesTask, {}, lambda task: pieces_table(task.path), ("path",)),
+    RecordedMotion: Statement(
+        MotionPiecesTask, {}, lambda task: motion_table(task.motion), ("motion", "joined", "remarks")
+    ),
 }
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import groupby
 from math import isfinite
 from pathlib import Path
@@ -276,7 +276,7 @@ class SimulationResult(StrictModel):
             scenario=record.scenario,
             seed=record.scenario.solver.seed,
             summary=summary_of(record, stretches(record)),
-            limits=[ConstraintResult(**asdict(each), satisfied=each.satisfied) for each in kept_limits(record)],
+            limits=[ConstraintResult.model_validate(each) for each in kept_limits(record)],
             visits=[VisitResult(goal=visit.goal, time=visit.time) for visit in record.visits],
             executed=PiecesResult(
                 breakpoints=record.executed.breakpoints.tolist(), coefficients=record.executed.coefficients.tolist()

@@ -10,7 +10,7 @@ import numpy as np
 
 from problems import Problem, Trajectory
 from problems.certify import WorstIs
-from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath
+from problems.motions import JointPath
 from problems.timing import departure, least_durations
 from solvers import StopReason
 from tpbso_casadi.plain import CORE, plain, versions
@@ -434,8 +434,6 @@ def check_trajectory(key: str, motion: Motion, problem: Problem[Any] | None) -> 
         raise Contradiction(f"{key}: {needed} from t = 0 are needed")
     if trajectory.breakpoints.size != pieces + 1 or not (np.diff(trajectory.breakpoints) > 0.0).all():
         raise Contradiction(f"{key}.breakpoints: increasing times are needed, one more than pieces")
-    orders = CONTINUOUS_ORDERS if motion.free_timing else SMOOTH_ORDERS
-    jump = trajectory.largest_jump(criteria.task.end_velocities, orders, criteria.task.end_accelerations)
-    if not jump <= ROUNDING:
-        how = "at rest" if not criteria.task.end_velocities.any() else "at the velocities of the task"
-        raise Contradiction(f"{key}.coefficients: the pieces do not join smoothly, or not {how} (by {jump:.2g})")
+    misfit = criteria.misfit(trajectory, motion.free_timing)
+    if misfit:
+        raise Contradiction(f"{key}.coefficients: {misfit}")

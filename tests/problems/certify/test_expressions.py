@@ -16,7 +16,7 @@ from problems.certify import Verdict, limit_verdicts
 from problems.certify.cells import BINARY, UNARY, Ranges
 from problems.evaluation import interpreter as tapes
 from problems.limits import ExpressionLimit, StatedExpression
-from problems.motions import traced
+from problems.motions import MotionRows, traced
 
 ARM = equal_links(2)
 
@@ -139,7 +139,7 @@ def test_what_cannot_be_bounded_is_undecided_and_what_is_undefined_violated() ->
 @given(st.integers(0, 10_000), st.floats(-0.5, 1.5))
 def test_what_is_certified_holds_at_twenty_thousand_times(seed: int, share: float) -> None:
     rng = np.random.default_rng(seed)
-    motion = Trajectory(np.array([0.0, 0.4, 1.3]), rng.normal(size=(5, 2, 2)))
+    motion = MotionRows(np.array([0.0, 0.4, 1.3]), *rng.normal(size=(2, 3, 2))).trajectory
     kept = limit(lambda m: m.tool[1] + 0.1 * m.speed[0] * ca.sin(m.tool[0]), upper=1e3)
     values = dense(kept, motion)
     bound = float(values.min() + share * np.ptp(values))

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import problems
 import tpbso_casadi as tp
 from problems.scene import SOLIDS
-from problems.tasks import JointFollowing, Place, Task
+from problems.tasks import JointFollowing, Place, RecordedMotion, Task
 from tpbso_casadi.facade.statement import goals_table, place_table
 from tpbso_casadi.scenario import built
 from tpbso_casadi.scenario.obstacles import obstacle_table, read_obstacle
@@ -159,7 +159,7 @@ TASKS: list[Task] = [
 
 
 def test_every_kind_is_tried() -> None:
-    assert {type(task) for task in TASKS} | {JointFollowing} == set(STATED)
+    assert {type(task) for task in TASKS} | {JointFollowing, RecordedMotion} == set(STATED)
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: type(task).__name__)

@@ -10,6 +10,8 @@ function rangeOf(curve) {
   return [low - spare, high + spare];
 }
 
+const boxOf = (left, top, right, bottom) => [[left, top], [right, top], [right, bottom], [left, bottom]];
+
 function curvesOf(motion, canvas) {
   const pen = penOf(canvas), end = motion.times[motion.times.length - 1], ranges = motion.curves.map(rangeOf);
   const still = document.createElement("canvas");  // all but the cursor: thousands of points do not move
@@ -38,6 +40,8 @@ function curvesOf(motion, canvas) {
       if (last && x(tick) < pen.width - 34)
         pen.write(tick.toFixed(digitsOf(seconds)), [x(tick), bottom + 6], theme.ink, below);
     }
+    for (const [from, to] of motion.broken)  // what lasts a moment is a line
+      pen.fill(boxOf(x(from), top, Math.max(x(to), x(from) + 1.5), bottom), theme.broken, 0.25);
     if (last) pen.write("s", [right, bottom + 6], theme.ink, { align: "right", baseline: "top" });
     if (motion.curves[number].limits) for (const bound of [-1, 1]) across(bound, theme.ink, { dashes: [5, 4] });
     pen.write(motion.curves[number].label, [BOX.left, top - 10], theme.ink, { weight: 600 });

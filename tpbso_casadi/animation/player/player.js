@@ -9,7 +9,7 @@ function start(figure) {
   const clock = clockOf(motion.times[last], !calm);
   const scene = find("scene"), pen = penOf(scene), plots = find("curves");
   const stage = STAGES[figure.dataset.stage](motion, scene, ask);
-  const transport = transportOf(find, clock, { steps: last, seconds: motion.seconds }, ask);
+  const transport = transportOf(find, clock, { steps: last, seconds: motion.seconds, broken: motion.broken }, ask);
   const curves = curvesOf(motion, plots), legend = legendOf(find("joints"), motion.joint_names);
   const way = motion.joints.map((posture) => posture[posture.length - 1]);
 

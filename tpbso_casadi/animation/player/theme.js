@@ -1,6 +1,6 @@
 // The colours of a figure, light or dark, as its style sheet says them.
 const NAMES = ["ground", "ink", "faint", "grid", "way", "task", "obstacle", "edge", "close", "body", "body-two",
-  "axis-x", "axis-y", "axis-z"];
+  "axis-x", "axis-y", "axis-z", "broken"];
 const FAINTEST = 1.5;  // contrast of a line with the ground: one that has less takes the ink's colour
 const CLEAR = 3;  // on a dark ground lines are lightened to this contrast
 

@@ -2,7 +2,8 @@
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4], SLIDES = 1000;
 
 // steps: of the motion; seconds: that "fit" takes for it.
-function transportOf(find, clock, { steps, seconds }, changed) {
+// broken: from when to when any limit is; marked on the slider.
+function transportOf(find, clock, { steps, seconds, broken }, changed) {
   const button = find("play"), slider = find("time"), speed = find("speed"), fit = clock.end / seconds;
   option(speed, `fit (${Number(fit.toPrecision(2))}\u00d7)`, fit);
   SPEEDS.forEach((factor) => option(speed, `${factor}\u00d7`, factor));
@@ -31,6 +32,7 @@ function transportOf(find, clock, { steps, seconds }, changed) {
     },
   };
   slider.max = SLIDES;
+  slider.style.background = markedBy(broken, clock.end);
   button.addEventListener("click", transport.toggle);
   find("back").addEventListener("click", () => transport.step(-1));
   find("next").addEventListener("click", () => transport.step(1));
@@ -38,4 +40,13 @@ function transportOf(find, clock, { steps, seconds }, changed) {
   speed.addEventListener("change", pace);
   pace();
   return transport;
+}
+
+// A background that is red from when to when a limit is broken, no narrower than can be seen.
+function markedBy(spans, end) {
+  const layers = spans.map(([from, to]) => {
+    const left = 100 * from / end, right = Math.max(100 * to / end, left + 0.6);
+    return `linear-gradient(to right, transparent ${left}%, var(--broken) ${left}% ${right}%, transparent ${right}%)`;
+  });
+  return layers.join() || "none";
 }

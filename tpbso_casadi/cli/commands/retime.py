@@ -10,7 +10,14 @@ from typing import get_args
 
 from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.commands.solve import written
-from tpbso_casadi.cli.options import defaulting, listed, not_negative, path, problem_group
+from tpbso_casadi.cli.options import (
+    add_payload,
+    add_robot,
+    add_row_interpolation,
+    defaulting,
+    not_negative,
+    problem_group,
+)
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.facade.retiming import retimed_scenario
 from tpbso_casadi.scenario import Interpolation, Scenario, ScenarioError, is_folder, named
@@ -41,25 +48,9 @@ def parser() -> OneLineParser:
         help="waypoints or a recording with the header q1..qk or t,q1..qk; or a run folder, for its motion's path",
     )
     problem = problem_group(command_line)
-    problem.add_argument(
-        "--robot",
-        type=path,
-        metavar="FILE",
-        help="TOML file with an [arm] or a [robot] table, whose [[obstacles]] and margin in [model] are judged too; or "
-        "a robot that is built in, or a URDF that says all [default: a run's own]",
-    )
-    problem.add_argument(
-        "--payload",
-        type=not_negative,
-        metavar="KG",
-        help=defaulting("what the tool carries, a mass at its own origin; 0 for none", "the robot's"),
-    )
-    problem.add_argument(
-        "--interpolation",
-        choices=get_args(Interpolation),
-        metavar="KIND",
-        help=defaulting(f"of waypoints: {listed(get_args(Interpolation))}", "spline, or blend with --blend"),
-    )
+    add_robot(problem, "a run's own")
+    add_payload(problem)
+    add_row_interpolation(problem, get_args(Interpolation), "spline, or blend with --blend")
     problem.add_argument(
         "--blend",
         type=not_negative,

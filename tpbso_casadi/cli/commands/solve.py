@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
-from problems import OBJECTIVES, Problem
+from problems import OBJECTIVES, CertificateStatus, Problem
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
@@ -229,19 +229,25 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
         print_error(f"interrupted; the {what} is {'printed' if folder is None else f'in {folder}'}")
         return Exit.INTERRUPTED
     if not solution.feasible:
-        broken = ", ".join(
-            f"{verdict.name} is {verdict.worst:.6g} {verdict.unit} where {verdict.bound:.6g} is the limit"
-            for verdict in solution.verdicts
-            if not verdict.satisfied
-        )
         if solution.searched is None:
-            print_error(f"the path as it is cannot be run: its {broken}")
+            violated = solution.motion.status is CertificateStatus.VIOLATED
+            verb = "cannot be run" if violated else "is not proven"
+            print_error(f"the {solution.criteria.subject} as it is {verb}: its {broken(solution, places=True)}")
         else:
-            print_error(
-                f"no feasible plan was found; the best attempt's {broken} (try more evaluations or another seed)"
-            )
+            best = f"the best attempt's {broken(solution)}"
+            print_error(f"no feasible plan was found; {best} (try more evaluations or another seed)")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
+
+
+def broken(solution: PlannedMotion, places: bool = False) -> str:
+    """What is not proven of a plan, by how much and, if asked for, where."""
+    failed = [verdict for verdict in solution.verdicts if not verdict.satisfied]
+    return ", ".join(
+        f"{verdict.name} is {verdict.worst:.6g} {verdict.unit} where {verdict.bound:.6g} is the limit"
+        + (f" ({verdict.where})" if places else "")
+        for verdict in failed
+    )
 
 
 def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:

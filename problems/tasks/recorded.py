@@ -1,0 +1,58 @@
+"""The task of running a motion exactly as it is stated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from problems.base import FloatArray, InvalidProblem, check_fields
+from problems.limits import Constraint
+from problems.motions import Trajectory
+from problems.robots import Robot
+from problems.scene import Obstacle
+from problems.tasks.checks import check_obstacles
+from problems.tasks.move import velocity_conditions
+from problems.tasks.task import Marker, Task, end_markers
+
+
+@dataclass(frozen=True)
+class RecordedMotion(Task):
+    """Run a motion that is stated in time: nothing of it is planned, all of it is judged.
+
+    Args:
+        robot: that moves.
+        motion: of its joints; it has to begin and to end at rest.
+        obstacles: to keep clear of; their clock is that of the motion.
+        joined: how it was made of what was stated, in words.
+        remarks: what is known of the statement that no verdict speaks of, a line each.
+
+    Raises:
+        InvalidProblem: the motion is of another number of joints, or has a number that is none.
+    """
+
+    robot: Robot
+    motion: Trajectory
+    obstacles: tuple[Obstacle, ...] = ()
+    joined: str = "polynomial pieces"
+    remarks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        joints = self.motion.coefficients.shape[2]
+        if joints != self.robot.dof:
+            raise InvalidProblem("joints", f"a motion of {joints} joints for a robot of {self.robot.dof}")
+        if not self.motion.is_finite:
+            raise InvalidProblem("motion", "a number of it, or of its derivatives, is too large to compute with")
+        check_obstacles(self.robot, self.obstacles)
+
+    @property
+    def given_postures(self) -> FloatArray:
+        """At the breakpoints of the motion."""
+        return self.motion.at(self.motion.breakpoints)
+
+    def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
+        """It begins and ends at rest."""
+        return velocity_conditions(self, trajectory)
+
+    def markers(self) -> tuple[Marker, ...]:
+        """Where the tool is at both ends."""
+        return end_markers(self.robot, self.motion.at(self.motion.breakpoints[[0, -1]]))

@@ -1,0 +1,230 @@
+"""``tp.certify``: motions of every origin judged alike; exports read back; libraries' own objects taken exactly."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import ruckig
+from helpers.running import line_of
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
+
+import tpbso_casadi as tp
+from problems.tasks import RecordedMotion
+from tpbso_casadi.storage import export_motion
+
+ARM = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0))
+TIMES = np.linspace(0.0, 2.0, 9)
+VIOLATED, CERTIFIED = tp.CertificateStatus.VIOLATED, tp.CertificateStatus.CERTIFIED
+BOX = tp.Rectangle((-0.6, 0.7), (0.1, 0.1))
+
+
+def states(way: tuple[float, float] = (1.0, -0.4), times: np.ndarray = TIMES) -> tuple[np.ndarray, ...]:
+    """Rows of the quintic from rest to rest: positions, velocities, accelerations."""
+    u, total = times / times[-1], times[-1]
+    shapes = (
+        10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5,
+        30.0 * u**2 * (1.0 - u) ** 2 / total,
+        (60.0 * u - 180.0 * u**2 + 120.0 * u**3) / total**2,
+    )
+    return tuple(np.outer(shape, way) + (n == 0) * np.array([0.1, 0.3]) for n, shape in enumerate(shapes))
+
+
+def judged(plan: tp.Plan) -> dict[str, tuple[str, float]]:
+    return {verdict.name: (str(verdict.status), verdict.worst) for verdict in plan.verdicts}
+
+
+def same(one: tp.Plan, other: tp.Plan, tolerance: float = 1e-9) -> None:
+    assert judged(one).keys() == judged(other).keys()
+    for name, (status, worst) in judged(one).items():
+        assert judged(other)[name][0] == status, name
+        assert judged(other)[name][1] == pytest.approx(worst, abs=tolerance, rel=tolerance), name
+
+
+def test_rows_mappings_files_and_trajectories_are_judged_alike(in_an_empty_folder: None) -> None:
+    q, v, a = states()
+    plan = tp.certify((TIMES, q, v, a), ARM, obstacles=[BOX])
+    assert plan.certified
+    np.savetxt(
+        "m.csv", np.column_stack([TIMES, q, v, a]), delimiter=",", comments="", header="t,q1,q2,qd1,qd2,qdd1,qdd2"
+    )
+    np.savez("m.npz", t=TIMES, q=q, qd=v, qdd=a)
+    named = {"t": TIMES, "q": q[:, ::-1], "qd": v[:, ::-1], "qdd": a[:, ::-1], "joint_names": ["joint_2", "joint_1"]}
+    others = ([TIMES.tolist(), q.tolist(), v, a], "m.csv", Path("m.npz"), plan.trajectory, named)
+    for other in others:
+        same(plan, tp.certify(other, ARM, obstacles=[BOX]))
+    same(plan, tp.certify(plan))  # with its own robot and obstacles
+    plan.save("run", figures=())
+    same(plan, tp.certify("run"))
+    assert tp.read_run("run").certified
+
+
+def test_the_task_itself_is_planned_as_it_is() -> None:
+    plan = tp.certify((TIMES, *states()), ARM, obstacles=[BOX])
+    same(plan, tp.plan(RecordedMotion(ARM, plan.trajectory, (BOX,))))
+
+
+def test_auto_does_as_the_controller_and_says_so() -> None:
+    q, v, a = states()
+    kinds = [((q,), "linear"), ((q, v), "cubic"), ((q, v, a), "quintic")]
+    for rows, kind in kinds:
+        auto, stated = tp.certify((TIMES, *rows), ARM), tp.certify((TIMES, q, v, a), ARM, interpolation=kind)  # type: ignore[arg-type]
+        same(auto, stated)
+        assert auto.planned.criteria.made_in(0.0) == f"a motion as it is stated: {kind} between 9 rows"
+    linear = judged(tp.certify((TIMES, q), ARM))
+    assert linear["acceleration"] == ("violated", np.inf)
+    assert linear["start velocity"][0] == "violated"
+
+
+def test_a_late_first_row_and_ends_that_move() -> None:
+    q, v, a = states()
+    late = tp.certify((TIMES + 0.5, q, v, a), ARM)
+    assert late.certified
+    assert late.not_judged == ("how the arm gets to the first row, which is at 0.5 s",)
+    moving = judged(tp.certify((TIMES[:5], q[:5], v[:5], a[:5]), ARM))
+    assert moving["goal velocity"][0] == "violated"
+    assert moving["start velocity"][0] == "certified"
+
+
+def test_payloads_margins_constraints_and_limits_are_judged() -> None:
+    q, v, a = states()
+    strong = tp.robot([0.5, 0.5], max_speed=2.0, max_acceleration=10.0, link_masses=[1.0, 1.0], max_torque=[20.0, 8.0])
+    assert tp.certify((TIMES, q, v, a), strong).certified
+    loaded = judged(tp.certify((TIMES, q, v, a), strong, payload=5.0))
+    assert loaded["torque"][0] == "violated"
+    nearest = tp.certify((TIMES, q, v, a), ARM, obstacles=[BOX]).motion.closest_approach
+    assert nearest is not None
+    narrow = tp.certify((TIMES, q, v, a), ARM, obstacles=[BOX], margin=nearest.distance + 1e-3)
+    assert judged(narrow)["clearance"][0] == "violated"
+    high = tp.Constraint(lambda m: m.tool[1], lower=0.4, name="height", unit="m")
+    assert judged(tp.certify((TIMES, q, v, a), ARM, constraints=high))["height"][0] == "violated"
+
+
+def test_a_scene_is_put_around_the_robot(in_an_empty_folder: None) -> None:
+    q, v, a = states()
+    Path("arm.toml").write_text(
+        'unit = "deg"\n[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 114.591559\nmax_acceleration = 572.957795\n'
+        '[[obstacles]]\nshape = "ellipse"\ncenter = [0.5, 0.5]\nsemi_axes = [0.1, 0.1]\n'
+    )
+    Path("cell.toml").write_text(
+        '[[obstacles]]\nshape = "polygon"\npoints = [[-0.5, 0.5], [-0.4, 0.5], [-0.4, 0.6], [-0.5, 0.6]]\n'
+        '[model]\nmargin = 0.01\n[[constraints]]\nname = "height"\nunit = "m"\nupper = 5.0\nexpression = "= tool[1]"\n'
+    )
+    plan = tp.certify((TIMES, q, v, a), "arm.toml", scene="cell.toml")
+    assert len(plan.scenario.obstacles) == 1
+    assert plan.scenario.model.margin == 0.01
+    assert [verdict.bound for verdict in plan.verdicts if verdict.name == "clearance"] == [0.01]
+    assert "height" in judged(plan)
+    arm = "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 2.0\nmax_acceleration = 10.0\n"
+    Path("whole.toml").write_text(arm + Path("cell.toml").read_text())
+    same(plan, tp.certify((TIMES, q, v, a), scene="whole.toml"), 1e-6)
+
+
+def ruckig_motion() -> ruckig.Trajectory:
+    given, found = ruckig.InputParameter(2), ruckig.Trajectory(2)
+    given.current_position, given.target_position = [0.1, 0.3], [1.1, -0.1]
+    given.max_velocity, given.max_acceleration, given.max_jerk = [1.0] * 2, [3.0] * 2, [20.0] * 2
+    assert ruckig.Ruckig(2).calculate(given, found) == ruckig.Result.Working
+    return found
+
+
+def foreign() -> dict[str, Any]:
+    q = states()[0]
+    spline = make_interp_spline(TIMES, q, 5, bc_type=([(1, [0, 0]), (2, [0, 0])], [(1, [0, 0]), (2, [0, 0])]))
+    cubic = CubicSpline(TIMES, q, bc_type="clamped")
+    path = type("Path", (), {"cspl": cubic, "duration": 2.0, "__call__": lambda self, t: cubic(t)})()
+    return {
+        "ruckig": ruckig_motion(),
+        "b-spline": spline,
+        "cubic": cubic,
+        "pieces": PPoly(cubic.c, cubic.x),
+        "toppra": path,
+    }
+
+
+@pytest.mark.parametrize("kind", ["ruckig", "b-spline", "cubic", "pieces", "toppra"])
+def test_pieces_of_libraries_are_taken_exactly(kind: str) -> None:
+    motion = foreign()[kind]
+    trajectory = tp.certify(motion, ARM).trajectory
+    at = np.linspace(0.0, trajectory.duration, 300)[1:-1]
+    expected = [motion.at_time(t)[0] for t in at] if kind == "ruckig" else [motion(t) for t in at]
+    np.testing.assert_allclose(trajectory.at(at), expected, atol=1e-12)
+
+
+def test_ruckigs_own_motion_is_certified_with_its_limits_and_not_with_smaller_ones() -> None:
+    arm = tp.PlanarArm((0.5, 0.5), (1.0, 1.0), (3.0, 3.0), max_jerk=(20.0, 20.0))
+    assert tp.certify(ruckig_motion(), arm).certified
+    slower = tp.PlanarArm((0.5, 0.5), (1.0 - 1e-6, 1.0), (3.0, 3.0), max_jerk=(20.0, 20.0))
+    assert judged(tp.certify(ruckig_motion(), slower))["speed"][0] == "violated"
+
+
+class Skewed:
+    """An object whose inside is not what it evaluates to."""
+
+    def __init__(self) -> None:
+        self.c, self.x = np.ones((2, 1, 2)), np.array([0.0, 1.0])
+
+    def __call__(self, time: float) -> np.ndarray:
+        return np.zeros(2)
+
+
+WRONG: list[tuple[Any, dict[str, Any], str]] = [
+    (3, {}, "trajectory: (times, positions[, velocities[, accelerations]]), a file, a folder, a plan or a piecewise"),
+    (lambda t: t, {}, "trajectory: the pieces of <function"),
+    ({"t": TIMES}, {}, "trajectory: positions are needed"),
+    ({"t": TIMES, "q": states()[0], "speed": 1}, {}, "trajectory: has no use for 'speed'"),
+    ((TIMES, "abc"), {}, "positions: an array of numbers is needed"),
+    ((TIMES, TIMES), {}, "positions: an array (n, k) is needed, not (9,)"),
+    ((TIMES, np.zeros((9, 3))), {}, "positions: rows of 3 joints for a robot of 2"),
+    ((TIMES, np.zeros((8, 2))), {}, "positions: 9 rows of joints are needed, not an array (8, 2)"),
+    ((TIMES[::-1], np.zeros((9, 2))), {}, "times: have to increase; row 2 is at 1.75 s"),
+    ((TIMES, np.zeros((9, 2))), {"interpolation": "cubic"}, "velocities: row 1 states none; cubic pieces need them"),
+    ((TIMES, np.zeros((9, 2))), {"joint_names": ["a", "b"]}, "joint_names: the robot has no joint 'a'; it has joint_1"),
+    ((TIMES, np.zeros((9, 2))), {"joint_names": ["joint_1"]}, "positions: 2 numbers in a row for 1 joint_names"),
+    ("missing.csv", {}, "missing.csv: cannot be read: No such file or directory"),
+    ("missing.scene", {}, "missing.scene: a motion is read from *.csv, *.npz, *.json, *.yaml or *.yml"),
+    (Skewed(), {}, "trajectory: the pieces of this Skewed are 2 away from what it evaluates to"),
+    (PPoly(np.zeros((2, 1)), [0.0, 1.0]), {}, "trajectory: a PPoly of finite values (joints,) is needed, not ()"),
+    (CubicSpline(TIMES, np.zeros((9, 2))), {"interpolation": "linear"}, "interpolation: the motion is complete"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("motion", "keys", "reason"), WRONG)
+def test_what_is_no_motion_is_said_in_one_line(motion: Any, keys: dict[str, Any], reason: str) -> None:
+    line = line_of(lambda: tp.certify(motion, ARM, **keys))
+    assert line.startswith(reason), line
+
+
+def test_a_motion_needs_a_robot() -> None:
+    assert (
+        line_of(lambda: tp.certify((TIMES, *states())))
+        == "robot: missing; say which robot runs the path, robot=tp.robot(...)"
+    )
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(0.6, 3.0), st.floats(0.2, 0.9), st.booleans())
+def test_an_export_is_judged_like_its_plan(
+    in_an_empty_folder: None, first: float, second: float, seconds: float, place: float, as_yaml: bool
+) -> None:
+    """Degree 5 is degree 5 between any two rows: nothing but the rounding of times to nanoseconds is lost."""
+    times = np.array([0.0, seconds])
+    obstacles = [tp.Rectangle((place, 0.5), (0.1, 0.1))]
+    plan = tp.certify((times, *states((first, second), times)), ARM, obstacles=obstacles)
+    kind = "ros-yaml" if as_yaml else "ros-json"
+    file = export_motion(Path(), plan.motion, kind, 50.0)
+    again = tp.certify(file, ARM, obstacles=obstacles)
+    close = any(
+        abs(v.worst - v.bound) < 1e-5 * max(1.0, abs(v.bound)) for v in plan.verdicts if "velocity" not in v.name
+    )
+    if not close:
+        for name, (status, worst) in judged(plan).items():
+            assert judged(again)[name][0] == status
+            if not name.endswith("clearance"):
+                assert abs(judged(again)[name][1]) == pytest.approx(abs(worst), abs=1e-5, rel=1e-5)
+    assert json.loads(plan.result.to_json())["scenario"]["task"]["kind"] == "recorded-motion"

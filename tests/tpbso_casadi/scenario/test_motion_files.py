@@ -1,0 +1,234 @@
+"""Motions of other programs: every format read, and one line for what is wrong with a file."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from helpers.running import line_of
+
+from tpbso_casadi.scenario import InputFolder, RecordedRows, joint_order, read_recorded
+
+TIMES = [0.0, 0.25, 1.0]
+POSITIONS = [[0.0, 0.5], [0.1, 0.6], [0.4, 0.2]]
+VELOCITIES = [[0.0, 0.0], [0.4, -0.1], [0.0, 0.0]]
+ACCELERATIONS = [[0.0, 0.0], [1.0, -1.0], [0.0, 0.0]]
+NAMES = ["shoulder", "elbow"]
+NPZ = {"t": TIMES, "q": POSITIONS, "qd": VELOCITIES, "qdd": ACCELERATIONS}
+
+
+def point(row: int, **keys: Any) -> dict[str, Any]:
+    second, part = divmod(round(TIMES[row] * 1e9), 10**9)
+    return {
+        "positions": POSITIONS[row],
+        "velocities": VELOCITIES[row],
+        "accelerations": ACCELERATIONS[row],
+        "effort": [],
+        "time_from_start": {"sec": second, "nanosec": part},
+    } | keys
+
+
+def message(**keys: Any) -> dict[str, Any]:
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    return {"header": header, "joint_names": NAMES, "points": [point(row) for row in range(3)]} | keys
+
+
+def written(name: str, content: str | bytes) -> InputFolder:
+    Path(name).write_bytes(content.encode() if isinstance(content, str) else content)
+    return InputFolder(Path())
+
+
+def npz(**arrays: Any) -> bytes:
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    return buffer.getvalue()
+
+
+@pytest.fixture(autouse=True)
+def folder(in_an_empty_folder: None) -> None:
+    """Files lie in an empty folder."""
+
+
+def check_rows(rows: RecordedRows, names: list[str], rates: int = 2) -> None:
+    assert rows.times == TIMES
+    assert rows.positions == POSITIONS
+    assert rows.velocities == (VELOCITIES if rates > 0 else [])
+    assert rows.accelerations == (ACCELERATIONS if rates > 1 else [])
+    assert rows.joint_names == names
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["t,q1,q2,qd1,qd2,qdd1,qdd2", "time, q1, q2, qd1, qd2, qdd1, qdd2", "t,q1,q2,qd1,qd2,qdd1,qdd2,x,y,tau1,tau2"],
+)
+def test_tables_of_numbered_joints(header: str) -> None:
+    width = header.count(",") + 1
+    table = np.column_stack([TIMES, POSITIONS, VELOCITIES, ACCELERATIONS, np.zeros((3, 4))])[:, :width]
+    lines = [",".join(map(repr, map(float, row))) for row in table]
+    check_rows(read_recorded(written("m.csv", "\n".join([header, *lines, ""])), "m.csv"), [])
+
+
+def test_tables_of_named_joints_in_any_order() -> None:
+    rows = [f"{t},{q[0]},{v[1]},{q[1]},{v[0]}" for t, q, v in zip(TIMES, POSITIONS, VELOCITIES, strict=True)]
+    header = "t,shoulder,elbow_velocity,elbow,shoulder_velocity"
+    check_rows(read_recorded(written("m.csv", "\n".join([header, *rows])), "m.csv"), NAMES, rates=1)
+
+
+def test_arrays_and_exact_pieces() -> None:
+    check_rows(read_recorded(written("m.npz", npz(**NPZ)), "m.npz"), [])
+    pieces = {"breakpoints": [0.0, 1.0], "coefficients": [[[0.1, 0.2]], [[0.3, 0.4]]]}
+    rows = read_recorded(written("m.npz", npz(**NPZ, **pieces, joint_names=NAMES)), "m.npz")
+    check_rows(rows, NAMES)
+    assert rows.breakpoints == pieces["breakpoints"]
+    assert rows.coefficients == pieces["coefficients"]
+
+
+WRAPPED = {
+    "itself": lambda inner: inner,
+    "RobotTrajectory": lambda inner: {"joint_trajectory": inner, "multi_dof_joint_trajectory": {"points": []}},
+    "DisplayTrajectory": lambda inner: {"model_id": "arm", "trajectory": [{"joint_trajectory": inner}]},
+    "a goal": lambda inner: {"trajectory": inner},
+    "a response": lambda inner: {"motion_plan_response": {"trajectory": {"joint_trajectory": inner}}},
+}
+
+
+@pytest.mark.parametrize("wrap", WRAPPED.values(), ids=WRAPPED)
+def test_messages_in_json_and_yaml(wrap: Any) -> None:
+    text = yaml.safe_dump(wrap(message()))
+    check_rows(read_recorded(written("m.json", json.dumps(wrap(message()))), "m.json"), NAMES)
+    check_rows(read_recorded(written("m.yaml", text), "m.yaml"), NAMES)
+    check_rows(read_recorded(written("m.yml", f"---\n{text}---\n"), "m.yml"), NAMES)
+
+
+def test_times_of_both_ros_and_rows_without_rates() -> None:
+    points = [point(0), point(1, time_from_start={"secs": 0, "nsecs": 250_000_000}), point(2, time_from_start=1)]
+    points[2]["velocities"] = []
+    del points[2]["accelerations"]
+    rows = read_recorded(written("m.json", json.dumps(message(points=points))), "m.json")
+    assert rows.times == TIMES
+    assert rows.velocities == [*VELOCITIES[:2], []]
+    assert rows.accelerations == [*ACCELERATIONS[:2], []]
+
+
+def test_yaml_of_tools_that_write_exponents_without_a_point_and_aliases() -> None:
+    text = yaml.safe_dump(message()).replace("0.4\n", "4e-1\n").replace("nanosec: 250000000", "nanosec: 250000000")
+    zeros = "&zeros [0.0, 0.0]"
+    aliased = (
+        f"joint_names: [shoulder, elbow]\npoints:\n- positions: {zeros}\n  time_from_start: {{sec: 0, nanosec: 0}}\n"
+        "- positions: *zeros\n  time_from_start: {sec: 1, nanosec: 0}\n"
+    )
+    check_rows(read_recorded(written("m.yaml", text), "m.yaml"), NAMES)
+    assert read_recorded(written("m.yaml", aliased), "m.yaml").positions == [[0.0, 0.0], [0.0, 0.0]]
+
+
+def bomb() -> bytes:
+    """A small archive of an array of a gigabyte of zeros."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("t.npy", bytes(300_000_000))
+    return buffer.getvalue()
+
+
+LEVELS = [f"{k}: &{k} [{', '.join([f'*{j}'] * 9)}]" for j, k in pairwise("abcdefghijklmnop")]
+LAUGHS = "\n".join(["a: &a [1, 1]", *LEVELS])
+MERGES = "a: &a {x: 1}\n" + "b: &b\n  <<: [*a, *a]\n"
+WRONG: dict[str, tuple[str, str | bytes, str]] = {
+    "ending": ("m.txt", "t,q1\n", "a motion is read from *.csv, *.npz, *.json, *.yaml or *.yml"),
+    "empty table": ("m.csv", "\n\n", "is empty; the header t,q1,q2,... is needed, or t and the names of joints"),
+    "no header": ("m.csv", "0.0,1.0\n", "line 1: the header t,q1,q2,... is needed, or t and the names of joints"),
+    "gap in joints": ("m.csv", "t,q1,q3\n0,1,2\n", "line 1: the columns of all joints are needed; q of 2 is missing"),
+    "gap in rates": ("m.csv", "t,q1,q2,qd1\n", "line 1: the columns of all joints are needed; qd of 2 is missing"),
+    "no such joint": ("m.csv", "t,a,b_velocity\n", "line 1: the columns of all joints are needed; qd of a is missing"),
+    "twice": ("m.csv", "t,a,a\n0,1,2\n", "line 1: the column 'a' is there twice"),
+    "other column": ("m.csv", "t,q1,speed\n0,1,2\n", "line 1: 'speed' is no column of t,q1..qk,qd1..qdk,qdd1..qddk"),
+    "one row": ("m.csv", "t,q1\n0,1\n", "1 row; a motion needs two at least"),
+    "ragged": ("m.csv", "t,q1\n0,1\n1,2,3\n", "line 3: 3 numbers where the header has 2 names"),
+    "word": ("m.csv", "t,q1\n0,1\n1,x\n", "line 3: 2 numbers are needed"),
+    "nan": ("m.csv", "t,q1\n0,1\n1,nan\n", "line 3: a number is not finite, or larger than 1e+09"),
+    "huge": ("m.csv", "t,q1\n0,1\n1,1e300\n", "line 3: a number is not finite, or larger than 1e+09"),
+    "many rows": ("m.csv", "t,q1\n" + "0,1\n" * 20_001, "20001 rows; at most 20000 are judged"),
+    "binary table": ("m.csv", b"\xff\xfe\x00\x81", "not a text file: invalid start byte at byte 0"),
+    "binary yaml": ("m.yaml", "\0\1\2", "not YAML: ReaderError"),
+    "no archive": ("m.npz", b"PK garbage", "is no NPZ of arrays of numbers: "),
+    "pickle": ("m.npz", npz(t=np.array([{}, {}], dtype=object), q=POSITIONS), "is no NPZ of arrays of numbers: "),
+    "zip bomb": ("m.npz", bomb(), "its arrays are larger than 200 MB"),
+    "no times": ("m.npz", npz(q=POSITIONS), "has no array 't' or 'times'"),
+    "flat": ("m.npz", npz(t=TIMES, q=TIMES), "positions: an array of numbers of 2 dimensions is needed, not "),
+    "words": ("m.npz", npz(t=TIMES, q=[["a", "b"]] * 3), "positions: an array of numbers of 2 dimensions is needed, "),
+    "names": ("m.npz", npz(t=TIMES, q=POSITIONS, joint_names=[1, 2]), "joint_names: a list of words is needed"),
+    "infinite": ("m.npz", npz(t=[0.0, np.inf], q=POSITIONS[:2]), "times: a number is not finite, or larger than 1e+09"),
+    "not json": ("m.json", "{", "not JSON in line 1: Expecting property name enclosed in double quotes"),
+    "deep json": ("m.json", "[" * 100_000, "not JSON: "),
+    "digits": ("m.json", "[" + "1" * 10_000 + "]", "not JSON: "),
+    "not yaml": ("m.yaml", "points: [1, 2\njoint_names: ]", "not YAML in line 2: "),
+    "tag": ("m.yaml", "!!python/object/apply:os.system ['true']", "not YAML in line 1: could not"),
+    "merge": ("m.yaml", MERGES, "not YAML in line 2: merge keys (<<) are not read"),
+    "laughs": ("m.yaml", LAUGHS, "no JointTrajectory with joint_names and points is in it, nor a message of MoveIt"),
+    "laughing points": ("m.yaml", f"{LAUGHS}\njoint_names: [x]\npoints: *i", "points[0]: a table is needed, not "),
+    "documents": ("m.yaml", "a: 1\n---\nb: 2\n", "one document is needed, not 2"),
+    "no document": ("m.yaml", "", "one document is needed, not 0"),
+    "a number": ("m.json", "3", "no JointTrajectory with joint_names and points is in it"),
+    "several": ("m.json", json.dumps({"trajectory": [message(), message()]}), "trajectory: 2 trajectories; one is"),
+    "planar base": (
+        "m.json",
+        json.dumps({"joint_trajectory": message(), "multi_dof_joint_trajectory": {"points": [{}]}}),
+        "multi_dof_joint_trajectory: joints of several degrees of freedom are not judged",
+    ),
+    "no names": ("m.json", json.dumps(message(joint_names=[])), "joint_names: a list of words is needed"),
+    "no list": ("m.json", json.dumps(message(points={})), "points: a list is needed"),
+    "no points": ("m.json", json.dumps(message(points=[])), "0 rows; a motion needs two at least"),
+    "no time": (
+        "m.json",
+        json.dumps(message(points=[point(0), point(1, time_from_start=None)])),
+        "points[1].time_from_start: missing key",
+    ),
+    "half a time": (
+        "m.json",
+        json.dumps(message(points=[point(0), point(1, time_from_start={"sec": 1})])),
+        "points[1].time_from_start: sec and nanosec are needed",
+    ),
+    "no positions": (
+        "m.json",
+        json.dumps(message(points=[point(0), point(1, positions=[])])),
+        "points[1].positions: 2 numbers are needed",
+    ),
+    "too few": (
+        "m.json",
+        json.dumps({"trajectory": message(points=[point(0), point(1, velocities=[0.1])])}),
+        "trajectory.points[1].velocities: 2 numbers are needed, one for each of joint_names, not 1",
+    ),
+    "a truth": (
+        "m.json",
+        json.dumps(message(points=[point(0), point(1, velocities=[True, 0.0])])),
+        "points[1].velocities: a number of at most 1e+09 is needed, not True",
+    ),
+    "not finite": (
+        "m.yaml",
+        yaml.safe_dump(message(points=[point(0), point(1, positions=[float("nan"), 0.0])])),
+        "points[1].positions: a number of at most 1e+09 is needed, not nan",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "content", "reason"), WRONG.values(), ids=WRONG)
+def test_what_is_wrong_is_said_in_one_line(name: str, content: str | bytes, reason: str) -> None:
+    folder = written(name, content)
+    line = line_of(lambda: read_recorded(folder, name))
+    assert line.startswith(f"{name}: {reason}"), line
+
+
+def test_columns_are_brought_into_the_order_of_the_robot() -> None:
+    robot = ("a", "b", "c")
+    assert joint_order(["c", "a", "b"], iter([robot])) == [1, 2, 0]
+    assert joint_order(["joint 1", "joint 2"], iter([("j_1", "j_2"), ("joint 1", "joint 2")])) == [0, 1]
+    assert line_of(lambda: joint_order(["a", "b"], iter([robot]))) == "joint_names: 'c' is missing"
+    assert line_of(lambda: joint_order(["a", "b", "b"], iter([robot]))) == "joint_names: 'b' is there twice"
+    unknown = line_of(lambda: joint_order(["a", "b", "finger"], iter([robot])))
+    assert unknown == "joint_names: the robot has no joint 'finger'; it has a, b, c"

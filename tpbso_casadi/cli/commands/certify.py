@@ -1,0 +1,91 @@
+"""``python -m tpbso_casadi.certify``: trajectories of any program, judged for all t."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import get_args
+
+from problems.motions import RowInterpolation
+from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
+from tpbso_casadi.cli.commands.solve import written
+from tpbso_casadi.cli.options import (
+    add_payload,
+    add_robot,
+    add_row_interpolation,
+    defaulting,
+    path,
+    problem_group,
+)
+from tpbso_casadi.cli.output import Output, add_output_options, free_folder
+from tpbso_casadi.facade.certifying import certified_scenario
+from tpbso_casadi.scenario import Scenario, ScenarioError, is_folder, named
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    return run_command(
+        parser(), certify, arguments, interrupted="interrupted before the motion was judged; nothing was written"
+    )
+
+
+def parser() -> OneLineParser:
+    """The command line's options."""
+    command_line = command_parser(
+        "certify",
+        "Judge a trajectory that any program made, for all t: every limit of the robot, clearance, own links, "
+        "constraints, rest at both ends; each is proven, violated or undecided. Exit status 0: all proven; 1: not; "
+        "2: bad input.",
+        examples=[
+            "plan.yaml --robot panda --scene cell.toml",
+            "joint_trajectory.csv --robot arm.toml --interpolation linear --json",
+            "runs/first --payload 2.0 --no-plots --out runs/with-payload",
+        ],
+    )
+    command_line.add_argument(
+        "trajectory",
+        metavar="TRAJECTORY|RUN_FOLDER",
+        help="rows as CSV (t,q1..qk,qd1..,qdd1.., or t and the names of joints) or NPZ; a JointTrajectory, "
+        "RobotTrajectory or DisplayTrajectory of ROS as YAML or JSON; a run folder",
+    )
+    problem = problem_group(command_line)
+    add_robot(problem, "the scene's, or the run's own")
+    problem.add_argument(
+        "--scene",
+        type=path,
+        metavar="FILE",
+        help=defaulting(
+            "TOML file with what is around the robot, in the place of what the robot's file says: [[obstacles]], "
+            "[[carried]], may_touch, [[constraints]], margin in [model]; or a .scene file of MoveIt",
+            "none",
+        ),
+    )
+    joined = (
+        "auto, as ROS's joint trajectory controller does: linear between positions alone, cubic with velocities, "
+        "quintic with accelerations too"
+    )
+    add_row_interpolation(problem, get_args(RowInterpolation), joined)
+    add_payload(problem)
+    add_output_options(command_line, "runs/TRAJECTORY-certified, none with --json")
+    return command_line
+
+
+def certify(options: argparse.Namespace) -> int:
+    """Judge the trajectory of the options, write and print the verdicts; returns the exit status."""
+    trajectory = Path(options.trajectory)
+    scenario = stated(trajectory, options)
+    name = f"{trajectory.resolve().stem}-certified"
+    output = Output.of(options, partial(free_folder, name, scenario), title=name)
+    output.check()
+    with named(options.trajectory):
+        return written(scenario, None, output, options)
+
+
+def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
+    """The scenario of a motion with the robot and the surroundings of the options."""
+    if options.robot is None and options.scene is None and not is_folder(options.trajectory):
+        raise ScenarioError(f"{trajectory}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
+    task = {"interpolation": options.interpolation}
+    return certified_scenario(trajectory, options.robot, task, scene=options.scene, payload=options.payload)

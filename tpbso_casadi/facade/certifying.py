@@ -1,0 +1,240 @@
+"""``tp.certify``: anybody's motion, judged for all t."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from problems import Limit, Obstacle, Trajectory
+from problems.base import FloatArray
+from problems.motions import RowInterpolation
+from tpbso_casadi.facade.arguments import in_words_of_python, several
+from tpbso_casadi.facade.foreign import exact_pieces
+from tpbso_casadi.facade.own import AnyConstraint, constraints_table
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.robots import AnyRobot
+from tpbso_casadi.facade.statement import obstacle_tables
+from tpbso_casadi.facade.surroundings import (
+    AROUND_TABLES,
+    OWN_TABLES,
+    Content,
+    around_tables,
+    given_keys,
+    scenario_around,
+    scene_tables,
+)
+from tpbso_casadi.planning import plan as plan_scenario
+from tpbso_casadi.scenario import (
+    InputFolder,
+    Scenario,
+    ScenarioError,
+    motion_table,
+    named,
+    read_recorded,
+    rows_table,
+    shown,
+)
+from tpbso_casadi.storage import StoredRun, read_run
+
+Rows: TypeAlias = Sequence[Any] | Mapping[str, Any]  # times, positions and, where there are, rates
+AnyMotion: TypeAlias = Trajectory | Plan | Rows | str | Path | Any
+STANDS = {"kind": "recorded-motion"}  # a [task] without rows: what is around a motion is read before it is
+KEYS = {"times": ("t", "times"), "positions": ("q", "positions"), "velocities": ("qd", "velocities"),
+        "accelerations": ("qdd", "accelerations"), "joint_names": ("joint_names",)}  # fmt: skip
+
+
+def certify(
+    trajectory: AnyMotion,
+    robot: AnyRobot | None = None,
+    *,
+    interpolation: RowInterpolation = "auto",
+    joint_names: Sequence[str] | None = None,
+    obstacles: Iterable[Obstacle | dict[str, Any]] | str | Path | None = None,
+    scene: str | Path | None = None,
+    constraints: AnyConstraint | Iterable[AnyConstraint] | None = None,
+    limits: Iterable[str | type[Limit]] | None = None,
+    margin: float | None = None,
+    self_collision: bool | None = None,
+    payload: float | None = None,
+) -> Plan:
+    """Judge a motion that is given in time, whoever made it, for all t: nothing of it is changed.
+
+    Args:
+        trajectory: rows, as arrays ``(times, positions[, velocities[, accelerations]])`` of shapes (n,) and (n, k), or
+            as a mapping with the keys ``t, q, qd, qdd``; in s, rad, rad/s, rad/s^2. A file of rows: CSV, NPZ, a ROS
+            message as YAML or JSON. A :class:`Trajectory`, a plan, the folder of a run. A piecewise polynomial of
+            SciPy, TOPP-RA, Drake or Ruckig, whose pieces are taken exactly.
+        robot: that moves, as for :func:`plan`; or a TOML file with an [arm] or a [robot] table, whose obstacles, margin
+            and constraints are judged too. That of the plan or of the scene where it is left out.
+        interpolation: between rows. ``auto`` is what the joint trajectory controller of ROS does: rows of positions
+            alone are joined by straight lines, with velocities by cubics, with accelerations too by quintics.
+        joint_names: of the columns; those of the robot in its own order where they are left out.
+        obstacles: to keep clear of, as for :func:`plan`, in place of all others.
+        scene: a TOML file with what is around the robot, or a scene file of MoveIt (``.scene``).
+        constraints: of your own, to be kept at every time, as for :func:`plan`.
+        limits: kinds of limits that hold besides those of the robot and of the obstacles.
+        margin: what the robot keeps from obstacles, m.
+        self_collision: whether its own bodies must not touch.
+        payload: what the tool carries, a mass at its own origin, kg.
+
+    Returns:
+        The motion with a verdict on every constraint: proven, violated (when first, when worst, by how much, which
+        joint or which bodies) or undecided; ``certified`` says whether all are proven.
+
+    Raises:
+        ScenarioError: it is no motion of this robot, a file cannot be read, or an argument is wrong.
+        InvalidRun: a folder is no run.
+    """
+    with in_words_of_python():
+        further = None if limits is None else several("limits", limits, "kinds of limits")
+        model: Content = {"margin": margin, "self_collision": self_collision, "limits": further}
+        beside = {"obstacles": None if obstacles is None else obstacle_tables(obstacles)}
+        task = {"interpolation": interpolation, "joint_names": joint_names}
+        scenario = certified_scenario(
+            trajectory, robot, task, scene=scene, model=model, beside=beside, payload=payload, constraints=constraints
+        )
+        return Plan(plan_scenario(scenario))
+
+
+def certified_scenario(
+    trajectory: AnyMotion,
+    robot: AnyRobot | None,
+    task: Content,
+    *,
+    scene: str | Path | None = None,
+    model: Content | None = None,
+    beside: Content | None = None,
+    payload: float | None = None,
+    constraints: Any = None,
+) -> Scenario:
+    """The scenario of a motion that is judged as it is.
+
+    Args:
+        trajectory: as of :func:`certify`.
+        robot: likewise.
+        task: ``interpolation`` and ``joint_names``; None of what is not stated, as of the other tables.
+        scene: as of :func:`certify`.
+        model: keys of [model].
+        beside: tables in place of those of the robot's file, of the scene or of the plan.
+        payload: as of :func:`certify`.
+        constraints: likewise.
+
+    Raises:
+        ScenarioError: naming the first wrong key.
+        InvalidRun: a folder is no run.
+    """
+    motion, around = motion_content(trajectory, given_keys(task))
+    if scene is not None:
+        around, robot = _in_scene(Path(scene), around, robot), None
+    stated = dict(model or {})
+    if constraints is not None:
+        arm = scenario_around(STANDS, around, robot, payload=payload)
+        own = constraints_table(constraints, arm.robot_table.build())
+        before = around.get("model", {}).get("constraints", [])
+        further = [*(stated.get("limits") or []), *own["limits"]]
+        stated |= {"constraints": [*before, *own["constraints"]], "limits": further or None}
+    return scenario_around(motion, around, robot, model=stated, beside=beside, payload=payload)
+
+
+def _in_scene(file: Path, around: Content, robot: AnyRobot | None) -> Content:
+    """The tables of a scene with its robot: the one that is given, else its own, else that of the motion."""
+    tables = scene_tables(file)
+    if robot is None and any(key in tables for key in OWN_TABLES):
+        return tables
+    whole = scenario_around(STANDS, around, robot)
+    kept = whole.model.model_dump(include={"margin", "self_collision"} & whole.model.model_fields_set)
+    own = {key: value for key, value in whole.model_dump().items() if key in OWN_TABLES}
+    others = {key: tables[key] for key in AROUND_TABLES if key in tables}
+    return own | others | {"model": kept | tables["model"]}
+
+
+def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Content]:
+    """The [task] table that a motion states, and of a plan the tables of what is around it.
+
+    Args:
+        trajectory: as of :func:`certify`.
+        given: how rows are joined, and what their columns are called, where that is stated.
+
+    Raises:
+        ScenarioError: it is no motion.
+    """
+    if isinstance(trajectory, str | Path) and not Path(trajectory).is_dir():
+        return _file_content(Path(trajectory), given), {}
+    if isinstance(trajectory, str | Path | Plan):
+        run = trajectory.as_run() if isinstance(trajectory, Plan) else read_run(Path(trajectory))
+        return _run_content(run, trajectory, given)
+    pieces = trajectory if isinstance(trajectory, Trajectory) else exact_pieces(trajectory)
+    if pieces is not None:
+        return motion_table(pieces) | _of_pieces(given), {}
+    return _rows_content(trajectory) | given, {}
+
+
+def _file_content(file: Path, given: Content) -> Content:
+    rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name)
+    if rows.breakpoints and given.get("interpolation", "auto") == "auto":
+        names = given.get("joint_names", rows.joint_names)
+        pieces = {"breakpoints": rows.breakpoints, "coefficients": rows.coefficients}
+        return {**STANDS, "shape": "pieces", **pieces, "joint_names": names}
+    return {**STANDS, **rows_table(rows), **given}
+
+
+def _run_content(run: StoredRun, trajectory: AnyMotion, given: Content) -> tuple[Content, Content]:
+    name = "trajectory" if isinstance(trajectory, Plan) else trajectory
+    with named(name):
+        if run.motion.stages:
+            raise ScenarioError("a sequence is judged stage by stage, with what it carries; say tpbso audit")
+        if run.motion.criteria.task.end_velocities.any():
+            raise ScenarioError("it begins or ends in motion, as its task says; say tpbso audit")
+    return motion_table(run.motion.trajectory) | _of_pieces(given), around_tables(run.scenario.model_dump())
+
+
+def _of_pieces(given: Content) -> Content:
+    """The keys for polynomial pieces.
+
+    Raises:
+        ScenarioError: rows are spoken of.
+    """
+    if given.get("interpolation", "auto") != "auto":
+        raise ScenarioError("interpolation: the motion is complete between its rows; it is for rows")
+    return {"joint_names": given["joint_names"]} if "joint_names" in given else {}
+
+
+def _rows_content(rows: Any) -> Content:
+    """The keys of a [task] table of rows as arrays."""
+    if isinstance(rows, Mapping):
+        known = {name for names in KEYS.values() for name in names}
+        unknown = next((name for name in rows if name not in known), None)
+        if unknown is not None:
+            raise ScenarioError(f"trajectory: has no use for {shown(unknown)}; there are {', '.join(sorted(known))}")
+        found = {key: next((rows[name] for name in names if name in rows), None) for key, names in KEYS.items()}
+    elif isinstance(rows, Sequence) and not isinstance(rows, str | bytes) and 2 <= len(rows) <= 4:
+        found = dict(zip(KEYS, rows, strict=False))
+    elif all(hasattr(rows, name) for name in ("times", "positions")):
+        found = {key: getattr(rows, key, None) for key in KEYS}
+    else:
+        needed = "(times, positions[, velocities[, accelerations]]), a file, a folder, a plan or a piecewise polynomial"
+        raise ScenarioError(f"trajectory: {needed} is needed, not {shown(rows)}")
+    names = found.pop("joint_names", None)
+    stated = {key: _array(key, value) for key, value in found.items() if value is not None}
+    for key in ("times", "positions"):
+        if not (key in stated and stated[key].size):
+            raise ScenarioError(f"trajectory: {key} are needed")
+    rows = {key: array.tolist() for key, array in stated.items() if array.size}
+    return {**STANDS, **rows, **({} if names is None else {"joint_names": several("joint_names", names, "words")})}
+
+
+DIMENSIONS = {"times": 1}  # others have 2
+
+
+def _array(key: str, value: Any) -> FloatArray:
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ScenarioError(f"{key}: an array of numbers is needed: {error}") from error
+    if array.size and array.ndim != DIMENSIONS.get(key, 2):
+        shape = "(n,)" if key in DIMENSIONS else "(n, k)"
+        raise ScenarioError(f"{key}: an array {shape} is needed, not {array.shape}")
+    return array

@@ -1,0 +1,143 @@
+"""Motions that are stated in time, as tables: they are judged as they are."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
+
+import numpy as np
+from pydantic import Field
+
+from problems import InvalidProblem, Obstacle, Robot, Trajectory
+from problems.assembly import Criteria, recorded_motion
+from problems.base import FloatArray
+from problems.motions import MotionRows, RowInterpolation
+from problems.tasks import RecordedMotion
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.model import ModelSection, TaskSection
+from tpbso_casadi.scenario.motion_files import (
+    MOST_MOTION_ROWS,
+    as_columns,
+    joint_order,
+    read_recorded,
+)
+from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
+from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError, Word
+
+Row = Annotated[list[float], Field(max_length=MOST_LINKS)]
+Rows = Annotated[list[Row], Field(max_length=MOST_MOTION_ROWS)]
+
+
+class StatedMotionTask(TaskSection):
+    """[task] of a motion in time: s, rad, m where a joint slides, whatever the file's unit."""
+
+    is_searched: ClassVar[bool] = False
+    has_solver: ClassVar[bool] = False
+    motions: ClassVar[tuple[str, ...]] = ("spline",)
+
+    def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
+        """The motion of a robot's joints among obstacles.
+
+        Raises:
+            InvalidProblem: it is none.
+        """
+        raise NotImplementedError
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
+        """Nothing: there is no search.
+
+        Raises:
+            ScenarioError: always.
+        """
+        raise ScenarioError(f"task.kind: {self.kind!r} is judged as it is; there is nothing to search for")
+
+    def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
+        """What the motion is judged by."""
+        return recorded_motion(self.stated(robot, obstacles), model.further_limits)
+
+
+class MotionRowsTask(StatedMotionTask):
+    """Rows: of a file beside the scenario file, or stated."""
+
+    kind: Literal["recorded-motion"]
+    file: str | None = None
+    times: Annotated[list[float], Field(max_length=MOST_MOTION_ROWS)] = Field(default_factory=list)
+    positions: Rows = Field(default_factory=list)
+    velocities: Rows = Field(default_factory=list)
+    accelerations: Rows = Field(default_factory=list)
+    joint_names: Annotated[list[Word], Field(max_length=MOST_LINKS)] = Field(default_factory=list)
+    interpolation: RowInterpolation = "auto"
+
+    def with_files(self, folder: InputFolder) -> Self:
+        """The same with the rows of its file, if it names one."""
+        if self.file is None:
+            return self
+        if self.times or self.positions:
+            raise ScenarioError("task.file: rows are stated twice, in the file and here")
+        try:
+            rows = read_recorded(folder, self.file)
+        except ScenarioError as error:
+            raise ScenarioError(f"task.file: {error}") from error
+        return self.model_copy(update=rows_table(rows) | {"file": None})
+
+    def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
+        """The pieces between the rows; how the arm gets to a first row that is not at t = 0, nobody knows."""
+        if self.file is not None:
+            raise ScenarioError(f"task.file: {self.file!r} has not been read; only a scenario file can name a file")
+        rows = self._rows(robot)
+        late = (f"how the arm gets to the first row, which is at {rows.times[0]:.6g} s",) if rows.times[0] else ()
+        return RecordedMotion(robot, rows.trajectory, obstacles, rows.said, late)
+
+    def _rows(self, robot: Robot) -> MotionRows:
+        widths = {len(row) for row in self.positions}
+        if len(widths) > 1:
+            raise InvalidProblem("positions", "rows of the same number of joints are needed")
+        width = widths.pop() if widths else 0
+        if self.joint_names and len(self.joint_names) != width:
+            raise InvalidProblem("positions", f"{width} numbers in a row for {len(self.joint_names)} joint_names")
+        if width != robot.dof and not self.joint_names:
+            raise InvalidProblem("positions", f"rows of {width} joints for a robot of {robot.dof}")
+        states = {key: as_columns(getattr(self, key), len(self.times), width, f"task.{key}") for key in RATES}
+        order = self._order(robot)
+        ordered = {key: None if rates is None else rates[:, order] for key, rates in states.items()}
+        positions = np.array(self.positions, dtype=np.float64).reshape(len(self.positions), width)
+        return MotionRows(np.array(self.times), positions[:, order], **ordered, interpolation=self.interpolation)
+
+    def _order(self, robot: Robot) -> list[int]:
+        if not self.joint_names:
+            return list(range(robot.dof))
+        known = iter((robot.joint_identifiers, robot.joint_names))
+        return joint_order(self.joint_names, known, "task.joint_names")
+
+
+RATES = ("velocities", "accelerations")
+
+
+class MotionPiecesTask(StatedMotionTask):
+    """Polynomial pieces, exactly: rad / s^n."""
+
+    kind: Literal["recorded-motion"]
+    shape: Literal["pieces"]
+    breakpoints: Annotated[list[float], Field(min_length=2, max_length=MOST_PIECES)]
+    coefficients: Annotated[list[list[list[float]]], Field(min_length=1, max_length=MOST_COEFFICIENTS)]
+    joint_names: Annotated[list[Word], Field(max_length=MOST_LINKS)] = Field(default_factory=list)
+
+    def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
+        """The pieces themselves, from t = 0."""
+        breakpoints, coefficients = trajectory_pieces(self.breakpoints, self.coefficients)
+        if self.joint_names:
+            known = iter((robot.joint_identifiers, robot.joint_names))
+            coefficients = coefficients[:, :, joint_order(self.joint_names, known, "task.joint_names")]
+        motion = Trajectory(breakpoints - breakpoints[0], coefficients)
+        return RecordedMotion(robot, motion, obstacles, f"{breakpoints.size - 1} polynomial pieces")
+
+
+def rows_table(rows: Any) -> dict[str, Any]:
+    """The keys of a [task] table that state rows of a file."""
+    return {key: value for key, value in asdict(rows).items() if key not in ("breakpoints", "coefficients")}
+
+
+def motion_table(trajectory: Trajectory) -> dict[str, Any]:
+    """The [task] table of a motion, exactly; plain data."""
+    pieces: dict[str, FloatArray] = {"breakpoints": trajectory.breakpoints, "coefficients": trajectory.coefficients}
+    return {"kind": "recorded-motion", "shape": "pieces", **{key: array.tolist() for key, array in pieces.items()}}
