@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from problems.core import core_library
+from problems.core import core
 
 LONGEST_LINE = 300  # characters
 
@@ -174,9 +174,9 @@ CORE = "core"
 
 @cache
 def versions() -> dict[str, str]:
-    """Of what decides a result: packages by their names, and whether proofs and ways are made by the compiled core.
+    """Of what decides a result: packages by their names, and which implementation of the core made proofs and ways.
 
     The same dictionary each time, not to be changed.
     """
     packages = {name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")}
-    return packages | {CORE: "none" if core_library() is None else "compiled"}
+    return packages | {CORE: core().name}

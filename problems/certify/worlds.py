@@ -1,4 +1,4 @@
-"""Clearance proven by the compiled core, where that knows robot and obstacles."""
+"""Clearance proven by the core, where that knows robot and obstacles."""
 
 from __future__ import annotations
 

@@ -1,15 +1,19 @@
-"""The compiled core: what every plan in space needs alike, robot and scene being data; and linear programs."""
+"""The core: what every plan in space needs alike, robot and scene being data; and linear programs.
 
-from problems.core.arm import Arm
+It is compiled where it can be; else NumPy does the same.
+"""
+
+from problems.core.arm import steps_of
 from problems.core.description import drifts_of
 from problems.core.dynamics import Dynamics
-from problems.core.library import core_library
-from problems.core.linear_program import LinearProgram, SingleRows, WholeRows, joined, minimizer
-from problems.core.world import MOST_ITEMS, Kept, Nearby, Proof, Schedule, Where, World
+from problems.core.implementation import core
+from problems.core.interface import Kept, Nearby, Schedule
+from problems.core.linear_program import LinearProgram, minimizer
+from problems.core.rows import SingleRows, WholeRows, joined
+from problems.core.world import MOST_ITEMS, Proof, Where, World
 
 __all__ = [
     "MOST_ITEMS",
-    "Arm",
     "Dynamics",
     "Kept",
     "LinearProgram",
@@ -20,8 +24,9 @@ __all__ = [
     "Where",
     "WholeRows",
     "World",
-    "core_library",
+    "core",
     "drifts_of",
     "joined",
     "minimizer",
+    "steps_of",
 ]

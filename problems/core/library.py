@@ -1,8 +1,8 @@
 """The compiled core as a library: one that came with the package, one made of its sources, or none.
 
 With the package come libraries for several instruction sets; each computes the same numbers. Where there is none, as in
-a source tree, a compiler makes one once and it is kept in the cache. Where there is no compiler either, callers have
-slower ways of their own.
+a source tree, a compiler makes one once and it is kept in the cache. Where there is no compiler either, NumPy answers
+(:mod:`problems.core.reference`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import logging
 import os
 import re
 import time
-import weakref
 from contextlib import suppress
 from functools import cache as once
 from hashlib import sha256
@@ -20,10 +19,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
-import numpy as np
-from numpy.typing import NDArray
-
-from problems.base import FloatArray, cache
+from problems.base import cache
 from problems.evaluation import Compiler, NativeUnavailable, usable_compiler
 
 LOG = logging.getLogger(__name__)
@@ -75,15 +71,6 @@ def core_library() -> ctypes.CDLL | None:
         if found is not None:
             return found
     return _made()
-
-
-def told(owner: object, counts: NDArray[np.int64], numbers: FloatArray) -> tuple[ctypes.CDLL, ctypes.c_void_p]:
-    """The core, which is there, and what it has made of a description: it is forgotten together with its owner."""
-    library = core_library()
-    assert library is not None
-    known = ctypes.c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
-    weakref.finalize(owner, library.core_forget, known)
-    return library, known
 
 
 def _packaged() -> list[Path]:

@@ -1,10 +1,9 @@
-"""A robot and what it keeps clear of, as the compiled core sees them; what it answers about postures and motions."""
+"""A robot and what it keeps clear of, as the core sees them; what it answers about postures and motions."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntFlag
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -19,7 +18,8 @@ from problems.core.description import (
     margins_of,
     obstacle_numbers,
 )
-from problems.core.library import core_library, told
+from problems.core.implementation import core
+from problems.core.interface import CoreWorld, Kept, Moving, Nearby, ProofAsked, Schedule, Search
 from problems.motions import Trajectory
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle, standing
@@ -30,16 +30,7 @@ EDGE_STEP = 0.05  # rad, of the joint that turns most between two postures that 
 REACH = 1.0  # rad, longest edge of a tree
 EXTENSIONS = 5_000
 SHORTCUTS = 60
-MOST_STOPS = 1_000  # postures of a way
 KEPT = 16  # robots, and worlds
-
-
-class Kept(IntFlag):
-    """What has to keep a distance."""
-
-    FROM_OBSTACLES = 1
-    FROM_EACH_OTHER = 2
-    ALL = 3
 
 
 @dataclass(frozen=True)
@@ -74,51 +65,8 @@ class Proof:
     where: Where | None
 
 
-@dataclass(frozen=True, eq=False)
-class Nearby:
-    """What comes near in postures.
-
-    Attributes:
-        samples: numbers of the postures, (m,).
-        own: whether it is another link, (m,).
-        rooms: how much more is kept than must be, (m,), m.
-        rates: how that changes with the time, (m,), m/s; zero where nothing moves.
-        gradients: how it changes with the joints, (m, dof), m/rad.
-    """
-
-    samples: NDArray[np.int32]
-    own: NDArray[np.bool_]
-    rooms: FloatArray
-    rates: FloatArray
-    gradients: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Schedule:
-    """When postures are passed, about: as far as they are along the straight way between two.
-
-    Attributes:
-        start: (dof,), rad.
-        goal: likewise.
-        begin: when the first is left, s.
-        end: when the second is reached, s.
-    """
-
-    start: FloatArray
-    goal: FloatArray
-    begin: float
-    end: float
-
-    @property
-    def numbers(self) -> FloatArray:
-        """As the core has them: slopes, s/rad; the time of the posture that is zero; first and last; (dof + 3,), s."""
-        way = self.goal - self.start
-        slopes = (self.end - self.begin) / max(float(way @ way), np.finfo(float).tiny) * way
-        return np.array([*slopes, self.begin - slopes @ self.start, self.begin, self.end])
-
-
 class World:
-    """A robot among obstacles that stand still or move at constant velocities, in the compiled core.
+    """A robot among obstacles that stand still or move at constant velocities, in the core.
 
     Where some move, it matters when postures are looked at: at the beginning where nothing is said.
 
@@ -134,8 +82,7 @@ class World:
 
     def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
         self._arm, self._obstacles, self._robot = robot, tuple(obstacles), known_robot(robot)
-        self._told = _told(robot, tuple(obstacle.unmoved for obstacle in obstacles))
-        self._library, self._world = self._told.library, self._told.known
+        self._world = _told(robot, tuple(obstacle.unmoved for obstacle in obstacles))
         self.dof = robot.dof
         self.margins = dict(zip((Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER), margins_of(robot), strict=True))
         drifts = drifts_of(obstacles)
@@ -145,7 +92,7 @@ class World:
 
     @classmethod
     def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:
-        """The world, where there is a core that knows robot, shapes and motions; the same object for the same world."""
+        """The world, where the core knows robot, shapes and motions; the same object for the same world."""
         return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
 
     @property
@@ -160,20 +107,16 @@ class World:
         assert found is not None
         return found
 
-    def _at(self, times: FloatArray | None, count: int) -> tuple[int | None, FloatArray | None]:
-        """Where drifts and times are in memory, for so many postures, none where nothing moves; and who owns them."""
+    def _moving(self, times: FloatArray | None, count: int) -> Moving | None:
+        """Where obstacles are in so many postures; None where nothing moves."""
         if self._drifts is None:
-            return None, None
-        return self._drifts.ctypes.data, np.ascontiguousarray(np.zeros(count) if times is None else times)
+            return None
+        return Moving(self._drifts, np.zeros(count) if times is None else np.ascontiguousarray(times, dtype=np.float64))
 
     def _rooms(self, theta: FloatArray, found: FloatArray, which: Kept, first: bool, times: FloatArray | None) -> None:
         """Replace by the room of postures what is larger."""
         theta = np.ascontiguousarray(theta, dtype=np.float64)
-        drifts, at = self._at(times, len(theta))
-        self._library.core_rooms(
-            self._world, which, first, len(theta), theta.ctypes.data, drifts, None if at is None else at.ctypes.data,
-            found.ctypes.data,
-        )  # fmt: skip
+        self._world.lower_to_rooms(theta, found, which, first, self._moving(times, len(theta)))
 
     def rooms(
         self, theta: FloatArray, most: float = np.inf, which: Kept = Kept.ALL, times: FloatArray | None = None
@@ -201,18 +144,8 @@ class World:
 
         Of each link and each obstacle, and of each two links, the two balls that come nearest.
         """
-        theta, capacity = np.ascontiguousarray(theta, dtype=np.float64), 16 * len(theta)
-        drifts, at = self._at(times, len(theta))
-        while True:
-            places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 2 + self.dof))
-            count = self._library.core_nearest(
-                self._world, Kept.ALL, below, len(theta), theta.ctypes.data, drifts,
-                None if at is None else at.ctypes.data, capacity, places.ctypes.data, values.ctypes.data,
-            )  # fmt: skip
-            if count <= capacity:
-                rooms, rates, gradients = values[:count, 0], values[:count, 1], values[:count, 2:]
-                return Nearby(places[:count, 0], places[:count, 1] == 1, rooms, rates, gradients)
-            capacity = count
+        theta = np.ascontiguousarray(theta, dtype=np.float64)
+        return self._world.nearest(theta, below, Kept.ALL, self._moving(times, len(theta)))
 
     def prove(
         self,
@@ -231,17 +164,13 @@ class World:
         """
         breaks = np.ascontiguousarray(trajectory.breakpoints, dtype=np.float64)
         coefficients = np.ascontiguousarray(trajectory.coefficients, dtype=np.float64)
-        values, places = np.empty(3), np.empty(3, dtype=np.int32)
-        order, pieces, _ = coefficients.shape
         drifts = self._drifts
         rounding = 0.0 if drifts is None else drift_rounding(self._arm, drifts, float(breaks[-1]))
-        status = self._library.core_prove(
-            self._world, which, gap, LEAST_CELLS, most_items, pieces, order, breaks.ctypes.data,
-            coefficients.ctypes.data, None if drifts is None else drifts.ctypes.data, rounding, values.ctypes.data,
-            places.ctypes.data,
-        )  # fmt: skip
-        proven, smallest, time = values.tolist()
-        return Proof({1: True, 0: False, -1: None}[status], proven, smallest, time, self._named(*places.tolist()))
+        found = self._world.prove(
+            ProofAsked(breaks, coefficients, which, gap, LEAST_CELLS, most_items, drifts, rounding)
+        )
+        status = {1: True, 0: False, -1: None}[found.status]
+        return Proof(status, found.proven, found.smallest, found.time, self._named(found.one, found.two, found.kind))
 
     def _named(self, one: int, two: int, kind: int) -> Where | None:
         if one < 0:
@@ -278,17 +207,9 @@ class World:
         """
         if not all(np.isfinite(part).all() for part in (start, goal, box)):
             raise ValueError("start, goal, box: a number is not finite")
-        numbers = np.ascontiguousarray(np.stack([start, goal, *box]), dtype=np.float64)
-        path, width = np.empty((MOST_STOPS, self.dof)), 8 * self.dof
-        first = numbers.ctypes.data
-        drifts = None if self._drifts is None else self._drifts.ctypes.data
-        passed = None if schedule is None else schedule.numbers
-        count = self._library.core_connect(
-            self._world, first, first + width, first + 2 * width, first + 3 * width, EDGE_STEP, spare, REACH,
-            extensions, SHORTCUTS, seed, drifts, None if passed is None else passed.ctypes.data, MOST_STOPS,
-            path.ctypes.data,
-        )  # fmt: skip
-        return path[:count].copy() if 0 < count <= MOST_STOPS else None
+        search = Search(box, EDGE_STEP, spare, REACH, extensions, SHORTCUTS, seed, self._drifts, schedule)
+        path = self._world.connect(start, goal, search)
+        return path if len(path) else None
 
     def described(self, where: Where, numbers: Sequence[int] | None = None) -> str:
         """What comes near what, for messages; obstacles have numbers from 1 on where none are given."""
@@ -310,17 +231,13 @@ class World:
 def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World | None:
     shapes = all(obstacle_numbers(obstacle.unmoved) is not None for obstacle in obstacles)
     known = shapes and drifts_of(obstacles) is not None
-    return World(robot, obstacles) if known and core_library() is not None else None
+    return World(robot, obstacles) if known else None
 
 
-class _Told:
-    """What the core was told of a robot among obstacles, as seen from their frames."""
-
-    def __init__(self, robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> None:
-        self.library, self.known = told(self, *described(robot, known_robot(robot), obstacles))
-
-
-_told = lru_cache(maxsize=KEPT)(_Told)
+@lru_cache(maxsize=KEPT)
+def _told(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CoreWorld:
+    """What the core makes of a robot among obstacles, as seen from their frames."""
+    return core().world(*described(robot, known_robot(robot), obstacles))
 
 
 @lru_cache(maxsize=KEPT)

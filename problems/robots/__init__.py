@@ -6,7 +6,17 @@ from problems.robots.chain import Chain, ChainJoint
 from problems.robots.description import RobotDescription
 from problems.robots.dynamics import RigidChain, RigidJoint, time_scales, time_scales_of_arrays
 from problems.robots.inertia import MASSLESS, Payload, planar_payload
-from problems.robots.inverse_kinematics import LONGEST_STEP, geometry_of, joint_bounds, postures, project, tool_jacobian
+from problems.robots.inverse_kinematics import (
+    LONGEST_STEP,
+    Bounds,
+    NewtonSteps,
+    Steps,
+    geometry_of,
+    joint_bounds,
+    postures,
+    project,
+    tool_jacobian,
+)
 from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
 from problems.robots.looks import Look, looks_text, read_looks
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
@@ -52,6 +62,7 @@ __all__ = [
     "ArmCover",
     "Ball",
     "Body",
+    "Bounds",
     "BoxShape",
     "CapsuleShape",
     "Carried",
@@ -65,6 +76,7 @@ __all__ = [
     "Look",
     "MeshNote",
     "MeshShape",
+    "NewtonSteps",
     "Orientations",
     "Payload",
     "PlanarArm",
@@ -77,6 +89,7 @@ __all__ = [
     "SpatialArm",
     "Sphere",
     "SphereShape",
+    "Steps",
     "Transform",
     "angles_between",
     "as_point",

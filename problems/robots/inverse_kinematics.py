@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TypeAlias
 
 import casadi as ca
@@ -31,6 +31,7 @@ ERROR_DAMPING = 0.05  # lambda over |e|^2
 LEAST_COMPILED_DAMPING = 1e-9  # keeps the equations solvable at a singular posture
 LONGEST_STEP = 0.6  # rad or m in any joint
 UPSIDE_DOWN = 1e-3  # least 1 + cos(a) that errors are divided by
+HALF_A_TURN = 1.0  # least size of the error of a tool upside down, whose Rodrigues vector may be anything
 
 Columns: TypeAlias = list[list[Operand]]
 Bounds: TypeAlias = tuple[FloatArray, FloatArray]  # the least and the most of each joint
@@ -213,7 +214,7 @@ def postures(
     rng: np.random.Generator,
     starts: int = 400,
     near: ArrayLike | None = None,
-    led: Steps | None = None,
+    steps: Steps | None = None,
 ) -> FloatArray:
     """Postures within the joints' limits that put the tool where it should be.
 
@@ -228,7 +229,7 @@ def postures(
         starts: how many.
         near: a posture (dof,) from which it begins too, and what the joints reach from there comes first; joints that
             can turn more than once are taken in the turn nearest to it, rad; the middle of their limits by default.
-        led: takes the steps; NumPy does by default.
+        steps: that are taken; those in NumPy by default.
 
     Returns:
         Postures (m, dof), rad or m, that differ by more than 0.001 in some joint; m = 0 where none is found. The tool
@@ -239,9 +240,7 @@ def postures(
     begun = search.starts(rng, starts)
     if near is not None:  # what is nearest, of a redundant arm, no random start may lead to
         begun = np.vstack([search.within(middle), begun])
-    theta = (
-        search.solved(begun) if led is None else led(begun, search.position, search.rotation, search.bounds, STEPS)[0]
-    )
+    theta, _ = (steps or search.steps)(begun, search.position, search.rotation, search.bounds, STEPS)
     theta = search.wrapped(theta[search.arrived(theta)], middle)
     # wrapping rounds an angle of several turns; what is returned has been checked as it is
     return search.distinct(theta[search.arrived(theta)])
@@ -278,13 +277,10 @@ class _Search:
         """Of the joints while they are stepped: a winding one is free."""
         return np.where(self.winding, -np.inf, self.low), np.where(self.winding, np.inf, self.high)
 
-    @cached_property
-    def kinematics(self) -> ca.Function:
-        """Position, rotation row by row and Jacobian column by column of a posture (dof, 1): (12 + 6 dof, 1)."""
-        theta = ca.SX.sym("theta", self.robot.dof)
-        position, rotation = self.robot.tool_pose(theta.T)
-        parts = position.T, rotation.T, ca.vec(tool_jacobian(self.robot, theta.T))
-        return ca.Function("kinematics", [theta], [ca.densify(ca.vertcat(*parts))])
+    @property
+    def steps(self) -> NewtonSteps:
+        """In NumPy."""
+        return NewtonSteps(self.robot)
 
     def starts(self, rng: np.random.Generator, count: int) -> FloatArray:
         """Uniform within the limits, of winding joints within a turn."""
@@ -296,55 +292,13 @@ class _Search:
         """The posture (dof,) within the limits that is nearest to another one."""
         return np.asarray(np.where(self.winding, theta, np.clip(theta, self.low, self.high)))
 
-    def solved(self, theta: FloatArray) -> FloatArray:
-        """Where damped Newton steps from each posture lead."""
-        theta = theta.copy()
-        size = np.full(len(theta), np.inf)
-        last = size.copy()
-        unsolved = np.arange(len(theta))
-        for number in range(STEPS):
-            error, jacobian = self.error(theta[unsolved])
-            size[unsolved] = np.linalg.norm(error, axis=1)
-            going = size[unsolved] > CONVERGED
-            if number % PATIENCE == 0:
-                going &= size[unsolved] < (1.0 - LEAST_GAIN) * last[unsolved]
-                last = size.copy()
-            unsolved, error, jacobian = unsolved[going], error[going], jacobian[going]
-            if not len(unsolved):
-                break
-            theta[unsolved] = self._stepped(theta[unsolved], error, jacobian)
-        return theta
-
-    def _stepped(self, theta: FloatArray, error: FloatArray, jacobian: FloatArray) -> FloatArray:
-        """A damped step; joints that would leave their limits stay there, and the others do their part."""
-        step = _damped(jacobian, error)
-        stuck = self._leaves(theta, step)
-        if np.any(stuck):
-            step = _damped(np.where(stuck[:, None, :], 0.0, jacobian), error)
-        step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.max(np.abs(step), axis=1, keepdims=True), 1e-300))
-        moved = theta + step
-        return self.within(moved)
-
-    def _leaves(self, theta: FloatArray, step: FloatArray) -> FloatArray:
-        outwards = ((theta >= self.high) & (step > 0.0)) | ((theta <= self.low) & (step < 0.0))
-        return np.asarray(outwards & ~self.winding)
-
-    def error(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What the tool lacks, m and rad along the axes outside, (n, 3 or 6), and its Jacobian (n, 3 or 6, dof)."""
-        values = as_array(self.kinematics(theta.T)).T
-        missing = self.position - values[:, :3]
-        turning = values[:, 12:].reshape(len(theta), -1, 6).transpose(0, 2, 1)
-        if self.rotation is None:
-            return missing, turning[:, :3]
-        between = self.rotation @ values[:, 3:12].reshape(-1, 3, 3).transpose(0, 2, 1)
-        return np.hstack([missing, rotation_vectors(between)]), turning
-
     def arrived(self, theta: FloatArray) -> FloatArray:
         """Which postures reach the pose within their limits, (n,)."""
         if not len(theta):
             return np.zeros(0, dtype=bool)
-        error, _ = self.error(theta)
-        reached = np.max(np.linalg.norm(error.reshape(len(theta), -1, 3), axis=2), axis=1) <= SOLVED
+        error, _, size = self.steps.error(theta, self.position, self.rotation)
+        parts = np.max(np.linalg.norm(error.reshape(len(theta), -1, 3), axis=2), axis=1)
+        reached = (parts <= SOLVED) & (size < HALF_A_TURN)
         within = np.all(self.winding | ((theta >= self.low) & (theta <= self.high)), axis=1)
         return np.asarray(reached & within)
 
@@ -366,25 +320,88 @@ class _Search:
         return np.array(kept).reshape(-1, self.robot.dof)
 
 
+@dataclass(frozen=True)
+class NewtonSteps:
+    """Damped Newton steps from postures towards a pose, in NumPy.
+
+    Args:
+        robot: whose tool is to be there.
+    """
+
+    robot: SpatialArm
+
+    def __call__(
+        self, theta: FloatArray, position: FloatArray, rotation: FloatArray | None, bounds: Bounds, steps: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Where they lead, and what each posture then lacks.
+
+        Args:
+            theta: where they begin, (n, dof), rad or m.
+            position: of the tool, (3,), m.
+            rotation: of the tool, (3, 3); None where it does not matter.
+            bounds: the least and the most of each joint, (dof,) each, infinite where there is none.
+            steps: at most; one posture takes no further ones if they lead nowhere.
+
+        Returns:
+            Postures (n, dof), and what each then lacks, m and rad together, (n,).
+        """
+        theta = np.array(theta, dtype=np.float64)
+        error, jacobian, size = self.error(theta, position, rotation)
+        last, unsolved = np.full(len(theta), np.inf), np.arange(len(theta))
+        for number in range(steps):
+            going = size[unsolved] > CONVERGED
+            if number % PATIENCE == 0:
+                going &= size[unsolved] < (1.0 - LEAST_GAIN) * last[unsolved]
+                last = size.copy()
+            unsolved, error, jacobian = unsolved[going], error[going], jacobian[going]
+            if not len(unsolved):
+                break
+            theta[unsolved] = _stepped(theta[unsolved], error, jacobian, bounds)
+            error, jacobian, size[unsolved] = self.error(theta[unsolved], position, rotation)
+        return theta, size
+
+    def error(
+        self, theta: FloatArray, position: FloatArray, rotation: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What the tool lacks, m and Rodrigues vector, (n, 3 or 6), its Jacobian (n, 3 or 6, dof), and its size, (n,).
+
+        Half a turn has no such vector, but a size.
+        """
+        values = as_array(_kinematics(self.robot)(theta.T)).T
+        missing = position - values[:, :3]
+        turning = values[:, 12:].reshape(len(theta), -1, 6).transpose(0, 2, 1)
+        if rotation is None:
+            return missing, turning[:, :3], np.linalg.norm(missing, axis=1)
+        between = rotation @ values[:, 3:12].reshape(-1, 3, 3).transpose(0, 2, 1)
+        skew, beside = between - between.transpose(0, 2, 1), (np.trace(between, axis1=1, axis2=2) + 1.0) / 2.0
+        vectors = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
+        error = np.hstack([missing, vectors / np.maximum(UPSIDE_DOWN, beside)[:, None]])
+        size = np.linalg.norm(error, axis=1)
+        return error, turning, np.where(beside < UPSIDE_DOWN, np.maximum(size, HALF_A_TURN), size)
+
+
+@lru_cache(maxsize=16)
+def _kinematics(robot: SpatialArm) -> ca.Function:
+    """Position, rotation row by row and Jacobian column by column of a posture (dof, 1): (12 + 6 dof, 1)."""
+    theta = ca.SX.sym("theta", robot.dof)
+    position, rotation = robot.tool_pose(theta.T)
+    parts = position.T, rotation.T, ca.vec(tool_jacobian(robot, theta.T))
+    return ca.Function("kinematics", [theta], [ca.densify(ca.vertcat(*parts))])
+
+
+def _stepped(theta: FloatArray, error: FloatArray, jacobian: FloatArray, bounds: Bounds) -> FloatArray:
+    """A damped step; joints that would leave their limits stay there, and the others do their part."""
+    low, high = bounds
+    step = _damped(jacobian, error)
+    stuck = ((theta >= high) & (step > 0.0)) | ((theta <= low) & (step < 0.0))
+    if np.any(stuck):
+        step = _damped(np.where(stuck[:, None, :], 0.0, jacobian), error)
+    step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.max(np.abs(step), axis=1, keepdims=True), 1e-300))
+    return np.asarray(np.clip(theta + step, low, high))
+
+
 def _damped(jacobian: FloatArray, error: FloatArray) -> FloatArray:
     """The step that lessens an error (n, m), damped by its square: (n, dof)."""
     damping = DAMPING * np.sum(error**2, axis=1) + LEAST_DAMPING
     square = jacobian @ jacobian.transpose(0, 2, 1) + damping[:, None, None] * np.eye(error.shape[1])
     return np.asarray((jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, error[:, :, None]))[:, :, 0])
-
-
-def rotation_vectors(rotations: FloatArray) -> FloatArray:
-    """Axis times angle, rad, of rotation matrices (n, 3, 3): (n, 3); its length is 0 for the identity alone."""
-    skew = rotations - rotations.transpose(0, 2, 1)
-    sine = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1) / 2
-    size = np.linalg.norm(sine, axis=1)
-    cosine = (np.trace(rotations, axis1=1, axis2=2) - 1.0) / 2
-    angle = np.arctan2(size, cosine)
-    # half a turn: the axis is the largest column of R + 1
-    flipped = (size < 1e-9) & (cosine < 0.0)
-    shifted = rotations + np.eye(3)
-    longest = np.argmax(np.linalg.norm(shifted, axis=1), axis=1)
-    column = np.take_along_axis(shifted, longest[:, None, None], axis=2)[:, :, 0]
-    length = np.maximum(np.where(flipped, np.linalg.norm(column, axis=1), size), 1e-300)[:, None]
-    axis = np.where(flipped[:, None], column, sine) / length
-    return np.where((size < 1e-9)[:, None] & ~flipped[:, None], sine, axis * angle[:, None])

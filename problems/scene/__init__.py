@@ -5,7 +5,7 @@ from problems.scene.moving import ConstantVelocity, MovingObstacle, ObstacleMoti
 from problems.scene.obstacle import Frames, Obstacle, standing
 from problems.scene.polygon import Polygon, Rectangle, crossing_clearance
 from problems.scene.polytope import Polytope
-from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, PlainSolid, Solid
+from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, PlainSolid, Shape, Solid
 from problems.scene.tabulated import LEAST_STEP, Tabulated, first_fault
 
 # by the names that scenarios have for them; one of the plane may have a namesake in space
@@ -40,6 +40,7 @@ __all__ = [
     "Polygon",
     "Polytope",
     "Rectangle",
+    "Shape",
     "Solid",
     "Tabulated",
     "crossing_clearance",

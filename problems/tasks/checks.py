@@ -178,7 +178,7 @@ class Surroundings:
 
     @cached_property
     def world(self) -> World | None:
-        """The same in the compiled core, where that knows it all."""
+        """The same in the core, where that knows it all."""
         return World.of(self.robot, self.obstacles)
 
     @cached_property

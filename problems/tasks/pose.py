@@ -22,7 +22,7 @@ from problems.base import (
     columns,
     rotation_of,
 )
-from problems.core import Arm
+from problems.core import steps_of
 from problems.limits import SAMPLING_MARGIN, can_hold
 from problems.robots import Robot, SpatialArm, joint_bounds, postures, project
 from problems.scene import Obstacle
@@ -148,9 +148,7 @@ class Pose(Place):
             InvalidProblem: it finds none, or none that is clear and held.
         """
         arm = _in_space(robot, field)
-        core = Arm.of(robot)
-        led = None if core is None else core.led
-        found = postures(arm, self.point, self.rotation, np.random.default_rng(SEED), STARTS, near, led)
+        found = postures(arm, self.point, self.rotation, np.random.default_rng(SEED), STARTS, near, steps_of(arm))
         what = f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
         if not len(found):
             raise InvalidProblem(field, f"no posture of {STARTS} searches for one has the tool at {what}")
@@ -187,22 +185,13 @@ class Pose(Place):
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
     def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Where the joints are put, projected onto the pose by the compiled core where that is there."""
-        arm = Arm.of(robot)
-        if arm is None:
-            return self._by_function(robot, chosen)
+        """Where the joints are put, projected onto the pose."""
+        arm = _in_space(robot)
         starts = np.array(self.branch) + OFFSET * chosen
-        ends = [as_array(end).ravel() for end in joint_bounds(_in_space(robot), KEPT, ca.DM(self.branch).T)]
+        ends = [as_array(end).ravel() for end in joint_bounds(arm, KEPT, ca.DM(self.branch).T)]
         low, high = ends or (np.full(robot.dof, end) for end in (-np.inf, np.inf))
-        theta, missing = arm.led(starts, self.position(robot), self.rotation, (low, high), STEPS)
+        theta, missing = steps_of(arm)(starts, self.position(robot), self.rotation, (low, high), STEPS)
         return theta, missing <= self.tolerance(robot)
-
-    def _by_function(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        x = ca.SX.sym("x", chosen.shape[1])
-        theta = self.posture(robot, x, 1.0, None)[0]
-        there = ca.Function("there", [x], [theta.T, ca.densify(ca.SX(self.miss(robot, theta))).T])
-        found, missing = (as_array(part).T for part in there(chosen.T))
-        return found, np.abs(missing).max(axis=1) <= self.tolerance(robot)
 
     @property
     def rotation(self) -> FloatArray | None:

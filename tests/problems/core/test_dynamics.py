@@ -12,6 +12,8 @@ from problems.robots import SpatialArm, built_in
 from problems.robots.chain import JointKind
 from problems.sequential.torques import CoreTorques, JointTorques
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 STATES = 37  # no multiple of the lanes
 
 

@@ -12,6 +12,8 @@ from scipy.interpolate import BSpline
 
 from problems.core import LinearProgram, SingleRows, WholeRows
 
+pytestmark = pytest.mark.usefixtures("each_core")
+
 HARD = 1e-7  # by how much a row may be broken that has to be kept
 COST = 2e-6  # s: no cost is farther from the least one
 DURATION, TRUST, FASTER, SLOWER = 1.3, 0.25, 0.2, 0.4
@@ -217,14 +219,6 @@ def test_the_same_program_has_the_same_solution_to_the_last_bit() -> None:
     assert one is not None and two is not None
     np.testing.assert_array_equal(one[0], two[0])
     assert one[1] == two[1]
-
-
-def test_without_a_core_highs_solves_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    program = planned(Shape(3, 8, 2, 10, 0))
-    monkeypatch.setattr("problems.core.linear_program.core_library", lambda: None)
-    found, other = program.solved(), program.by_highs()
-    assert found is not None and other is not None
-    np.testing.assert_array_equal(found[0], other[0])
 
 
 @pytest.mark.parametrize("reach", [2, 4, 5])

@@ -14,14 +14,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from problems.certify import CertificateStatus, prove_clearance, prove_covers
-from problems.core import Kept, Proof, World
+from problems.core import Kept, Proof, World, core
 from problems.limits import cover_limits, proximity_limits
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
 from problems.scene import Ball, Ellipsoid, HalfSpace, Obstacle
 
-DENSE = 20_000
+DENSE = 20_000 if core().name == "compiled" else 500
 ROUNDING = 1e-9  # m, of rooms in another order of sums
 HAIR = 1e-9  # m
 FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear

@@ -8,25 +8,20 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.core_robots import ROBOTS, postures, robot_of
+from scipy.spatial.transform import Rotation
 
-from problems import PlanarArm
 from problems.base import FloatArray
-from problems.core import Arm
+from problems.core import steps_of
 from problems.robots import SpatialArm, built_in, geometry_of
 from problems.robots import postures as found_by
-from problems.robots.inverse_kinematics import rotation_vectors
 from problems.tasks import Pose
+
+pytestmark = pytest.mark.usefixtures("each_core")
 
 SOLVED = 1e-9  # m and rad
 
 each_robot = pytest.mark.parametrize("name", ROBOTS)
 turned_or_not = pytest.mark.parametrize("turned", [True, False], ids=["pose", "point"])
-
-
-def arm_of(robot: SpatialArm) -> Arm:
-    arm = Arm.of(robot)
-    assert arm is not None
-    return arm
 
 
 def target(robot: SpatialArm, seed: int) -> tuple[FloatArray, FloatArray]:
@@ -44,10 +39,10 @@ def test_what_is_said_to_be_missing_is_what_the_tool_lacks(name: str, turned: bo
     robot = robot_of(name)
     position, rotation = target(robot, 1)
     starts = postures(robot, np.random.default_rng(2), 83)
-    found, missing = arm_of(robot).led(starts, position, rotation if turned else None, wide(robot), 40)
+    found, missing = steps_of(robot)(starts, position, rotation if turned else None, wide(robot), 40)
     places, turns = robot.tool_at(found)
     away = np.linalg.norm(places - position, axis=1)
-    angle = np.linalg.norm(rotation_vectors(rotation @ turns.transpose(0, 2, 1)), axis=1) if turned else 0.0
+    angle = Rotation.from_matrix(rotation @ turns.transpose(0, 2, 1)).magnitude() if turned else 0.0
     near = missing < 1e-3
     np.testing.assert_allclose(missing[near], np.hypot(away, angle)[near], rtol=1e-4, atol=1e-12)
     assert (np.hypot(away, angle)[~near] > 1e-4).all()
@@ -62,8 +57,10 @@ def test_the_same_postures_are_found_as_by_numpy(model: str, turned: bool) -> No
     robot = built_in(model).arm()
     theta = np.array([0.4, -1.2, 1.4, -1.8, 1.1, 1.3, 0.2])[: robot.dof]
     position, rotation = (part[0] for part in robot.tool_at(theta[None]))
-    arm, kept = arm_of(robot), rotation if turned else None
-    one, other = (found_by(robot, position, kept, np.random.default_rng(3), 60, theta, led) for led in (None, arm.led))
+    kept = rotation if turned else None
+    one, other = (
+        found_by(robot, position, kept, np.random.default_rng(3), 60, theta, steps) for steps in (None, steps_of(robot))
+    )
     assert len(one) > 2 and abs(len(one) - len(other)) <= 0.1 * len(one)
     np.testing.assert_allclose(other[0], one[0], atol=1e-7)
     if robot.dof == 6 and turned:  # finitely many: each is found by both
@@ -78,7 +75,7 @@ def test_no_joint_leaves_its_bounds_and_others_do_its_part() -> None:
     low, high = theta - 0.5, theta + 0.5
     low[2] = high[2] = theta[2]  # fixed
     starts = np.random.default_rng(4).uniform(low, high, (50, 7))
-    found, missing = arm_of(robot).led(starts, position, rotation, (low, high), 60)
+    found, missing = steps_of(robot)(starts, position, rotation, (low, high), 60)
     assert (found >= low).all() and (found <= high).all()
     assert (missing <= SOLVED).mean() > 0.9
 
@@ -87,7 +84,7 @@ def test_a_posture_that_is_there_stays() -> None:
     robot = built_in("ur5e").arm()
     theta = np.array([[0.4, -1.2, 1.4, -0.8, 1.1, 0.3]])
     position, rotation = (part[0] for part in robot.tool_at(theta))
-    found, missing = arm_of(robot).led(theta, position, rotation, wide(robot), 10)
+    found, missing = steps_of(robot)(theta, position, rotation, wide(robot), 10)
     np.testing.assert_allclose(found, theta, rtol=0.0, atol=1e-12)
     assert missing[0] <= 1e-12
 
@@ -98,9 +95,9 @@ def test_a_tool_upside_down_is_turned_and_a_place_out_of_reach_is_not_reached() 
     position, rotation = (part[0] for part in robot.tool_at(theta))
     over = rotation @ np.diag([1.0, -1.0, -1.0])
     starts = np.random.default_rng(5).uniform(*np.array(robot.position_limits).T, (100, 7))
-    _, missing = arm_of(robot).led(starts, position, over, wide(robot), 80)
+    _, missing = steps_of(robot)(starts, position, over, wide(robot), 80)
     assert (missing <= SOLVED).any()
-    found, missing = arm_of(robot).led(starts, np.array([9.0, 0.0, 0.0]), None, wide(robot), 80)
+    found, missing = steps_of(robot)(starts, np.array([9.0, 0.0, 0.0]), None, wide(robot), 80)
     assert np.isfinite(found).all() and (missing > 7.0).all()
 
 
@@ -108,19 +105,18 @@ def test_a_tool_turned_by_exactly_half_a_turn_is_not_there() -> None:
     robot = built_in("panda").arm()
     theta = np.array([[0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5]])
     position, rotation = (part[0] for part in robot.tool_at(theta))
-    _, missing = arm_of(robot).led(theta, position, rotation @ np.diag([1.0, -1.0, -1.0]), wide(robot), 0)
+    _, missing = steps_of(robot)(theta, position, rotation @ np.diag([1.0, -1.0, -1.0]), wide(robot), 0)
     assert missing[0] >= 1.0
 
 
 def test_what_counts_is_the_arm_and_its_tool_alone() -> None:
     robot = built_in("panda").arm()
     other = replace(robot, margin=0.1, spheres=())
-    assert Arm.of(robot) is Arm.of(other)
+    assert steps_of(robot) is steps_of(other)
     assert geometry_of(other) == geometry_of(robot)
-    assert Arm.of(PlanarArm((1.0, 1.0), (1.0, 1.0), (1.0, 1.0))) is None
 
 
-def test_postures_of_a_pose_are_those_that_function_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_postures_of_a_pose_are_those_that_its_function_gives() -> None:
     robot = built_in("panda").arm()
     theta = np.array([0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5])
     position, rotation = robot.tool_at(theta[None])
@@ -129,8 +125,10 @@ def test_postures_of_a_pose_are_those_that_function_gives(monkeypatch: pytest.Mo
     place = Pose.from_matrix(matrix).on_branch(theta)
     chosen = np.random.default_rng(6).uniform(-1.0, 1.0, (40, 7))
     found, reached = place.postures(robot, chosen)
-    monkeypatch.setattr(Arm, "of", lambda robot: None)
-    expected, expected_reached = place.postures(robot, chosen)
+    x = ca.SX.sym("x", 7)
+    posture = ca.Function("posture", [x], [place.posture(robot, x, 1.0, None)[0].T])
+    expected = np.array(posture(chosen.T)).T
+    expected_reached = np.abs(np.array(place.miss(robot, ca.DM(expected)))).max(axis=1) <= place.tolerance(robot)
     assert reached.sum() > 20 and (reached == expected_reached).mean() > 0.9
     both = reached & expected_reached
     np.testing.assert_allclose(found[both], expected[both], atol=1e-4)

@@ -15,6 +15,8 @@ from problems.core import Kept, World
 from problems.robots import SpatialArm
 from problems.scene import SOLIDS, Box, Ellipsoid, MovingObstacle, Obstacle, Tabulated
 
+pytestmark = pytest.mark.usefixtures("each_core")
+
 TOLERANCE = 1e-9  # m; where two balls are at the same distance up to rounding, either is the nearest
 
 

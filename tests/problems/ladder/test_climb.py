@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from helpers.core_robots import robot_of
 
-from problems.core import World, core_library
+from problems.core import World
 from problems.ladder import Climb, DeviationPolish, Deviations, gentler, joint_box
 from problems.ladder.climb import GOOD_ENOUGH
 from problems.limits import TorqueLimit, limits_of
@@ -19,12 +18,6 @@ from tpbso_casadi.facade.robots import robot
 
 START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
 WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
-
-
-@pytest.fixture(autouse=True)
-def there_is_a_core() -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
 
 
 def climb(arm: SpatialArm, *obstacles: Box) -> Climb:

@@ -10,7 +10,7 @@ from helpers.core_robots import robot_of
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.core import SingleRows, WholeRows, World, core_library
+from problems.core import SingleRows, WholeRows, World
 from problems.ladder import Climb, Deviations, Rates, joint_box
 from problems.robots import JointLimits
 from problems.scene import Box
@@ -83,8 +83,6 @@ def test_rows_know_how_ends_change_with_the_duration() -> None:
 
 
 def test_a_moving_arm_is_led_around_a_wall() -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
     arm = robot_of("upright")
     world, between = World.of(arm, (WALL,)), motions()
     assert world is not None
@@ -100,8 +98,6 @@ def test_a_moving_arm_is_led_around_a_wall() -> None:
     [{"start_velocity": LEAVING}, {"start_velocity": LEAVING, "goal_velocity": ARRIVING}, {"total_time": (3.0, 4.0)}],
 )
 def test_no_search_is_needed(keys: dict[str, tuple[float, ...]]) -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
     plan = tp.plan(tp.robot("panda"), start=START - LOW, goal=GOAL - LOW, obstacles=[WALL], **keys)
     assert plan.certified
     assert plan.result.evaluations == 0

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.core import World, core_library
+from problems.core import World
 from problems.ladder import Climb, Deviations, Passages, joint_box
 from problems.scene import Box
 from problems.tasks import Joints, Pose
@@ -108,8 +108,6 @@ def test_a_place_out_of_reach_is_not_passed() -> None:
 
 @pytest.mark.parametrize("goal", [GOAL, START])
 def test_ways_around_a_wall_lead_through_stops(goal: FloatArray) -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
     arm, via = robot_of("upright"), Joints(tuple(ASIDE))
     world, motions = World.of(arm, (WALL,)), Deviations(START, goal, arm.limits)
     assert world is not None
@@ -124,8 +122,6 @@ def test_ways_around_a_wall_lead_through_stops(goal: FloatArray) -> None:
 
 
 def test_vias_in_space_need_no_search() -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
     plan = tp.plan(tp.robot("panda"), start=START - LIFTED, goal=GOAL - LIFTED, via=[ASIDE - LIFTED], obstacles=[WALL])
     assert plan.status == "certified"
     assert plan.planned.search.evaluations == 0

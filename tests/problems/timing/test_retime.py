@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from problems import InvalidProblem, Trajectory
 from problems.base import FloatArray
-from problems.core import linear_program
+from problems.core import LinearProgram
 from problems.motions import JointPath
 from problems.robots import JointLimits
 from problems.timing import SpeedProfile, departure, retime
@@ -137,8 +137,7 @@ def test_units_do_not_matter(factor: float) -> None:
 
 
 def test_without_the_linear_program_slower_but_valid(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear_program, "METHODS", ())
-    monkeypatch.setattr(linear_program, "core_library", lambda: None)
+    monkeypatch.setattr(LinearProgram, "solved", lambda self: None)
     for path, limits in ((curve(), LIMITS), (polyline(WAYPOINTS), LIMITS), (JointPath.through(WAYPOINTS), SMOOTH)):
         check_kept(retime(path, limits), limits)
 

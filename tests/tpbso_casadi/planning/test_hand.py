@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
 from benchmarks.hand_constraints import tilts
-from problems.core import core_library
 from tpbso_casadi.cli.commands import audit, solve
 
 # postures of a Panda with the hand downward, on either side of a box; the straight way between them tips it over
@@ -19,8 +18,6 @@ START, GOAL = [-0.9, 0.3, 0.1, -2.0, 0.0, 2.3, 0.0], [1.0, 0.55, -0.2, -1.6, 0.1
 BOX = {"shape": "box", "center": [0.55, 0.0, 0.14], "size": [0.25, 0.08, 0.28]}
 CELL: dict[str, Any] = {"start": {"joints": START}, "goal": {"joints": GOAL}, "obstacles": [BOX]}
 TOLERANCE = 0.15
-
-needs_core = pytest.mark.skipif(core_library() is None, reason="there is no compiled core")
 
 
 def verdict(plan: tp.Plan, name: str) -> tp.Verdict:
@@ -34,7 +31,6 @@ def tool_speeds(plan: tp.Plan) -> np.ndarray:
     return np.linalg.norm(steps, axis=1) / np.diff(times)
 
 
-@needs_core
 def test_an_upright_move_in_space_needs_no_search() -> None:
     free = tp.plan("panda", **CELL)
     plan = tp.plan("panda", **CELL, constraints=[tp.Upright(tolerance=TOLERANCE)])
@@ -46,7 +42,6 @@ def test_an_upright_move_in_space_needs_no_search() -> None:
     assert plan.duration >= free.duration * (1.0 - 2e-3)
 
 
-@needs_core
 def test_a_limit_of_the_tools_speed_holds_and_slows_the_motion_down() -> None:
     free = tp.plan("panda", **CELL)
     most = 0.5 * tool_speeds(free).max()
@@ -56,7 +51,6 @@ def test_a_limit_of_the_tools_speed_holds_and_slows_the_motion_down() -> None:
     assert free.duration < plan.duration < 3.0 * free.duration
 
 
-@needs_core
 def test_the_orientation_and_the_place_of_a_tool_are_kept_to_a_degree() -> None:
     robot = tp.robot("panda").model
     [place], [rotation] = robot.tool_at(np.array([START]))
@@ -94,7 +88,6 @@ goal = {{ joints = {np.degrees(GOAL).tolist()} }}
 """
 
 
-@needs_core
 def test_by_command_it_is_planned_stored_and_audited(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "upright.toml"
     file.write_text(SCENARIO)

@@ -1,0 +1,177 @@
+"""The compiled core, called by ctypes: arrays in, arrays out."""
+
+from __future__ import annotations
+
+import weakref
+from ctypes import CDLL, c_void_p
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray
+from problems.core.description import RobotNumbers, described
+from problems.core.interface import Core, CoreWorld, Kept, Moving, Nearby, ProofAsked, ProofFound, Search
+from problems.core.rows import ProgramData
+from problems.robots import Bounds, SpatialArm, Steps
+
+MOST_STOPS = 1_000  # postures of a way for which there is room at first
+
+
+class CompiledCore(Core):
+    """All of it.
+
+    Args:
+        library: the core.
+    """
+
+    name = "compiled"
+
+    def __init__(self, library: CDLL) -> None:
+        self._library = library
+
+    def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
+        """What a description says."""
+        return CompiledWorld(self._library, counts, numbers)
+
+    def steps(self, geometry: SpatialArm) -> Steps:
+        """Damped Newton steps of an arm, of which nothing but where its tool is counts."""
+        return CompiledSteps(self._library, geometry)
+
+    def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
+        """The solution of a linear program."""
+        n, k = program.lower.shape
+        x, tau = np.empty((n, k)), np.empty(1)
+        one, every = program.single, program.whole
+        single: list[NDArray[Any]] = [
+            *_whole_numbers(one.joint, one.first),
+            *_numbers(one.weights, one.by_time, one.bound),
+        ]
+        whole: list[NDArray[Any]] = [
+            *_whole_numbers(every.first),
+            *_numbers(every.weights, every.by_time, every.bound, every.price),
+        ]
+        box = _numbers(program.lower, program.upper, *(() if program.cost is None else (program.cost,)))
+        steps = self._library.core_program(
+            one.weights.shape[1], k, n, len(one.bound), *(part.ctypes.data for part in single),
+            len(every.bound), *(part.ctypes.data for part in whole), *(part.ctypes.data for part in box),
+            *((None,) if program.cost is None else ()), *program.times, x.ctypes.data, tau.ctypes.data,
+        )  # fmt: skip
+        return (x, float(tau[0])) if steps > 0 else None
+
+
+def _whole_numbers(*parts: NDArray[np.intp]) -> list[NDArray[np.int32]]:
+    return [np.ascontiguousarray(part, dtype=np.int32) for part in parts]
+
+
+def _numbers(*parts: FloatArray) -> list[FloatArray]:
+    return [np.ascontiguousarray(part, dtype=np.float64) for part in parts]
+
+
+def _told(owner: object, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray) -> c_void_p:
+    """What the core has made of a description: it is forgotten together with its owner."""
+    known = c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
+    weakref.finalize(owner, library.core_forget, known)
+    return known
+
+
+def _place(numbers: FloatArray | None) -> int | None:
+    """Where numbers are in memory."""
+    return None if numbers is None else int(numbers.ctypes.data)
+
+
+def _at(moving: Moving | None) -> tuple[int | None, int | None]:
+    """Where drifts and times are."""
+    return (None, None) if moving is None else (_place(moving.drifts), _place(moving.times))
+
+
+class CompiledWorld(CoreWorld):
+    """A robot among solids.
+
+    Args:
+        library: the core.
+        counts: of a description.
+        numbers: of the same.
+    """
+
+    def __init__(self, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray) -> None:
+        self._library, self._world = library, _told(self, library, counts, numbers)
+        self._dof = int(counts[0])
+
+    def lower_to_rooms(
+        self, theta: FloatArray, found: FloatArray, which: Kept, first_hit: bool, moving: Moving | None = None
+    ) -> None:
+        """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m."""
+        self._library.core_rooms(
+            self._world, which, first_hit, len(theta), theta.ctypes.data, *_at(moving), found.ctypes.data
+        )
+
+    def nearest(self, theta: FloatArray, below: float, which: Kept, moving: Moving | None = None) -> Nearby:
+        """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
+        capacity = 16 * len(theta)
+        while True:
+            places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 2 + self._dof))
+            count = self._library.core_nearest(
+                self._world, which, below, len(theta), theta.ctypes.data, *_at(moving), capacity, places.ctypes.data,
+                values.ctypes.data,
+            )  # fmt: skip
+            if count <= capacity:
+                rooms, rates, gradients = values[:count, 0], values[:count, 1], values[:count, 2:]
+                return Nearby(places[:count, 0], places[:count, 1] == 1, rooms, rates, gradients)
+            capacity = count
+
+    def prove(self, asked: ProofAsked) -> ProofFound:
+        """Bound the room of a motion for all t."""
+        values, places = np.empty(3), np.empty(3, dtype=np.int32)
+        order, pieces, _ = asked.coefficients.shape
+        drifts = _place(asked.drifts)
+        status = self._library.core_prove(
+            self._world, asked.which, asked.gap, asked.cells, asked.most_items, pieces, order,
+            asked.breaks.ctypes.data, asked.coefficients.ctypes.data, drifts, asked.rounding, values.ctypes.data,
+            places.ctypes.data,
+        )  # fmt: skip
+        (proven, smallest, time), (one, two, kind) = values.tolist(), places.tolist()
+        return ProofFound(int(status), proven, smallest, time, one, two, kind)
+
+    def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
+        """A way between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 where none is found."""
+        numbers = np.ascontiguousarray(np.stack([start, goal, *search.box]), dtype=np.float64)
+        path, width = np.empty((MOST_STOPS, self._dof)), 8 * self._dof
+        first, passed = numbers.ctypes.data, None if search.schedule is None else search.schedule.numbers
+        count = self._library.core_connect(
+            self._world, first, first + width, first + 2 * width, first + 3 * width, search.step, search.spare,
+            search.reach, search.extensions, search.shortcuts, search.seed, _place(search.drifts),
+            _place(passed), MOST_STOPS, path.ctypes.data,
+        )  # fmt: skip
+        return path[: count if count <= MOST_STOPS else 0].copy()
+
+
+class CompiledSteps:
+    """Damped Newton steps of an arm.
+
+    Args:
+        library: the core.
+        geometry: an arm, of which nothing else counts.
+    """
+
+    def __init__(self, library: CDLL, geometry: SpatialArm) -> None:
+        self._library = library
+        self._arm = _told(self, library, *described(geometry, RobotNumbers.of(geometry), ()))
+        frame = geometry.tool_frame
+        turned = [float(part) for row in frame.rotation for part in row]
+        self._tool = np.array([*turned, *map(float, frame.translation)])
+
+    def __call__(
+        self, theta: FloatArray, position: FloatArray, rotation: FloatArray | None, bounds: Bounds, steps: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Where they lead from postures (n, dof), and what each then lacks, m and rad together, (n,)."""
+        found = np.array(theta, dtype=np.float64, order="C")
+        missing = np.empty(len(found))
+        target = [np.ascontiguousarray(part, dtype=np.float64) for part in (position, *bounds)]
+        turn = np.zeros(9) if rotation is None else np.ascontiguousarray(rotation, dtype=np.float64)
+        place, low, high = (part.ctypes.data for part in target)
+        self._library.core_reach(
+            self._arm, self._tool.ctypes.data, place, turn.ctypes.data, rotation is not None, low, high, steps,
+            len(found), found.ctypes.data, missing.ctypes.data,
+        )  # fmt: skip
+        return found, missing

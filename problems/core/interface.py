@@ -1,0 +1,216 @@
+"""What the core answers: of a robot among solids, of linear programs, of an arm's tool; compiled, or in NumPy.
+
+Both read the same description (:mod:`problems.core.description`) and follow the same algorithms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntFlag
+from functools import cached_property
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray
+from problems.core.rows import ProgramData
+from problems.robots import SpatialArm, Steps
+
+
+class Kept(IntFlag):
+    """What has to keep a distance."""
+
+    FROM_OBSTACLES = 1
+    FROM_EACH_OTHER = 2
+    ALL = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Nearby:
+    """What comes near in postures.
+
+    Attributes:
+        samples: numbers of the postures, (m,).
+        own: whether it is another link, (m,).
+        rooms: how much more is kept than must be, (m,), m.
+        rates: how that changes with the time, (m,), m/s; zero where nothing moves.
+        gradients: how it changes with the joints, (m, dof), m/rad.
+    """
+
+    samples: NDArray[np.int32]
+    own: NDArray[np.bool_]
+    rooms: FloatArray
+    rates: FloatArray
+    gradients: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """Solids that move, without turning, at constant velocities.
+
+    Attributes:
+        drifts: of each where it is at t = 0, m, its velocity, m/s, and how much more is kept from it with every second,
+            m/s, (solids, 7).
+        times: at which each posture is looked at, (n,), s.
+    """
+
+    drifts: FloatArray
+    times: FloatArray
+
+    @cached_property
+    def ways(self) -> FloatArray:
+        """How far each solid has moved, (3, solids, n), m."""
+        return np.asarray(self.drifts[:, :3].T[..., None] + self.drifts[:, 3:6].T[..., None] * self.times)
+
+    @cached_property
+    def more(self) -> FloatArray:
+        """How much more is kept of each solid by then, (solids, n), m."""
+        return np.asarray(self.drifts[:, 6:] * self.times)
+
+    def part(self, chosen: slice) -> Moving:
+        """In some of the postures."""
+        return Moving(self.drifts, self.times[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """When postures are passed, about: as far as they are along the straight way between two.
+
+    Attributes:
+        start: (dof,), rad.
+        goal: likewise.
+        begin: when the first is left, s.
+        end: when the second is reached, s.
+    """
+
+    start: FloatArray
+    goal: FloatArray
+    begin: float
+    end: float
+
+    @property
+    def numbers(self) -> FloatArray:
+        """As the core has them: slopes, s/rad; the time of the posture that is zero; first and last; (dof + 3,), s."""
+        way = self.goal - self.start
+        slopes = (self.end - self.begin) / max(float(way @ way), np.finfo(float).tiny) * way
+        return np.array([*slopes, self.begin - slopes @ self.start, self.begin, self.end])
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """How ways are sought.
+
+    Attributes:
+        box: lower and upper bounds of what is tried, (2, dof), rad.
+        step: of looks along an edge, rad of the joint that turns most.
+        spare: what is kept where it is looked at on top of what must be, m.
+        reach: longest edge of a tree, rad.
+        extensions: of the trees, at most.
+        shortcuts: that are tried.
+        seed: of what is drawn.
+        drifts: how solids move, (solids, 7); None where none does.
+        schedule: when postures are passed, about; all at the beginning where None.
+    """
+
+    box: FloatArray
+    step: float
+    spare: float
+    reach: float
+    extensions: int
+    shortcuts: int
+    seed: int
+    drifts: FloatArray | None = None
+    schedule: Schedule | None = None
+
+
+class ProofAsked(NamedTuple):
+    """What a proof is to show.
+
+    Attributes:
+        breaks: where polynomials begin and end, (pieces + 1,), s.
+        coefficients: of the joints, the highest power first, of the time since a piece began, (order, pieces, dof).
+        which: what has to keep a distance.
+        gap: by which share of the smallest room the proven one may be smaller.
+        cells: of time, at least, at the beginning.
+        most_items: that are looked at.
+        drifts: how solids move, (solids, 7); None where none does.
+        rounding: how much farther than the description says distances may be off then, m.
+    """
+
+    breaks: FloatArray
+    coefficients: FloatArray
+    which: Kept
+    gap: float
+    cells: int
+    most_items: int
+    drifts: FloatArray | None
+    rounding: float
+
+
+class ProofFound(NamedTuple):
+    """What a proof has shown.
+
+    Attributes:
+        status: 1 where it is proven, 0 where something is too near at some time, -1 where that is not known.
+        proven: room at all times, m; -inf where none is proven.
+        smallest: room that was seen, m; infinite where nothing was looked at.
+        time: of that, s.
+        one: node of that; negative where there is none.
+        two: solid or other node.
+        kind: 0 of a solid, 1 of two nodes.
+    """
+
+    status: int
+    proven: float
+    smallest: float
+    time: float
+    one: int
+    two: int
+    kind: int
+
+
+class CoreWorld(Protocol):
+    """A robot among solids."""
+
+    def lower_to_rooms(
+        self, theta: FloatArray, found: FloatArray, which: Kept, first_hit: bool, moving: Moving | None = None
+    ) -> None:
+        """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m.
+
+        Args:
+            theta: postures.
+            found: what is replaced.
+            which: what has to keep a distance.
+            first_hit: whether less than what was there is enough, however much less.
+            moving: how solids move; None where they stand still.
+        """
+
+    def nearest(self, theta: FloatArray, below: float, which: Kept, moving: Moving | None = None) -> Nearby:
+        """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
+
+    def prove(self, asked: ProofAsked) -> ProofFound:
+        """Bound the room of a motion for all t."""
+
+    def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
+        """A way between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 where none is found."""
+
+
+class Core(Protocol):
+    """One implementation of it all.
+
+    Attributes:
+        name: of the implementation.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
+    def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
+        """What a description says."""
+
+    def steps(self, geometry: SpatialArm) -> Steps:
+        """Damped Newton steps of an arm, of which nothing but where its tool is counts."""
+
+    def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
+        """The solution of a linear program, control points (n, k) and tau; None where nothing was found."""

@@ -1,0 +1,347 @@
+"""Where everything is in many postures at once, and how far things are apart there.
+
+What is far from a ball is far from all that it holds: only what may matter is opened.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray
+from problems.core.interface import Moving
+from problems.core.reference.model import Model, Numbers
+
+
+class Postures:
+    """A model in n postures.
+
+    Args:
+        model: of the robot and what is around.
+        theta: (n, dof), rad.
+        moving: how solids move; None where they stand still.
+
+    Attributes:
+        frames: rotation and translation of the base and of the frame of each joint, (3, 4, bodies, n).
+    """
+
+    def __init__(self, model: Model, theta: FloatArray, moving: Moving | None = None) -> None:
+        self.model, self.moving, self.count = model, moving, len(theta)
+        own, frames = model.joints.own(theta), np.empty((3, 4, model.dof + 1, len(theta)))
+        frames[:, :, 0] = model.base[..., None]
+        for k in range(model.dof):
+            before, after = frames[:, :, k], own[:, :, k]
+            place = before[:, 0:1] * after[0:1]
+            place += before[:, 1:2] * after[1:2]
+            place += before[:, 2:3] * after[2:3]
+            place[:, 3] += before[:, 3]
+            frames[:, :, k + 1] = place
+        self.frames = frames
+
+    def centers(self, nodes: Numbers, rows: Numbers) -> FloatArray:
+        """Of nodes (m,) in postures (m,), (3, m), m."""
+        own, at = self.model.nodes, self.model.nodes.body[nodes] * self.count + rows
+        frames, points = self.frames.reshape(3, 4, -1)[:, :, at], own.centers[:, nodes]
+        return np.asarray(frames[:, 0] * points[0] + frames[:, 1] * points[1] + frames[:, 2] * points[2] + frames[:, 3])
+
+    def centers_everywhere(self, nodes: Numbers) -> FloatArray:
+        """Of nodes (r,) in all postures, (3, r, n), m."""
+        own = self.model.nodes
+        frames, (x, y, z) = self.frames[:, :, own.body[nodes]], own.centers[:, nodes, None]
+        return np.asarray(frames[:, 0] * x + frames[:, 1] * y + frames[:, 2] * z + frames[:, 3])
+
+    @cached_property
+    def axes(self) -> FloatArray:
+        """Directions of the joints' axes, (3, dof, n)."""
+        return np.asarray(np.einsum("abkn,bk->akn", self.frames[:, :3, 1:], self.model.joints.axis))
+
+
+class Items(NamedTuple):
+    """Pairs of a node and a solid, or of two nodes, in postures.
+
+    Attributes:
+        row: number of the posture, (m,).
+        top: number of the pair of first nodes in which it is, (m,).
+        one: number of the node, (m,).
+        two: number of the solid, or of the other node, (m,).
+    """
+
+    row: Numbers
+    top: Numbers
+    one: Numbers
+    two: Numbers
+
+    def taken(self, chosen: Numbers | NDArray[np.bool_] | slice) -> Items:
+        """Some of them."""
+        return Items(*(part[chosen] for part in self))
+
+
+def joined(parts: Sequence[Items]) -> Items:
+    """Several in one."""
+    return Items(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+STEP = 1e-6  # m, of differences of distances
+SHORTEST = 1e-12  # what ways are divided by
+NEARLY = 1e-8  # m, more than distances are off by
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """What has to keep a distance from what.
+
+    Args:
+        model: of which robot and what is around.
+
+    Attributes:
+        kind: 0 where the second is a solid, 1 where it is a node.
+    """
+
+    kind: ClassVar[int]
+
+    model: Model
+
+    @property
+    @abstractmethod
+    def tops(self) -> tuple[Numbers, Numbers]:
+        """All pairs of first nodes, (t,) each."""
+
+    @abstractmethod
+    def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
+        """The rooms of all pairs of first nodes, (t, n), m; see :meth:`rooms`; enough, (n,), m."""
+
+    @abstractmethod
+    def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+        """How far they are apart, less what they have to keep, or no more where that is more than enough, (m,), m."""
+
+    @abstractmethod
+    def openings(self, items: Items) -> FloatArray:
+        """The radius of what could be opened, (m,), m; 0 of balls themselves."""
+
+    @abstractmethod
+    def opened(self, items: Items) -> Items:
+        """All that items hold which can be opened, in smaller parts."""
+
+    @abstractmethod
+    def most(self, items: Items, rooms: FloatArray) -> FloatArray:
+        """What no ball that items hold, which have rooms (m,), has more room than, (m,), m; infinite where unknown."""
+
+    @abstractmethod
+    def ways_out(self, postures: Postures, items: Items) -> FloatArray:
+        """The unit vectors along which distances grow fastest where the first of both moves, (3, m)."""
+
+    @abstractmethod
+    def rates(self, items: Items, out: FloatArray, drifts: FloatArray) -> FloatArray:
+        """How rooms change with the time, (m,), m/s; ways out (3, m), drifts as of :class:`Moving`."""
+
+    @abstractmethod
+    def standing(self, items: Items) -> Numbers:
+        """The body that carries the second of both, 0 where it is not carried, (m,)."""
+
+    @abstractmethod
+    def paces(self, items: Items, drifts: FloatArray) -> FloatArray:
+        """At which the second of both comes nearer by itself at most, (m,), m/s; drifts as of :class:`Moving`."""
+
+    def first(self, postures: Postures, enough: FloatArray) -> tuple[Items, FloatArray]:
+        """Pairs of first nodes that have no more than enough room, (n,), m, and how much."""
+        rooms = self.first_rooms(postures, enough)
+        top, row = np.nonzero(~(rooms >= enough))
+        one, two = self.tops
+        return Items(row, top, one[top], two[top]), rooms[top, row]
+
+    def smaller(self, postures: Postures, items: Items, enough: FloatArray) -> tuple[Items, FloatArray]:
+        """What items hold that has no more than enough room in its posture, (n,), m, and how much."""
+        items = self.opened(items)
+        most = enough[items.row]
+        rooms = self.rooms(postures, items, most)
+        kept = np.flatnonzero(~(rooms >= most))
+        return items.taken(kept), rooms[kept]
+
+
+class FromSolids(Side):
+    """Links from solids."""
+
+    kind: ClassVar[int] = 0
+
+    @cached_property
+    def tops(self) -> tuple[Numbers, Numbers]:
+        """First nodes of links, and solids."""
+        return self.model.watched[:, 0], self.model.watched[:, 1]
+
+    @cached_property
+    def _links(self) -> tuple[Numbers, Numbers]:
+        """The nodes among the first of all pairs, (r,), and which of these each pair's is, (t,)."""
+        nodes, links = np.unique(self.tops[0], return_inverse=True)
+        return nodes, links
+
+    def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
+        """Of all links and all solids at once."""
+        model, (nodes, links), solids = self.model, self._links, self.tops[1]
+        kept = (model.nodes.radii[nodes] + model.margins[0])[None, :, None]
+        moving = postures.moving
+        if moving is not None:
+            kept = kept + moving.more[:, None]
+        ways = None if moving is None else moving.ways
+        points = postures.centers_everywhere(nodes)
+        return np.asarray((model.solids.from_all(points, ways, enough + kept) - kept)[solids, links])
+
+    def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+        """Of nodes from solids."""
+        kept = self.model.nodes.radii[items.one] + self.model.margins[0]
+        if postures.moving is not None:
+            kept += postures.moving.more[items.two, items.row]
+        return np.asarray(self.model.solids.distances(items.two, self.seen(postures, items), enough + kept) - kept)
+
+    @staticmethod
+    def seen(postures: Postures, items: Items) -> FloatArray:
+        """Centres as seen from where solids have moved to, (3, m), m."""
+        points = postures.centers(items.one, items.row)
+        return points if postures.moving is None else points - postures.moving.ways[:, items.two, items.row]
+
+    def openings(self, items: Items) -> FloatArray:
+        """Of nodes."""
+        return self.model.nodes.openings[items.one]
+
+    def opened(self, items: Items) -> Items:
+        """Nodes' children."""
+        children, parents = self.model.nodes.children(items.one)
+        return Items(items.row[parents], items.top[parents], children, items.two[parents])
+
+    def most(self, items: Items, rooms: FloatArray) -> FloatArray:
+        """A ball that a node holds is at its far side at most; bounds of distances from ellipsoids say less."""
+        found = rooms + 2.0 * self.model.nodes.radii[items.one] + NEARLY
+        return np.where(self.model.solids.is_exact[items.two], found, np.inf)
+
+    def ways_out(self, postures: Postures, items: Items) -> FloatArray:
+        """By differences."""
+        seen, m = self.seen(postures, items), len(items.row)
+        around = np.repeat(seen[:, None], 6, axis=1)  # (3, 6, m)
+        for axis in range(3):
+            around[axis, 2 * axis] += STEP
+            around[axis, 2 * axis + 1] -= STEP
+        there = self.model.solids.distances(np.tile(items.two, 6), around.reshape(3, -1), np.full(6 * m, np.inf))
+        there = there.reshape(3, 2, m)
+        return _unit(there[:, 0] - there[:, 1])
+
+    def rates(self, items: Items, out: FloatArray, drifts: FloatArray) -> FloatArray:
+        """By what solids come nearer, and by what more is kept of them."""
+        own = drifts[items.two]
+        return np.asarray(-(own[:, 3:6] * out.T).sum(axis=1) - own[:, 6])
+
+    def standing(self, items: Items) -> Numbers:
+        """Solids are not carried."""
+        return np.zeros(len(items.row), dtype=np.intp)
+
+    def paces(self, items: Items, drifts: FloatArray) -> FloatArray:
+        """Of solids, with what is kept of them as it grows."""
+        return np.asarray(_length(drifts[:, 3:6].T) + drifts[:, 6])[items.two]
+
+
+class FromEachOther(Side):
+    """Links from each other."""
+
+    kind: ClassVar[int] = 1
+
+    @cached_property
+    def tops(self) -> tuple[Numbers, Numbers]:
+        """First nodes of both."""
+        return self.model.groups[:, 0], self.model.groups[:, 1]
+
+    @cached_property
+    def _links(self) -> tuple[Numbers, Numbers]:
+        """The nodes among the first of all pairs, (r,), and which of these both of each pair are, (2, t)."""
+        nodes, links = np.unique(self.model.groups[:, :2].T, return_inverse=True)
+        return nodes, links.reshape(2, -1)
+
+    @cached_property
+    def _kept(self) -> FloatArray:
+        radii, (one, two) = self.model.nodes.radii, self.tops
+        return np.asarray(radii[one] + radii[two] + self.model.margins[1])
+
+    def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
+        """Of all pairs at once."""
+        nodes, (one, two) = self._links
+        points = postures.centers_everywhere(nodes)
+        apart = points[:, one] - points[:, two]
+        return np.asarray(_length(apart) - self._kept[:, None])
+
+    def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+        """Of two nodes."""
+        radii = self.model.nodes.radii
+        apart = postures.centers(items.one, items.row) - postures.centers(items.two, items.row)
+        return np.asarray(_length(apart) - (radii[items.one] + radii[items.two] + self.model.margins[1]))
+
+    @cached_property
+    def _listed(self) -> NDArray[np.bool_]:
+        """Of which groups pairs of balls are meant."""
+        return np.asarray(self.model.groups[:, 2] < self.model.groups[:, 3])
+
+    def openings(self, items: Items) -> FloatArray:
+        """The larger of the two; of pairs that are listed that of all of them together."""
+        nodes = self.model.nodes
+        found = np.maximum(nodes.openings[items.one], nodes.openings[items.two])
+        if not self._listed.any():
+            return found
+        one, two = (first[items.top] for first in self.tops)
+        whole = (items.one == one) & (items.two == two)
+        both = np.where(whole, nodes.radii[items.one] + nodes.radii[items.two], 0.0)
+        return np.where(self._listed[items.top], both, found)
+
+    def opened(self, items: Items) -> Items:
+        """The children of the larger, or the pairs that are listed."""
+        nodes = self.model.nodes
+        listed = self._listed[items.top]
+        second = nodes.openings[items.one] < nodes.openings[items.two]
+        parts = [self._children(items.taken(~listed & ~second)), self._swapped(items.taken(~listed & second))]
+        if listed.any():
+            parts.append(self._pairs(items.taken(listed)))
+        return joined(parts)
+
+    def _children(self, items: Items) -> Items:
+        children, parents = self.model.nodes.children(items.one)
+        return Items(items.row[parents], items.top[parents], children, items.two[parents])
+
+    def _swapped(self, items: Items) -> Items:
+        children, parents = self.model.nodes.children(items.two)
+        return Items(items.row[parents], items.top[parents], items.one[parents], children)
+
+    def _pairs(self, items: Items) -> Items:
+        begin, end = self.model.groups[items.top, 2], self.model.groups[items.top, 3]
+        parents = np.repeat(np.arange(len(items.row)), end - begin)
+        within = np.arange(len(parents)) - np.repeat(np.cumsum(end - begin) - (end - begin), end - begin)
+        one, two = self.model.pairs[begin[parents] + within].T
+        return Items(items.row[parents], items.top[parents], one, two)
+
+    def most(self, items: Items, rooms: FloatArray) -> FloatArray:
+        """Balls are at the far sides of both nodes at most."""
+        return rooms + 2.0 * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two]) + NEARLY
+
+    def ways_out(self, postures: Postures, items: Items) -> FloatArray:
+        """From one centre to the other."""
+        return _unit(postures.centers(items.one, items.row) - postures.centers(items.two, items.row))
+
+    def rates(self, items: Items, out: FloatArray, drifts: FloatArray) -> FloatArray:
+        """Links move with the joints alone."""
+        return np.zeros(len(items.row))
+
+    def standing(self, items: Items) -> Numbers:
+        """That of the other node."""
+        return self.model.nodes.body[items.two]
+
+    def paces(self, items: Items, drifts: FloatArray) -> FloatArray:
+        """Links move with the joints alone."""
+        return np.zeros(len(items.row))
+
+
+def _unit(ways: FloatArray) -> FloatArray:
+    return np.asarray(ways / np.maximum(_length(ways), SHORTEST))
+
+
+def _length(apart: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(apart[0] * apart[0] + apart[1] * apart[1] + apart[2] * apart[2]))

@@ -1,0 +1,253 @@
+"""Room proven for all t of a motion whose joints are polynomials of time.
+
+Cells and bounds are those of the compiled core: :file:`problems/core/cpp/proof.hpp` says why they hold. All cells are
+looked at together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from problems.base import FloatArray
+from problems.core.interface import Moving, ProofFound
+from problems.core.reference.model import Model, Numbers
+from problems.core.reference.postures import Items, Postures, Side, joined
+from problems.core.reference.rooms import reached_from
+
+A_LITTLE_MORE = 1.0 + 1e-12  # than rounding takes away
+OF_SUMS = 1e-14  # rounding of a polynomial, of the sum of the sizes of its terms
+AT_ONCE = 100_000  # items
+
+
+class Cells(NamedTuple):
+    """Cells of time.
+
+    Attributes:
+        piece: number of the polynomials, (n,).
+        start: (n,), s since the piece began.
+        end: likewise.
+    """
+
+    piece: Numbers
+    start: FloatArray
+    end: FloatArray
+
+    @property
+    def middles(self) -> FloatArray:
+        """(n,), s since the piece began."""
+        return self.start + (self.end - self.start) / 2.0
+
+    def taken(self, chosen: Numbers) -> Cells:
+        """Some of them."""
+        return Cells(self.piece[chosen], self.start[chosen], self.end[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Polynomials of time.
+
+    Attributes:
+        breaks: where they begin and end, (pieces + 1,), s.
+        coefficients: the highest power first, of the time since the piece began, (order, pieces, dof).
+    """
+
+    breaks: FloatArray
+    coefficients: FloatArray
+
+    def cells(self, least: int) -> Cells:
+        """So many or more, none longer than its share of the motion."""
+        lengths, total = np.diff(self.breaks), self.breaks[-1] - self.breaks[0]
+        parts = np.maximum(1, np.ceil(least * lengths / total)).astype(np.intp)
+        piece = np.repeat(np.arange(len(parts)), parts)
+        part = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
+        start = lengths[piece] * part / parts[piece]
+        end = np.where(part + 1 < parts[piece], lengths[piece] * (part + 1) / parts[piece], lengths[piece])
+        return Cells(piece, start, end)
+
+    def around(self, cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Postures in the middles of cells, (n, dof); how far each joint turns from there; half lengths, s."""
+        middle = cells.middles
+        half = np.maximum(cells.end - middle, middle - cells.start) * A_LITTLE_MORE
+        powers = self.coefficients[::-1, cells.piece].copy()  # (order, n, dof), the lowest first
+        order, at, h = len(powers), middle[:, None], half[:, None]
+        sizes = np.zeros(powers.shape[1:])  # of all terms: what rounding is relative to
+        for d in range(order - 1, -1, -1):
+            sizes = sizes * (at + h) + np.abs(powers[d])
+        for d in range(order):  # Horner's scheme again and again: the expansion around the middle
+            for i in range(order - 2, d - 1, -1):
+                powers[i] += at * powers[i + 1]
+        turns = np.zeros(sizes.shape)
+        for d in range(order - 1, 0, -1):
+            turns = (turns + np.abs(powers[d])) * h
+        return powers[0], turns * A_LITTLE_MORE + OF_SUMS * sizes, half
+
+
+class Middles:
+    """A motion in the middles of cells.
+
+    Args:
+        model: that moves.
+        motion: of its joints.
+        cells: of time.
+        drifts: of the solids, as of :class:`Moving`; None where they stand still.
+    """
+
+    def __init__(self, model: Model, motion: Motion, cells: Cells, drifts: FloatArray | None) -> None:
+        theta, turns, self.halves = motion.around(cells)
+        self.times, self.turns = motion.breaks[cells.piece] + cells.middles, turns.T
+        self.postures = Postures(model, theta, None if drifts is None else Moving(drifts, self.times))
+
+    def travel(self, items: Items, standing: Numbers) -> FloatArray:
+        """How far the centres of nodes move at most within the cells as seen from other bodies, (m,), m."""
+        model, postures = self.postures.model, self.postures
+        body, moved = model.nodes.body[items.one], np.zeros(len(items.row))
+        points = postures.centers(items.one, items.row)
+        for joint in range(model.dof, 0, -1):
+            own = np.flatnonzero((joint <= body) & (joint > standing))
+            row = items.row[own]
+            turn = self.turns[joint - 1, row]
+            if model.joints.turns[joint - 1]:
+                x, y, z = points[:, own] - postures.frames[:, 3, joint][:, row]
+                a, b, c = postures.axes[:, joint - 1][:, row]
+                u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
+                turn = turn * np.sqrt(u * u + v * v + w * w)
+            moved[own] += turn
+        return moved * A_LITTLE_MORE
+
+
+class Smallest(NamedTuple):
+    """The smallest room that was seen.
+
+    Attributes:
+        room: m; infinite where nothing was.
+        time: of that, s.
+        one: node of that; negative where there is none.
+        two: solid or node.
+        kind: 0 from a solid, 1 from each other.
+    """
+
+    room: float = np.inf
+    time: float = 0.0
+    one: int = -1
+    two: int = -1
+    kind: int = 0
+
+
+class Prover:
+    """Of one motion.
+
+    Args:
+        model: that moves.
+        motion: of its joints.
+        sides: what has to keep a distance.
+        drifts: how solids move; None where they stand still.
+        rounding: how much farther than by the model's own a distance may be off then, m.
+    """
+
+    def __init__(
+        self, model: Model, motion: Motion, sides: Sequence[Side], drifts: FloatArray | None, rounding: float
+    ) -> None:
+        self._model, self._motion, self._sides, self._drifts = model, motion, sides, drifts
+        self._rounding = model.rounding + rounding
+        self._smallest, self._looked = Smallest(), 0
+
+    def __call__(self, gap: float, least: int, most: int) -> ProofFound:
+        """Bound the room for all t.
+
+        Args:
+            gap: by which share of the smallest room seen the proven one may be smaller.
+            least: cells at the beginning.
+            most: items that are looked at.
+        """
+        cells = self._motion.cells(least)
+        everything = self._middles(cells)
+        for side in self._sides:
+            self._see(side, everything)
+        waiting = [(cells, side, _all_of(side, len(cells.piece))) for side in self._sides]
+        while waiting:
+            cells, side, items = waiting.pop()
+            if len(items.row) > AT_ONCE:
+                parts = np.array_split(np.arange(len(items.row)), 2)
+                waiting += [(cells, side, items.taken(part)) for part in parts]
+                continue
+            left = self._look(side, self._middles(cells), items, gap)
+            if self._smallest.room < 0.0:
+                return ProofFound(0, -np.inf, *self._smallest)
+            used, row = np.unique(left.row, return_inverse=True)
+            halves = _halved(cells.taken(used))
+            if self._looked > most or halves is None:
+                return ProofFound(-1, -np.inf, *self._smallest)
+            if len(used):
+                both = Items(np.concatenate([2 * row, 2 * row + 1]), *(np.tile(part, 2) for part in left[1:]))
+                waiting.append((halves, side, both))
+        return ProofFound(1, self._target(gap) if self._smallest.room < np.inf else np.inf, *self._smallest)
+
+    def _middles(self, cells: Cells) -> Middles:
+        return Middles(self._model, self._motion, cells, self._drifts)
+
+    def _target(self, gap: float) -> float:
+        return self._smallest.room * (1.0 - gap)
+
+    def _see(self, side: Side, middles: Middles) -> None:
+        """The smallest room in the middles, so that it is known from the beginning what can be proven."""
+        postures = middles.postures
+        items, rooms = side.first(postures, self._enough(postures))
+        nearest = np.array([rooms.argmin()] if len(rooms) else [], dtype=np.intp)
+        reached = reached_from(side, postures, items.taken(nearest), rooms[nearest])
+        self._note(side, middles, reached, side.rooms(postures, reached, np.full(len(reached.row), np.inf)))
+        while len(items.row):
+            large = side.openings(items) > 0.0
+            self._note(side, middles, items.taken(~large), rooms[~large])
+            nearer = large & (rooms - self._rounding < self._smallest.room)
+            items, rooms = side.smaller(postures, items.taken(nearer), self._enough(postures))
+
+    def _enough(self, postures: Postures) -> FloatArray:
+        return np.full(postures.count, self._smallest.room + self._rounding)
+
+    def _look(self, side: Side, middles: Middles, items: Items, gap: float) -> Items:
+        """What of items is not settled in their cells and is too small to be opened."""
+        left = [items.taken(slice(0))]
+        while len(items.row):
+            self._looked += len(items.row)
+            rooms = side.rooms(middles.postures, items, np.full(len(items.row), np.inf))
+            sizes = side.openings(items)
+            ends = np.flatnonzero(sizes == 0.0)
+            self._note(side, middles, items.taken(ends), rooms[ends])
+            moved = middles.travel(items, side.standing(items)) + self._rounding
+            if self._drifts is not None:
+                moved += side.paces(items, self._drifts) * middles.halves[items.row] * A_LITTLE_MORE
+            unsettled = ~(rooms - moved >= self._target(gap))
+            large = unsettled & (sizes > moved)
+            left.append(items.taken(unsettled & ~large))
+            items = side.opened(items.taken(large))
+        return joined(left)
+
+    def _note(self, side: Side, middles: Middles, balls: Items, rooms: FloatArray) -> None:
+        """What is nearer than all before."""
+        if not len(rooms):
+            return
+        nearest = int(rooms.argmin())
+        room = float(rooms[nearest]) - self._rounding
+        if room < self._smallest.room:
+            time = float(middles.times[balls.row[nearest]])
+            self._smallest = Smallest(room, time, int(balls.one[nearest]), int(balls.two[nearest]), side.kind)
+
+
+def _all_of(side: Side, cells: int) -> Items:
+    """All pairs of first nodes in so many cells."""
+    one, two = side.tops
+    top = np.arange(len(one))
+    return Items(np.repeat(np.arange(cells), len(one)), *(np.tile(part, cells) for part in (top, one, two)))
+
+
+def _halved(cells: Cells) -> Cells | None:
+    """Both halves of each cell, one after the other; None where one is too short to be halved."""
+    middle = cells.middles
+    if not ((cells.start < middle) & (middle < cells.end)).all():
+        return None
+    start, end = np.stack([cells.start, middle], axis=1).ravel(), np.stack([middle, cells.end], axis=1).ravel()
+    return Cells(np.repeat(cells.piece, 2), start, end)
