@@ -9,18 +9,14 @@ import pytest
 from helpers.core_robots import ROBOTS, SCENE, postures, robot_of
 
 from problems.base import FloatArray
-from problems.core import Kept, Schedule, World, core_library
+from problems.core import Kept, Schedule, World
 from problems.robots import SpatialArm
 from problems.scene import Ball, Box, ConstantVelocity, MovingObstacle, Obstacle, Solid
 
+pytestmark = pytest.mark.usefixtures("each_core")
+
 RATE = 0.05  # m/s
 each_robot = pytest.mark.parametrize("name", ROBOTS)
-
-
-@pytest.fixture(autouse=True)
-def there_is_a_core() -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
 
 
 def moving(rng: np.random.Generator) -> tuple[Obstacle, ...]:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from problems.base import FloatArray
 from problems.core import Kept, LinearProgram, SingleRows, WholeRows
 from problems.core.description import described, drift_rounding
-from problems.core.interface import Core, CoreWorld, ProofAsked, Search
+from problems.core.interface import Core, CoreWorld, Moving, ProofAsked, Schedule, Search
 from problems.core.reference import ReferenceCore
 from problems.core.world import LEAST_CELLS, MOST_ITEMS, known_robot
 from problems.motions import Trajectory
@@ -42,10 +42,12 @@ class Both:
         told = described(robot, known_robot(robot), obstacles)
         return cls(compiled.world(*told), ReferenceCore().world(*told))
 
-    def rooms(self, theta: FloatArray, most: float, which: Kept, first_hit: bool) -> tuple[FloatArray, FloatArray]:
+    def rooms(
+        self, theta: FloatArray, most: float, which: Kept, first_hit: bool, moving: Moving | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         found = np.full(len(theta), most), np.full(len(theta), most)
-        self.compiled.lower_to_rooms(theta, found[0], which, first_hit)
-        self.numpy.lower_to_rooms(theta, found[1], which, first_hit)
+        self.compiled.lower_to_rooms(theta, found[0], which, first_hit, moving)
+        self.numpy.lower_to_rooms(theta, found[1], which, first_hit, moving)
         return found
 
 
@@ -98,6 +100,28 @@ def test_what_comes_near_is_the_same_in_the_same_order(
     np.testing.assert_allclose(other.gradients, one.gradients, rtol=0.0, atol=BY_DIFFERENCES)
 
 
+def drifting(rng: np.random.Generator, count: int) -> FloatArray:
+    drifts = rng.uniform(-0.2, 0.2, (count, 7))
+    drifts[:, 6] = rng.choice([0.0, 0.05], count)
+    return drifts
+
+
+@each_robot
+@settings(max_examples=6)
+@given(seed=seeds)
+def test_among_what_moves_rooms_rates_and_gradients_are_the_same(compiled: Core, name: str, seed: int) -> None:
+    robot, rng = robot_of(name), np.random.default_rng(seed)
+    theta, both = postures(robot, rng, 15), Both.of(compiled, robot, SCENE)
+    moving = Moving(drifting(rng, len(SCENE)), rng.uniform(0.0, 3.0, 15))
+    one, other = both.rooms(theta, np.inf, Kept.ALL, False, moving)
+    np.testing.assert_allclose(other, one, rtol=0.0, atol=ROUNDING)
+    near, same = (world.nearest(theta, 0.1, Kept.ALL, moving) for world in (both.compiled, both.numpy))
+    np.testing.assert_array_equal(same.samples, near.samples)
+    np.testing.assert_allclose(same.rooms, near.rooms, rtol=0.0, atol=ROUNDING)
+    np.testing.assert_allclose(same.rates, near.rates, rtol=0.0, atol=BY_DIFFERENCES)
+    np.testing.assert_allclose(same.gradients, near.gradients, rtol=0.0, atol=BY_DIFFERENCES)
+
+
 def motion_of(name: str, rng: np.random.Generator) -> Trajectory:
     robot = robot_of(name)
     stops = postures(robot, rng, int(rng.choice([2, 3, 12])))
@@ -132,8 +156,7 @@ def test_proofs_among_what_moves_have_the_same_status(compiled: Core, name: str)
     both = Both.of(compiled, robot, obstacles)
     for seed in range(40, 52):
         rng = np.random.default_rng(seed)
-        motion, drifts = motion_of(name, rng), rng.uniform(-0.2, 0.2, (len(obstacles), 7))
-        drifts[:, 6] = rng.choice([0.0, 0.05], len(obstacles))
+        motion, drifts = motion_of(name, rng), drifting(rng, len(obstacles))
         asked = asked_of(motion, Kept.ALL, 1.0, drifts, drift_rounding(robot, drifts, motion.duration))
         one, other = both.compiled.prove(asked), both.numpy.prove(asked)
         assert other.status == one.status, seed
@@ -167,7 +190,8 @@ def test_ways_are_the_same_to_the_last_bit(compiled: Core, name: str, seed: int)
     theta = postures(robot, rng, 60)
     rooms, _ = both.rooms(theta, np.inf, Kept.ALL, False)
     start, goal = theta[np.argsort(rooms)[-2:]]
-    search = Search(ranges, 0.05, 0.0, 1.0, 60, 30, seed)
+    schedule = Schedule(start, goal, 0.5, 2.5) if seed % 2 else None
+    search = Search(ranges, 0.05, 0.0, 1.0, 60, 30, seed, drifting(rng, len(FEW[name])) if seed > 2 else None, schedule)
     np.testing.assert_array_equal(
         both.numpy.connect(start, goal, search), both.compiled.connect(start, goal, search), strict=True
     )

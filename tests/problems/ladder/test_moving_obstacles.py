@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from helpers.core_robots import robot_of
 
 from problems import Joints, Move, move
-from problems.core import World, core_library
+from problems.core import World
 from problems.ladder import Climb, Deviations, joint_box
 from problems.motions import Trajectory
 from problems.robots import SpatialArm
@@ -18,12 +17,6 @@ WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 LIFTED = MovingObstacle(WALL, ConstantVelocity((0.0, 0.0, 0.8)))  # gone after a while
 CRATE = Box(center=(0.2, 1.2, 1.1), size=(0.3, 0.1, 0.3))
 COMING = MovingObstacle(CRATE, ConstantVelocity((0.0, -0.4, 0.0)))  # at the goal from 2.2 s to 3.8 s
-
-
-@pytest.fixture(autouse=True)
-def there_is_a_core() -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
 
 
 def climb(arm: SpatialArm, *obstacles: Obstacle, stay: float = 0.0, at_least: float = 0.0) -> Climb:
