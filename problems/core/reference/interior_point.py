@@ -259,13 +259,13 @@ class Bordered:
             factor, wrong = dpbtrf(stiffer, lower=1, overwrite_ab=1)
             if wrong == 0:
                 solved = dpbtrs(factor, border, lower=1)[0]
-                pivot = corner - float(border @ solved)
+                pivot = corner - _sum(border, solved)
                 return cls(factor, border, solved, 1.0 / pivot if pivot > NO_PIVOT * abs(corner) else 0.0)
         return None
 
     def solve(self, right: FloatArray) -> FloatArray:
         """The solution, (n + 1,)."""
-        last = (right[-1] - self.solved @ right[:-1]) * self.inverse
+        last = (right[-1] - _sum(self.solved, right[:-1])) * self.inverse
         return np.append(dpbtrs(self.factor, right[:-1], lower=1)[0] - self.solved * last, last)
 
 
@@ -292,6 +292,11 @@ class Step:
     v: FloatArray
     primal: float
     dual: float
+
+
+def _sum(a: FloatArray, b: FloatArray) -> float:
+    """Of products; a library's own threads would wait for each other longer than they compute."""
+    return float((a * b).sum())
 
 
 def _share(step: FloatArray, values: FloatArray) -> float:
@@ -329,7 +334,7 @@ class Solver:
         rows, products = self.rows, len(self.s) + len(self.sigma)
         for _ in range(MOST_ITERATIONS):
             dual = rows.transpose(self.z) + self._free_cost
-            error, gap = self._error(dual), float(self.s @ self.z + self.sigma @ self.v)
+            error, gap = self._error(dual), _sum(self.s, self.z) + _sum(self.sigma, self.v)
             if not (error < 1e100 and gap < 1e100):
                 return None
             if error <= ERROR and gap <= GAP * max(0.1, min(abs(self._value()), 1.0)):
@@ -354,12 +359,12 @@ class Solver:
         return float(np.max([np.abs(dual).max(), np.abs(missing).max(initial=0.0)]))
 
     def _value(self) -> float:
-        return float(self._cost @ self.y + self.rows.price @ self.sigma)
+        return _sum(self._cost, self.y) + _sum(self.rows.price, self.sigma)
 
     def _complement(self, step: Step, primal: float, dual: float) -> float:
         """The sum of all products after shares of a step."""
-        total = (self.s + primal * step.s) @ (self.z + dual * step.z)
-        return float(total + (self.sigma + primal * step.sigma) @ (self.v + dual * step.v))
+        total = _sum(self.s + primal * step.s, self.z + dual * step.z)
+        return total + _sum(self.sigma + primal * step.sigma, self.v + dual * step.v)
 
     def _corrected(self, newton: Newton, step: Step, q: FloatArray, p: FloatArray, mu: float) -> Step:
         """Gondzio's correctors: products that a longer step would leave far from mu are aimed at the edge of near."""
