@@ -46,6 +46,8 @@ from problems.base.matrix import (
     split,
     total,
 )
+from problems.base.minima import bounded_minimum
+from problems.base.piecewise import BSpline, PiecewisePolynomial, real_roots
 from problems.base.polynomials import bernstein, composition, derivative, in_bernstein_form, peak, product, within
 
 __all__ = [
@@ -61,6 +63,7 @@ __all__ = [
     "TORQUES",
     "Angle",
     "Arguments",
+    "BSpline",
     "Coordinate",
     "Count",
     "FloatArray",
@@ -69,10 +72,12 @@ __all__ = [
     "Matrix",
     "Operand",
     "Parametric",
+    "PiecewisePolynomial",
     "Quantity",
     "Reading",
     "as_array",
     "bernstein",
+    "bounded_minimum",
     "cache",
     "check_fields",
     "check_within",
@@ -88,6 +93,7 @@ __all__ = [
     "peak",
     "product",
     "quantities_in",
+    "real_roots",
     "repeated",
     "rotation_of",
     "shown",

@@ -14,9 +14,8 @@ from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from problems.base import FloatArray, InvalidProblem, cache
 from problems.geometry.hull import SAME_PLANE, Hull, enclosing
@@ -63,8 +62,8 @@ def _pieces(corners: FloatArray) -> Iterator[FloatArray]:
     unit = SEEN_AS_ONE * max(float(np.ptp(places, axis=0).max()), np.finfo(float).tiny)
     numbers = np.unique(np.round(places / unit), axis=0, return_inverse=True)[1].reshape(-1, 3)
     one, two = np.concatenate([numbers[:, :2], numbers[:, 1:]]).T
-    graph = coo_array((np.ones(len(one)), (one, two)), shape=(numbers.max() + 1,) * 2)
-    labels = connected_components(graph, directed=False)[1][numbers[:, 0]]
+    graph = scipy.sparse.coo_array((np.ones(len(one)), (one, two)), shape=(numbers.max() + 1,) * 2)
+    labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][numbers[:, 0]]
     return (corners[labels == label] for label in range(labels.max() + 1))
 
 

@@ -22,9 +22,8 @@ from hashlib import sha256
 from itertools import product
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from problems.base import FloatArray, InvalidProblem, cache
 from problems.geometry.proof import Balls, unheld
@@ -183,12 +182,12 @@ class Solid:
     @cached_property
     def filled(self) -> NDArray[np.bool_]:
         """Voxels that triangles touch or enclose, (a, b, c)."""
-        return np.asarray(ndimage.binary_fill_holes(self._touched))
+        return np.asarray(scipy.ndimage.binary_fill_holes(self._touched))
 
     @cached_property
     def _beside(self) -> NDArray[np.bool_]:
         """Voxels next to those outside."""
-        return np.asarray(ndimage.binary_dilation(~self.filled, np.ones((3, 3, 3), dtype=bool)))
+        return np.asarray(scipy.ndimage.binary_dilation(~self.filled, np.ones((3, 3, 3), dtype=bool)))
 
     @cached_property
     def outer(self) -> FloatArray:
@@ -224,7 +223,7 @@ class Solid:
 
     def ridges(self) -> tuple[FloatArray, FloatArray]:
         """Middles (n, 3) of inner voxels whose balls are in no neighbour's, and their depths (n,) to a voxel, m."""
-        depth = np.asarray(ndimage.distance_transform_edt(self.filled)) * self.voxel
+        depth = np.asarray(scipy.ndimage.distance_transform_edt(self.filled)) * self.voxel
         inner = np.argwhere(self.filled & ~self._touched)  # none is at the lattice's border
         numbers, flat = np.ravel_multi_index(tuple(inner.T), depth.shape), depth.ravel()
         own, strides = flat[numbers], np.array(depth.strides) // depth.itemsize
@@ -282,7 +281,7 @@ def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls | None:
 
 def _picked(samples: FloatArray, candidates: Balls, margin: float) -> Iterator[int]:
     """Numbers of balls, each of which holds most of the samples that none before holds, until all are held."""
-    tree, radii = cKDTree(samples), candidates.radii - margin
+    tree, radii = scipy.spatial.cKDTree(samples), candidates.radii - margin
     lists = tree.query_ball_point(candidates.centers, radii, workers=-1, return_sorted=False)
     holds = [np.array(held, dtype=np.int32) for held in lists]
     waiting = [(-len(held), number) for number, held in enumerate(holds) if len(held)]
