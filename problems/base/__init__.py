@@ -32,6 +32,7 @@ from problems.base.fields import (
     quantities_in,
     types_of,
 )
+from problems.base.kept import NoStructure, kept_function, kept_text, structure_key
 from problems.base.matrix import (
     FloatArray,
     Matrix,
@@ -70,6 +71,7 @@ __all__ = [
     "InvalidProblem",
     "Length",
     "Matrix",
+    "NoStructure",
     "Operand",
     "Parametric",
     "PiecewisePolynomial",
@@ -89,6 +91,8 @@ __all__ = [
     "in_bernstein_form",
     "is_of_length_one",
     "is_zero",
+    "kept_function",
+    "kept_text",
     "largest",
     "peak",
     "product",
@@ -99,6 +103,7 @@ __all__ = [
     "shown",
     "smallest",
     "split",
+    "structure_key",
     "toml_tables",
     "too_much",
     "total",

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
@@ -17,7 +16,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem, cache
+from problems.base import FloatArray, InvalidProblem, cache, kept_text
 from problems.geometry.hull import SAME_PLANE, Hull, enclosing
 
 VERSION = "2"  # of how parts are made: another finds none of those kept before
@@ -114,13 +113,12 @@ def _held(corners: FloatArray, hull: Hull) -> Hull:
 def _divided(corners: FloatArray) -> list[Hull]:
     """The parts that CoACD makes of a mesh, grown until they hold it; kept in the user's cache."""
     key = cache.key_of("parts", VERSION, sha256(np.ascontiguousarray(corners).tobytes()).hexdigest())
-    kept = cache.find_text(key, "cover")
-    if kept is not None:
-        return [Hull.of(np.array(points)) for points in json.loads(kept)]
+    return [Hull.of(np.array(points)) for points in json.loads(kept_text(key, "cover", lambda: _parts_text(corners)))]
+
+
+def _parts_text(corners: FloatArray) -> str:
     parts = _grown(corners, [Hull.of(_thickened(points)) for points in _coacd(corners)])
-    with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-        cache.keep(key, json.dumps([part.corners.tolist() for part in parts]).encode(), "cover")
-    return parts
+    return json.dumps([part.corners.tolist() for part in parts])
 
 
 def _grown(corners: FloatArray, hulls: Sequence[Hull]) -> list[Hull]:

@@ -15,7 +15,6 @@ import time
 import zlib
 from base64 import b64decode, b64encode
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -25,7 +24,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem, cache
+from problems.base import FloatArray, InvalidProblem, cache, kept_text
 from problems.geometry.proof import Balls, unheld
 from problems.geometry.surface import Surface, pieces_of, thinned
 
@@ -101,16 +100,15 @@ def cover_of(corners: FloatArray, overhang: float) -> Cover:
     """
     made_of = sha256(np.ascontiguousarray(corners, dtype="<f8").tobytes()).hexdigest()
     key = cache.key_of("cover", VERSION, made_of, repr(float(overhang)))
-    kept = cache.find_text(key, "cover")
-    if kept is not None:
-        return Cover.from_text(kept)
+    return Cover.from_text(kept_text(key, "cover", lambda: _new_text(corners, overhang)))
+
+
+def _new_text(corners: FloatArray, overhang: float) -> str:
     began = time.perf_counter()
     cover = new_cover_of(corners, overhang)
     figures = len(corners), len(cover.balls), 1e3 * overhang, time.perf_counter() - began
     LOG.info("cover: %d triangles, %d spheres that stick out by %.3g mm, %.1f s", *figures)
-    with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-        cache.keep(key, cover.text.encode(), "cover")
-    return cover
+    return cover.text
 
 
 def new_cover_of(corners: FloatArray, overhang: float) -> Cover:
