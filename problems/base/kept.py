@@ -34,7 +34,7 @@ class NoStructure(Exception):
 
 def structure_key(*parts: object) -> str | None:
     """The name of what is made of these, and of nothing else; None where one of them is not plain data."""
-    words = [sources(), ca.__version__, np.__version__]
+    words = [sources(), ca.CasadiMeta.version(), np.__version__]
     try:
         _write(parts, words)
     except NoStructure:
