@@ -32,6 +32,7 @@ from problems.base.fields import (
     quantities_in,
     types_of,
 )
+from problems.base.kept import NoStructure, kept_function, kept_text, structure_key
 from problems.base.matrix import (
     FloatArray,
     Matrix,
@@ -46,6 +47,8 @@ from problems.base.matrix import (
     split,
     total,
 )
+from problems.base.minima import bounded_minimum
+from problems.base.piecewise import BSpline, PiecewisePolynomial, real_roots
 from problems.base.polynomials import bernstein, composition, derivative, in_bernstein_form, peak, product, within
 
 __all__ = [
@@ -61,18 +64,22 @@ __all__ = [
     "TORQUES",
     "Angle",
     "Arguments",
+    "BSpline",
     "Coordinate",
     "Count",
     "FloatArray",
     "InvalidProblem",
     "Length",
     "Matrix",
+    "NoStructure",
     "Operand",
     "Parametric",
+    "PiecewisePolynomial",
     "Quantity",
     "Reading",
     "as_array",
     "bernstein",
+    "bounded_minimum",
     "cache",
     "check_fields",
     "check_within",
@@ -84,15 +91,19 @@ __all__ = [
     "in_bernstein_form",
     "is_of_length_one",
     "is_zero",
+    "kept_function",
+    "kept_text",
     "largest",
     "peak",
     "product",
     "quantities_in",
+    "real_roots",
     "repeated",
     "rotation_of",
     "shown",
     "smallest",
     "split",
+    "structure_key",
     "toml_tables",
     "too_much",
     "total",

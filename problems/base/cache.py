@@ -1,4 +1,4 @@
-"""Compiled libraries, covers and looks, kept between processes: found by key, written whole or not at all.
+"""Compiled libraries, covers, looks and functions, kept between processes: found by key, written whole or not at all.
 
 The least recently used of each kind are forgotten.
 
@@ -23,9 +23,15 @@ from secrets import token_hex
 from platformdirs import user_cache_path
 
 VARIABLE = "TPBSO_CASADI_CACHE"
-MOST_KEPT = {"so": 200, "cover": 500, "look": 100}  # by the ending of their names; the least recently used go
+MOST_KEPT = {
+    "so": 200,
+    "cover": 500,
+    "look": 100,
+    "fun": 1000,
+    "pairs": 200,
+}  # by the ending of their names; the least recently used go
 CLAIM_SECONDS = 60.0  # after which a process that announced to make a library is taken for dead
-NAME = re.compile(r"[0-9a-f]{64}\.(so|cover|look)")
+NAME = re.compile(rf"[0-9a-f]{{64}}\.({'|'.join(MOST_KEPT)})")
 NEVER_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
@@ -50,7 +56,7 @@ def find(key: str) -> Path | None:
 
 
 def find_text(key: str, ending: str) -> str | None:
-    """The text of that key, of a ``cover`` or a ``look``, if it is whole."""
+    """The text of that key, of any kind but libraries, if it is whole."""
     content = _found(key, ending)
     return None if content is None else content.decode()
 

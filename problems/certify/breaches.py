@@ -12,8 +12,8 @@ from dataclasses import replace
 from functools import singledispatch
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.interpolate import PPoly
 
 from problems.base import FloatArray, as_array
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
@@ -130,7 +130,7 @@ def crossing_spans(limit: Limit, order: int, trajectory: Trajectory) -> list[tup
     curve = trajectory.derivative(order)
     crossings = [trajectory.breakpoints]
     for joint, bounds in enumerate(zip(lower - slack, upper + slack, strict=True)):
-        single = PPoly(np.asarray(curve.c)[:, :, joint], trajectory.breakpoints)
+        single = scipy.interpolate.PPoly(np.asarray(curve.c)[:, :, joint], trajectory.breakpoints)
         for bound in bounds:
             roots = single.solve(bound, discontinuity=False, extrapolate=False) if np.isfinite(bound) else np.empty(0)
             crossings.append(roots[np.isfinite(roots)])

@@ -19,8 +19,8 @@ from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.special import erf
 
 from problems.base import FloatArray, as_array
 from problems.certify.taylor import ROUNDING, TimeCells, shifted
@@ -100,6 +100,10 @@ def _rising(
 ) -> Callable[[FloatArray, FloatArray], Range]:
     """A function that rises over its domain."""
     return lambda low, high: _within(low, high, (lowest, highest), (function(low), function(high)))
+
+
+def _error_function(x: FloatArray) -> FloatArray:
+    return np.asarray(scipy.special.erf(x))
 
 
 def _falling(
@@ -239,7 +243,7 @@ UNARY: dict[str, Callable[[FloatArray, FloatArray], Range]] = {
     "asinh": _rising(np.arcsinh),
     "acosh": _rising(np.arccosh, lowest=1.0),
     "atanh": _rising(np.arctanh, -1.0, 1.0),
-    "erf": _rising(erf),
+    "erf": _rising(_error_function),
     "log1p": _rising(np.log1p, lowest=-1.0),
     "expm1": _rising(np.expm1),
 }

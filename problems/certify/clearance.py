@@ -20,9 +20,8 @@ from functools import cached_property, lru_cache
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
-from problems.base import Arguments, FloatArray, Reading, bernstein
+from problems.base import Arguments, FloatArray, Reading, bernstein, bounded_minimum
 from problems.certify.verdict import CertificateStatus
 from problems.evaluation import PARAMETERS, RowFunction
 from problems.limits import Pair, Proximity
@@ -431,8 +430,5 @@ def _followed(motion: MovingPairs, times: FloatArray, row: int, number: int) -> 
 
     low, middle, high = (float(times[k]) for k in (max(row - 1, 0), row, min(row + 1, len(times) - 1)))
     seen = min((distance(time), time) for time in (low, middle, high))
-    inner = minimize_scalar(
-        distance, bounds=(low, high), method="bounded", options={"xatol": RELATIVE_RESOLUTION * (high - low)}
-    )
-    lower = float(inner.fun) < seen[0] - ROUNDING
-    return (float(inner.fun), float(inner.x), number) if lower else (*seen, number)
+    time, least = bounded_minimum(distance, low, high, RELATIVE_RESOLUTION * (high - low))
+    return (least, time, number) if least < seen[0] - ROUNDING else (*seen, number)

@@ -18,12 +18,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, as_array, bernstein
+from problems.base import FloatArray, as_array, bernstein, kept_function
 from problems.certify.taylor import DEGREE, ENTRIES, ROUNDING, Moments, TimeCells, modelled
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.limits import TorqueLimit
 from problems.motions import Trajectory
-from problems.robots import Robot, time_scales_of_arrays
+from problems.robots import RigidChain, Robot, time_scales_of_arrays
 
 STILL = 1e-9  # of a joint's largest speed: slower, it may stand still
 ROBOTS = 32  # of which compiled functions are kept
@@ -47,17 +47,31 @@ class Torques:
     @lru_cache(maxsize=ROBOTS)
     def of(cls, robot: Robot) -> Torques:
         """Of a robot whose masses are known."""
-        chain, k = robot.massive, robot.dof
-        smooth = replace(chain, joints=tuple(replace(joint, friction=0.0) for joint in chain.joints))
-        state = ca.SX.sym("state", 3 * k)
-        q, v, a = (part.T for part in ca.vertsplit(state, k))
-        parts = [chain.inertial(q, v, a).T, chain.viscous(v).T, chain.gravitational(q).T]
-        total = ca.Function("torques", [state], [ca.densify(smooth.torques(q, v, a).T)], {"cse": True})
-        return cls(
-            ca.Function("parts", [state], [ca.densify(part) for part in parts], {"cse": True}),
-            modelled(total),
-            np.array([float(joint.friction) for joint in chain.joints]),
-        )
+        chain = robot.massive
+        parts = kept_function(lambda: _parts(chain), "torques by part", chain)
+        models = kept_function(lambda: _models(chain), "models of torques", chain)
+        return cls(parts, models, np.array([float(joint.friction) for joint in chain.joints]))
+
+
+def _state(chain: RigidChain) -> tuple[ca.SX, tuple[ca.SX, ca.SX, ca.SX]]:
+    """Angles, speeds and accelerations one after the other, and each as a row."""
+    state = ca.SX.sym("state", 3 * len(chain.joints))
+    q, v, a = (part.T for part in ca.vertsplit(state, len(chain.joints)))
+    return state, (q, v, a)
+
+
+def _parts(chain: RigidChain) -> ca.Function:
+    """Torques of inertia, viscous friction and gravity."""
+    state, (q, v, a) = _state(chain)
+    parts = [chain.inertial(q, v, a).T, chain.viscous(v).T, chain.gravitational(q).T]
+    return ca.Function("parts", [state], [ca.densify(part) for part in parts], {"cse": True})
+
+
+def _models(chain: RigidChain) -> ca.Function:
+    """Their sum, of models."""
+    smooth = replace(chain, joints=tuple(replace(joint, friction=0.0) for joint in chain.joints))
+    state, (q, v, a) = _state(chain)
+    return modelled(ca.Function("torques", [state], [ca.densify(smooth.torques(q, v, a).T)], {"cse": True}))
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.optimize import linprog
-from scipy.sparse import csr_array
 
 from problems.base import FloatArray
 from problems.core.implementation import core
@@ -17,7 +16,9 @@ METHODS = ("highs-ds", "highs-ipm")
 PRIMAL_TOLERANCE, DUAL_TOLERANCE = 1e-10, 1e-9  # HiGHS allows no smaller one than 1e-10
 
 
-def minimizer(costs: FloatArray, matrix: csr_array, bound: FloatArray, box: FloatArray) -> FloatArray | None:
+def minimizer(
+    costs: FloatArray, matrix: scipy.sparse.csr_array, bound: FloatArray, box: FloatArray
+) -> FloatArray | None:
     """Minimise ``costs @ x`` subject to ``matrix @ x <= bound`` and the box; None where no method can.
 
     Args:
@@ -28,7 +29,7 @@ def minimizer(costs: FloatArray, matrix: csr_array, bound: FloatArray, box: Floa
     """
     options = {"primal_feasibility_tolerance": PRIMAL_TOLERANCE, "dual_feasibility_tolerance": DUAL_TOLERANCE}
     for method in METHODS:
-        result = linprog(costs, matrix, bound, bounds=box, method=method, options=options)  # type: ignore[call-overload]
+        result = scipy.optimize.linprog(costs, matrix, bound, bounds=box, method=method, options=options)  # type: ignore[call-overload]
         if result.status == 0:
             return np.asarray(result.x, dtype=np.float64)
     return None
@@ -67,7 +68,7 @@ class LinearProgram(ProgramData):
         rows += [np.arange(m + p), m + soft]
         columns += [np.full(m + p, first), first + 1 + np.arange(soft.size)]
         values += [np.concatenate([one.by_time, all_.by_time]), np.full(soft.size, -1.0)]
-        matrix = csr_array(
+        matrix = scipy.sparse.csr_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(m + p, width)
         )
         costs = np.concatenate([np.zeros(first) if self.cost is None else self.cost.ravel(), [1.0], all_.price[soft]])

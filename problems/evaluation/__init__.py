@@ -2,11 +2,11 @@
 
 A cost is a :class:`Program`: small functions (``step``), of which some run once for each sample of a motion
 (``program``). Each becomes a tape of operations (``tape``) that every processor rounds alike (``portable_math``),
-without those that depend on the scene alone (``kernel``). CasADi's virtual machine runs it anywhere
-(``virtual_machine``, built by ``assembly`` and ``columns``); where there is a C++ compiler it is written as loops
-(``statements``, ``codegen``), compiled (``compiler``, ``background``), kept (``cache``) and loaded (``native``).
-The numbers of a scene are arguments of compiled code: another scene of the same structure compiles nothing. All
-backends give the same bits, so that ``population`` may change from one to the other during a search.
+without those that depend on the scene alone (``kernel``). CasADi's virtual machine runs it anywhere (``batches``);
+where there is a C++ compiler it is written as loops (``codegen``), compiled (``compiler``), kept, found by the
+program's structure (``structure``) and loaded (``native``). The numbers of a scene are arguments of compiled
+code: another scene of the same structure compiles nothing. All backends give the same bits, so that ``population``
+may change from one to the other during a search.
 """
 
 from problems.evaluation.compiler import Compiler, NativeUnavailable

@@ -144,6 +144,19 @@ class Stage(IntEnum):
 
 
 @dataclass(frozen=True)
+class Preparation:
+    """What of a step does not depend on a candidate.
+
+    Attributes:
+        parameters_of: (p) -> the kernel's ``p``.
+        row_of: (p, row) -> the kernel's ``row``.
+    """
+
+    parameters_of: ca.Function
+    row_of: ca.Function
+
+
+@dataclass(frozen=True)
 class Kernel:
     """The part of a step that is computed for each candidate.
 
@@ -151,15 +164,13 @@ class Kernel:
         function: SX function with the step's inputs and outputs; ``p`` and ``row`` hold what was computed beforehand.
         stacked: as in the step.
         window: as in the step's loop; empty for none.
-        parameters_of: (p) -> the kernel's ``p``.
-        row_of: (p, row) -> the kernel's ``row``.
+        preparation: makes those of the step's.
     """
 
     function: ca.Function
     stacked: tuple[str, ...]
     window: str
-    parameters_of: ca.Function
-    row_of: ca.Function
+    preparation: Preparation
 
 
 @dataclass(frozen=True)
@@ -203,20 +214,22 @@ def kernel(step: Step) -> Kernel:
         function=portable(function),
         stacked=step.stacked,
         window="" if step.loop is None else step.loop.window,
-        parameters_of=ca.Function("parameters", [p], [column(splitter.values[Stage.PARAMETERS])]),
-        row_of=ca.Function("row", [p, row], [column(splitter.values[Stage.ROW])]),
+        preparation=Preparation(
+            ca.Function("parameters", [p], [column(splitter.values[Stage.PARAMETERS])]),
+            ca.Function("row", [p, row], [column(splitter.values[Stage.ROW])]),
+        ),
     )
 
 
-def kernel_data(split: Kernel, step: Step, parameters: FloatArray) -> KernelData:
+def kernel_data(preparation: Preparation, step: Step, parameters: FloatArray) -> KernelData:
     """The numbers of one scene for a kernel."""
     rows = np.empty((1, 0)) if step.loop is None else step.loop.rows
     starts = None if step.loop is None else step.loop.starts
     p = parameters if PARAMETERS in step.inputs else parameters[:0]
     r = rows if ROW in step.inputs else rows[:, :0]
     return KernelData(
-        parameters=np.array(split.parameters_of(p)).ravel(),
-        rows=_row_data(split.row_of, p, r),
+        parameters=np.array(preparation.parameters_of(p)).ravel(),
+        rows=_row_data(preparation.row_of, p, r),
         starts=np.zeros(len(rows), np.int64) if starts is None else starts.astype(np.int64),
     )
 
@@ -235,9 +248,9 @@ def kernels(program: Program) -> tuple[Kernel, ...]:
     return tuple(kernel(step) for step in program.steps)
 
 
-def data(program: Program, split: tuple[Kernel, ...]) -> tuple[KernelData, ...]:
+def data(program: Program, preparations: tuple[Preparation, ...]) -> tuple[KernelData, ...]:
     """The numbers of a program's scene for its kernels."""
-    each = zip(split, program.steps, strict=True)
+    each = zip(preparations, program.steps, strict=True)
     return tuple(kernel_data(part, step, program.parameters) for part, step in each)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from tempfile import NamedTemporaryFile, TemporaryFile
 from typing import TypeAlias
@@ -65,13 +66,18 @@ class Native:
         return ThreadPoolExecutor(self._threads)
 
 
-def find_library(source: str) -> Evaluate | None:
-    """The function compiled from a C++ source, if it lies in the cache.
+def name_of(source: str) -> str:
+    """A digest of a C++ source, by which what is compiled from it is found."""
+    return sha256(source.encode()).hexdigest()
+
+
+def find_library(name: str) -> Evaluate | None:
+    """The function compiled from the C++ source of that name, if it lies in the cache.
 
     Raises:
         NativeUnavailable: this machine has no compiler to tell whose libraries would fit.
     """
-    library = cache.find(key(source, usable_compiler()))
+    library = cache.find(key(name, usable_compiler()))
     LOG.debug("cache: %s", "nothing compiled before" if library is None else f"compiled before, {library.name}")
     if library is not None:
         with suppress(NativeUnavailable):  # not made for this system
@@ -91,7 +97,7 @@ def compile_library(source: str) -> Evaluate:
     LOG.info("compiler: %d lines of C++ in %.3f s", source.count("\n"), time.perf_counter() - began)
     evaluate = _loaded(library)
     with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-        cache.keep(key(source, compiler), library)
+        cache.keep(key(name_of(source), compiler), library)
     return evaluate
 
 
@@ -129,9 +135,9 @@ def load(library: Path) -> Evaluate:
     return evaluate
 
 
-def key(source: str, compiler: Compiler) -> str:
-    """The name of the library that this compiler makes of this source, for this processor."""
-    return cache.key_of(source, compiler.target)
+def key(name: str, compiler: Compiler) -> str:
+    """Under which the library lies that this compiler makes, for this processor, of the source of that name."""
+    return cache.key_of(name, compiler.target)
 
 
 def usable_compiler() -> Compiler:
@@ -188,5 +194,5 @@ def fill_cache() -> None:
     os.nice(10)
     source = sys.stdin.read()
     with suppress(NativeUnavailable, OSError), cache.compile_lock() as ours:
-        if ours and cache.claim(key(source, usable_compiler())):
+        if ours and cache.claim(key(name_of(source), usable_compiler())):
             compile_library(source)

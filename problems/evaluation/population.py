@@ -16,11 +16,18 @@ import numpy as np
 
 from problems.base import FloatArray, cache, shown
 from problems.evaluation.batches import VirtualMachine
-from problems.evaluation.codegen import cpp
 from problems.evaluation.compiler import NativeUnavailable
-from problems.evaluation.kernel import Kernel, KernelData, data, kernels
-from problems.evaluation.native import BackgroundCompiler, Evaluate, Native, compile_library, find_library
+from problems.evaluation.kernel import KernelData, data
+from problems.evaluation.native import (
+    BackgroundCompiler,
+    Evaluate,
+    Native,
+    compile_library,
+    find_library,
+    usable_compiler,
+)
 from problems.evaluation.program import Program
+from problems.evaluation.structure import ProgramStructure
 
 Backend = Literal["auto", "vm", "native"]
 BACKENDS: tuple[str, ...] = get_args(Backend)
@@ -79,6 +86,7 @@ class PopulationFunction:
             raise TypeError(f"program: a Program or a casadi.Function is needed, not {shown(program)}")
         self.program = program if isinstance(program, Program) else Program.of(program)
         self.options = EvaluationOptions() if options is None else options
+        self._structure = ProgramStructure(self.program)
         self._evaluate: Native | VirtualMachine | None = None
         self._seconds = 0.0
         self._may_compile = self.options.backend == "auto"
@@ -122,7 +130,7 @@ class PopulationFunction:
     def same_structure_with(self, program: Program) -> PopulationFunction:
         """The same for a program whose steps have the same functions, with other numbers in them."""
         other = PopulationFunction(program, self.options)
-        other._kernels, other._source = self._kernels, self._source
+        other._structure = self._structure
         other._made = self._evaluate
         return other
 
@@ -132,19 +140,11 @@ class PopulationFunction:
         return "native" if isinstance(self._evaluate, Native) else "vm"
 
     @cached_property
-    def _kernels(self) -> tuple[Kernel, ...]:
-        return kernels(self.program)
-
-    @cached_property
     def _data(self) -> tuple[KernelData, ...]:
-        return data(self.program, self._kernels)
-
-    @cached_property
-    def _source(self) -> str:
-        return cpp(self._kernels, self.program.sizes)
+        return data(self.program, self._structure.preparations)
 
     def _virtual_machine(self) -> VirtualMachine:
-        return VirtualMachine(self._kernels, self._data, self.program.dimension)
+        return VirtualMachine(self._structure.kernels, self._data, self.program.dimension)
 
     def _native(self, library: Evaluate) -> Native:
         return Native(library, self._data, self.options.threads)
@@ -156,9 +156,10 @@ class PopulationFunction:
         if self.options.backend == "vm":
             return self._virtual_machine()
         try:
-            library = find_library(self._source)
+            usable_compiler()  # without one no source is written
+            library = find_library(self._structure.source_name)
             if library is None and self.options.backend == "native":
-                library = compile_library(self._source)
+                library = compile_library(self._structure.source)
         except NativeUnavailable as reason:
             level = logging.WARNING if self.options.backend == "native" else logging.INFO
             log.log(level, "evaluated by CasADi's virtual machine, not natively: %s", reason)
@@ -171,15 +172,15 @@ class PopulationFunction:
     def _consider_compiling(self) -> None:
         """Compile in the background: at once in a long search, to change over then; else after it, for the next."""
         if self._afterwards is None:
-            self._afterwards = finalize(self, compile_in_background, self._source)
+            self._afterwards = finalize(self, compile_in_background, self._structure.source)
         if self._background is not None and self._background.finished():
             self._may_compile = False
             with suppress(NativeUnavailable):
-                library = find_library(self._source)
+                library = find_library(self._structure.source_name)
                 self._evaluate = self._evaluate if library is None else self._native(library)
         elif self._background is None and self._seconds > COMPILE_AFTER_SECONDS:
             self._afterwards.detach()
-            self._background = compile_in_background(self._source)
+            self._background = compile_in_background(self._structure.source)
             self._may_compile = self._background is not None
 
 

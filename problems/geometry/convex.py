@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from hashlib import sha256
 from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from problems.base import FloatArray, InvalidProblem, cache
+from problems.base import FloatArray, InvalidProblem, cache, kept_text
 from problems.geometry.hull import SAME_PLANE, Hull, enclosing
 
 VERSION = "2"  # of how parts are made: another finds none of those kept before
@@ -63,8 +61,8 @@ def _pieces(corners: FloatArray) -> Iterator[FloatArray]:
     unit = SEEN_AS_ONE * max(float(np.ptp(places, axis=0).max()), np.finfo(float).tiny)
     numbers = np.unique(np.round(places / unit), axis=0, return_inverse=True)[1].reshape(-1, 3)
     one, two = np.concatenate([numbers[:, :2], numbers[:, 1:]]).T
-    graph = coo_array((np.ones(len(one)), (one, two)), shape=(numbers.max() + 1,) * 2)
-    labels = connected_components(graph, directed=False)[1][numbers[:, 0]]
+    graph = scipy.sparse.coo_array((np.ones(len(one)), (one, two)), shape=(numbers.max() + 1,) * 2)
+    labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][numbers[:, 0]]
     return (corners[labels == label] for label in range(labels.max() + 1))
 
 
@@ -115,13 +113,12 @@ def _held(corners: FloatArray, hull: Hull) -> Hull:
 def _divided(corners: FloatArray) -> list[Hull]:
     """The parts that CoACD makes of a mesh, grown until they hold it; kept in the user's cache."""
     key = cache.key_of("parts", VERSION, sha256(np.ascontiguousarray(corners).tobytes()).hexdigest())
-    kept = cache.find_text(key, "cover")
-    if kept is not None:
-        return [Hull.of(np.array(points)) for points in json.loads(kept)]
+    return [Hull.of(np.array(points)) for points in json.loads(kept_text(key, "cover", lambda: _parts_text(corners)))]
+
+
+def _parts_text(corners: FloatArray) -> str:
     parts = _grown(corners, [Hull.of(_thickened(points)) for points in _coacd(corners)])
-    with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-        cache.keep(key, json.dumps([part.corners.tolist() for part in parts]).encode(), "cover")
-    return parts
+    return json.dumps([part.corners.tolist() for part in parts])
 
 
 def _grown(corners: FloatArray, hulls: Sequence[Hull]) -> list[Hull]:

@@ -15,18 +15,16 @@ import time
 import zlib
 from base64 import b64decode, b64encode
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from itertools import product
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
-from problems.base import FloatArray, InvalidProblem, cache
+from problems.base import FloatArray, InvalidProblem, cache, kept_text
 from problems.geometry.proof import Balls, unheld
 from problems.geometry.surface import Surface, pieces_of, thinned
 
@@ -102,16 +100,15 @@ def cover_of(corners: FloatArray, overhang: float) -> Cover:
     """
     made_of = sha256(np.ascontiguousarray(corners, dtype="<f8").tobytes()).hexdigest()
     key = cache.key_of("cover", VERSION, made_of, repr(float(overhang)))
-    kept = cache.find_text(key, "cover")
-    if kept is not None:
-        return Cover.from_text(kept)
+    return Cover.from_text(kept_text(key, "cover", lambda: _new_text(corners, overhang)))
+
+
+def _new_text(corners: FloatArray, overhang: float) -> str:
     began = time.perf_counter()
     cover = new_cover_of(corners, overhang)
     figures = len(corners), len(cover.balls), 1e3 * overhang, time.perf_counter() - began
     LOG.info("cover: %d triangles, %d spheres that stick out by %.3g mm, %.1f s", *figures)
-    with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-        cache.keep(key, cover.text.encode(), "cover")
-    return cover
+    return cover.text
 
 
 def new_cover_of(corners: FloatArray, overhang: float) -> Cover:
@@ -183,12 +180,12 @@ class Solid:
     @cached_property
     def filled(self) -> NDArray[np.bool_]:
         """Voxels that triangles touch or enclose, (a, b, c)."""
-        return np.asarray(ndimage.binary_fill_holes(self._touched))
+        return np.asarray(scipy.ndimage.binary_fill_holes(self._touched))
 
     @cached_property
     def _beside(self) -> NDArray[np.bool_]:
         """Voxels next to those outside."""
-        return np.asarray(ndimage.binary_dilation(~self.filled, np.ones((3, 3, 3), dtype=bool)))
+        return np.asarray(scipy.ndimage.binary_dilation(~self.filled, np.ones((3, 3, 3), dtype=bool)))
 
     @cached_property
     def outer(self) -> FloatArray:
@@ -224,7 +221,7 @@ class Solid:
 
     def ridges(self) -> tuple[FloatArray, FloatArray]:
         """Middles (n, 3) of inner voxels whose balls are in no neighbour's, and their depths (n,) to a voxel, m."""
-        depth = np.asarray(ndimage.distance_transform_edt(self.filled)) * self.voxel
+        depth = np.asarray(scipy.ndimage.distance_transform_edt(self.filled)) * self.voxel
         inner = np.argwhere(self.filled & ~self._touched)  # none is at the lattice's border
         numbers, flat = np.ravel_multi_index(tuple(inner.T), depth.shape), depth.ravel()
         own, strides = flat[numbers], np.array(depth.strides) // depth.itemsize
@@ -282,7 +279,7 @@ def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls | None:
 
 def _picked(samples: FloatArray, candidates: Balls, margin: float) -> Iterator[int]:
     """Numbers of balls, each of which holds most of the samples that none before holds, until all are held."""
-    tree, radii = cKDTree(samples), candidates.radii - margin
+    tree, radii = scipy.spatial.cKDTree(samples), candidates.radii - margin
     lists = tree.query_ball_point(candidates.centers, radii, workers=-1, return_sorted=False)
     holds = [np.array(held, dtype=np.int32) for held in lists]
     waiting = [(-len(held), number) for number, held in enumerate(holds) if len(held)]

@@ -10,8 +10,8 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from problems.base import FloatArray, InvalidProblem
 
@@ -49,8 +49,8 @@ class Hull:
         """
         size = float(np.ptp(points, axis=0).max())
         try:
-            found = ConvexHull(points)
-        except (QhullError, ValueError) as error:
+            found = scipy.spatial.ConvexHull(points)
+        except (scipy.spatial.QhullError, ValueError) as error:
             raise InvalidProblem("points", "they are in one plane; a body needs an inside") from error
         if found.volume <= THINNEST * size**3:
             raise InvalidProblem("points", "they are in one plane; a body needs an inside")
@@ -105,7 +105,7 @@ class Hull:
     def grown(self, length: float) -> Hull:
         """The hull with all faces moved outwards by a length in m."""
         planes = np.column_stack([self.normals, -self.offsets - length])
-        return Hull.of(HalfspaceIntersection(planes, self.corners.mean(axis=0)).intersections)
+        return Hull.of(scipy.spatial.HalfspaceIntersection(planes, self.corners.mean(axis=0)).intersections)
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Signed distances of points (n, 3), m: (n,)."""
@@ -141,7 +141,7 @@ def enclosing(hull: Hull, most: int) -> Hull:
     planes = np.column_stack([axes, -(hull.corners @ axes.T).max(axis=0)])
     faces, inside = np.column_stack([hull.normals, -hull.offsets]), hull.corners.mean(axis=0)
     while True:
-        corners = HalfspaceIntersection(planes, inside).intersections
+        corners = scipy.spatial.HalfspaceIntersection(planes, inside).intersections
         beyond = (corners @ faces[:, :3].T + faces[:, 3]).max(axis=0)
         if beyond.max() <= COARSENESS or len(planes) >= most:
             return Hull.of(inside + (corners - inside) * (1.0 + GROWN))

@@ -11,7 +11,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
-from scipy.spatial import ConvexHull
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem
 
@@ -193,4 +193,4 @@ def facing_out(corners: FloatArray) -> FloatArray:
 
 
 def _hull_corners(points: FloatArray) -> FloatArray:
-    return np.asarray(points[ConvexHull(points).simplices], dtype=np.float64)
+    return np.asarray(points[scipy.spatial.ConvexHull(points).simplices], dtype=np.float64)

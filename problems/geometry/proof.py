@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from problems.base import FloatArray
 from problems.geometry.surface import halved, longest_sides
@@ -48,9 +48,9 @@ class Balls:
         return Balls(self.centers, np.maximum(self.radii - length, 0.0))
 
     @cached_property
-    def _tree(self) -> cKDTree:
+    def _tree(self) -> scipy.spatial.cKDTree:
         lift = np.sqrt(np.maximum(self.radii.max() ** 2 - self.radii**2, 0.0))
-        return cKDTree(np.column_stack([self.centers, lift]))
+        return scipy.spatial.cKDTree(np.column_stack([self.centers, lift]))
 
     @cached_property
     def _squares(self) -> FloatArray:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from problems.base import FloatArray
 
@@ -67,8 +67,8 @@ class Surface:
         return np.asarray(self.pieces.mean(axis=1))
 
     @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(self.middles)
+    def _tree(self) -> scipy.spatial.cKDTree:
+        return scipy.spatial.cKDTree(self.middles)
 
     def distances(self, points: FloatArray) -> FloatArray:
         """How far points (m, 3) are from the pieces with the nearest middles, (m,), m: hardly more than from any."""

@@ -17,9 +17,8 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
-from problems.base import FloatArray
+from problems.base import BSpline, FloatArray
 from problems.core import SingleRows, WholeRows
 from problems.motions import Trajectory
 from problems.robots import JointLimits
@@ -52,7 +51,7 @@ def _coefficients() -> FloatArray:
     begins, number = edges()[:-1], np.arange(edges().size - 1)
     knots = np.concatenate([np.zeros(DEGREE), edges(), np.ones(DEGREE)])
     functions = BSpline(knots, np.eye(edges().size - 1 + DEGREE), DEGREE)
-    powers = np.stack([functions(begins, nu=order) / FACTORIALS[order] for order in range(DEGREE + 1)])
+    powers = np.stack([functions(begins, order) / FACTORIALS[order] for order in range(DEGREE + 1)])
     return np.stack([powers[:, number, number + k] for k in range(DEGREE + 1)], axis=2)
 
 

@@ -16,9 +16,9 @@ from typing import Self, TypeAlias
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import PPoly, make_interp_spline
+import scipy  # whose parts are loaded when they are used
 
-from problems.base import FloatArray, InvalidProblem, Matrix, Operand, as_array, total
+from problems.base import FloatArray, InvalidProblem, Matrix, Operand, PiecewisePolynomial, as_array, total
 from problems.motions.path_scan import TINY, TorqueSlopes, interval_time, limited, scan
 from problems.motions.samples import Samples
 from problems.motions.splines import DEGREE, ClampedSpline
@@ -65,7 +65,7 @@ class JointPath:
         if u.size < SPLINE_NEEDS:
             return cls(u, np.stack([np.diff(waypoints, axis=0) / lengths[:, None], waypoints[:-1]]))
         free = [(order, np.zeros(waypoints.shape[1])) for order in (3, 4)]
-        spline = make_interp_spline(u, waypoints, SPLINE_DEGREE, bc_type=(free, free))  # type: ignore[arg-type]
+        spline = scipy.interpolate.make_interp_spline(u, waypoints, SPLINE_DEGREE, bc_type=(free, free))  # type: ignore[arg-type]
         return cls(u, np.stack([spline(u[:-1], n) / factorial(n) for n in range(SPLINE_DEGREE, -1, -1)]))
 
     @classmethod
@@ -108,9 +108,9 @@ class JointPath:
         return np.stack([self.at(starts, order) / factorial(order) for order in orders])
 
     @cached_property
-    def curve(self) -> PPoly:
+    def curve(self) -> PiecewisePolynomial:
         """The piecewise polynomial."""
-        return PPoly(self.coefficients, self.breakpoints)
+        return PiecewisePolynomial(self.coefficients, self.breakpoints)
 
     def at(self, u: FloatArray, derivative: int = 0) -> FloatArray:
         """Angles or a derivative of them, (n, k), at parameters (n,)."""

@@ -15,12 +15,10 @@ from operator import add
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, PPoly
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
-from problems.base import FloatArray, Matrix, constant
+from problems.base import BSpline, FloatArray, Matrix, PiecewisePolynomial, constant
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Motion, SampleGrid
 from problems.robots import Robot
@@ -76,11 +74,11 @@ class ClampedSpline:
         """The first of the basis functions that are not zero in each piece between nodes, (p,)."""
         return (np.searchsorted(self.basis.t, self.nodes[:-1], side="right") - 1 - self.degree).astype(np.intp)
 
-    def curve(self, control_points: FloatArray) -> PPoly:
+    def curve(self, control_points: FloatArray) -> PiecewisePolynomial:
         """The piecewise polynomial of control points (N, k), with the nodes as breakpoints."""
         spline = BSpline(self.basis.t, control_points, self.degree)
         powers = [np.asarray(spline(self.nodes[:-1], n)) / factorial(n) for n in range(self.degree + 1)]
-        return PPoly(np.array(powers[::-1]), self.nodes)
+        return PiecewisePolynomial(np.array(powers[::-1]), self.nodes)
 
 
 class InterpolatingSpline(ClampedSpline, ABC):
@@ -107,7 +105,8 @@ class InterpolatingSpline(ClampedSpline, ABC):
 
     def coefficients(self, angles: Matrix) -> Matrix:
         """B-spline coefficients (n, k) of knot angles (M, k), by forward and backward substitution."""
-        factors = splu(csc_array(self.conditions), permc_spec="NATURAL", diag_pivot_thresh=0.0)
+        matrix = scipy.sparse.csc_array(self.conditions)
+        factors = scipy.sparse.linalg.splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0)
         known = self.known(angles)
         rows = [known[int(i), :] for i in np.argsort(factors.perm_r)]
         forward = _substitute(factors.L.toarray(), rows, range(len(rows)))

@@ -12,9 +12,8 @@ from typing import ClassVar, Generic, TypeVar
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PPoly
 
-from problems.base import FloatArray, Matrix, Parametric, bernstein, within
+from problems.base import FloatArray, Matrix, Parametric, PiecewisePolynomial, bernstein, real_roots, within
 from problems.motions.samples import SAMPLED_ORDERS, Samples
 from problems.robots import Robot
 
@@ -71,11 +70,11 @@ class Trajectory:
         return float(self.breakpoints[-1])
 
     @cached_property
-    def _derivatives(self) -> tuple[PPoly, ...]:
-        theta = PPoly(self.coefficients, self.breakpoints)
+    def _derivatives(self) -> tuple[PiecewisePolynomial, ...]:
+        theta = PiecewisePolynomial(self.coefficients, self.breakpoints)
         return theta, *(theta.derivative(order) for order in range(1, SAMPLED_ORDERS + 1))
 
-    def derivative(self, order: int) -> PPoly:
+    def derivative(self, order: int) -> PiecewisePolynomial:
         """The joint angles (0), or a derivative of them, as a piecewise polynomial."""
         return self._derivatives[order]
 
@@ -197,9 +196,8 @@ class Trajectory:
         if derivative >= CONTINUOUS_ORDERS:
             times.append(np.nextafter(self.breakpoints[1:-1][self._is_jump(derivative)], 0.0))
         for piece, joint in np.argwhere(may_turn & (largest > 0.0)):
-            inner = PPoly(curve.c[:, piece : piece + 1, joint], curve.x[piece : piece + 2])
-            roots = inner.roots(discontinuity=False, extrapolate=False)
-            times.append(roots[np.isfinite(roots)])
+            low, high = curve.x[piece : piece + 2].tolist()
+            times.append(real_roots(curve.c[:, piece, joint], low, high))
         return np.unique(np.concatenate(times))
 
     def _is_jump(self, order: int) -> NDArray[np.bool_]:

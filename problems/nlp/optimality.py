@@ -19,9 +19,8 @@ from dataclasses import dataclass, fields, replace
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.linalg import qr, solve_triangular
-from scipy.optimize import nnls
 
 from problems.base import Arguments, FloatArray, Parametric, as_array
 from problems.limits import SAMPLING_MARGIN, Constraint
@@ -267,11 +266,12 @@ def least_squares_multipliers(
     (basis, triangle, chosen), rank = _independent(rows[equal], RANK_TOLERANCE * max(1.0, np.abs(rows).max()))
     basis = basis[:, :rank]
     left = [matrix - basis @ (basis.T @ matrix) for matrix in (bounds.T, -gradient)]
-    sizes = nnls(left[0], left[1], maxiter=NNLS_ITERATIONS * (1 + len(bounds)))[0] if len(bounds) else np.empty(0)
+    most = NNLS_ITERATIONS * (1 + len(bounds))
+    sizes = scipy.optimize.nnls(left[0], left[1], maxiter=most)[0] if len(bounds) else np.empty(0)
     multipliers = np.zeros(len(rows))
     multipliers[~equal] = signs * sizes
     known = basis.T @ (-gradient - bounds.T @ sizes)
-    multipliers[np.flatnonzero(equal)[chosen[:rank]]] = solve_triangular(triangle[:rank, :rank], known)
+    multipliers[np.flatnonzero(equal)[chosen[:rank]]] = scipy.linalg.solve_triangular(triangle[:rank, :rank], known)
     return multipliers
 
 
@@ -279,7 +279,7 @@ def _independent(rows: FloatArray, tolerance: float) -> tuple[tuple[FloatArray, 
     """Q, R and the order of a QR decomposition of rows (m, n), the most independent first; and how many there are."""
     if not len(rows):
         return (np.zeros((rows.shape[1], 0)), np.zeros((0, 0)), np.zeros(0, dtype=np.intp)), 0
-    *factors, order = qr(rows.T, mode="economic", pivoting=True)
+    *factors, order = scipy.linalg.qr(rows.T, mode="economic", pivoting=True)
     basis, triangle = (np.asarray(factor, dtype=np.float64) for factor in factors)
     return (basis, triangle, order.astype(np.intp)), int((np.abs(np.diag(triangle)) > tolerance).sum())
 

@@ -23,7 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from problems.base import FloatArray, Matrix, Operand, as_array, largest
+from problems.base import FloatArray, Matrix, Operand, as_array, kept_function, largest
 from problems.robots.spatial_arm import SpatialArm
 from problems.robots.transform import Rotation, Transform, Vector, as_rows, plus, times
 
@@ -76,6 +76,10 @@ def geometry_of(robot: SpatialArm) -> SpatialArm:
 
 @lru_cache(maxsize=16)
 def _step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
+    return kept_function(lambda: _new_step(robot, turning, limited), "step", robot, turning, limited)
+
+
+def _new_step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
     """From a posture (1, dof), position (3, 1), [rotation (3, 3),] [limits (1, dof)] to the posture after a step."""
     theta, position, rotation = ca.SX.sym("theta", 1, robot.dof), ca.SX.sym("position", 3), ca.SX.sym("rotation", 3, 3)
     low, high = ca.SX.sym("low", 1, robot.dof), ca.SX.sym("high", 1, robot.dof)

@@ -7,6 +7,7 @@ so the verdict on a finished motion looks at them too.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -15,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem, as_array
+from problems.base import FloatArray, InvalidProblem, as_array, kept_text, structure_key
 from problems.robots.spatial_arm import SpatialArm
 
 SAMPLES = 2_000
@@ -68,10 +69,18 @@ def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> OwnPairs:
     pairs, must_not = pairs[~may_touch], must_not[~may_touch]
     if not len(pairs):
         return OwnPairs()
-    least, touching = _Sampled(robot, pairs).result
+    least, touching = _least_and_touching(robot, pairs)
     together = ~must_not & (touching >= ALWAYS)
     near = ~together & (must_not | (least < max(SLACK, robot.margin)))
     return OwnPairs(*(_numbers(pairs[chosen]) for chosen in (near, ~together & ~near, together)))
+
+
+def _least_and_touching(robot: SpatialArm, pairs: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """What random postures say of pairs (m, 2), kept on disk: see :attr:`_Sampled.result`."""
+    key = structure_key("own pairs", robot, pairs)
+    text = kept_text(key, "pairs", lambda: json.dumps([part.tolist() for part in _Sampled(robot, pairs).result]))
+    least, touching = json.loads(text)
+    return np.array(least), np.array(touching)
 
 
 def _numbers(pairs: NDArray[np.int64]) -> tuple[tuple[int, int], ...]:

@@ -24,6 +24,8 @@ from problems.base import (
     Matrix,
     as_array,
     check_within,
+    kept_function,
+    structure_key,
 )
 from problems.robots.arm_cover import ArmCover
 from problems.robots.chain import UNTURNED, Chain
@@ -222,8 +224,27 @@ class SpatialArm(Robot):
 
     def tool_pose(self, theta: Matrix) -> tuple[Matrix, Matrix]:
         """Position (n, 3), m, and rotation matrix row by row (n, 9) of the tool in n postures (n, dof)."""
+        if isinstance(theta, ca.DM) and self._tool is not None:
+            position, rotation = self._tool(theta.T)
+            return position.T, rotation.T
+        return self._symbolic_tool(theta)
+
+    def _symbolic_tool(self, theta: Matrix) -> tuple[Matrix, Matrix]:
         pose, rows = self.chain.frames(theta, self.base_frame)[-1] @ self.tool_frame, theta.shape[0]
         return as_rows(pose.translation, rows), as_rows([entry for row in pose.rotation for entry in row], rows)
+
+    @cached_property
+    def _tool(self) -> ca.Function | None:
+        """Of one posture (dof, 1), or of n at once: position (3, n) and rotation (9, n); None with symbols in it."""
+        parts = (self.chain, self.base_translation, self.base_rotation, self.tool_translation, self.tool_rotation)
+        if structure_key(*parts) is None:
+            return None
+        theta = ca.SX.sym("theta", self.dof)
+
+        def make() -> ca.Function:
+            return ca.Function("tool", [theta], [ca.densify(part.T) for part in self._symbolic_tool(theta.T)])
+
+        return kept_function(make, "tool", *parts)
 
     def tool_at(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The same in numbers: positions (n, 3), m, and rotation matrices (n, 3, 3)."""

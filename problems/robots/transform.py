@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from math import cos, sin
 from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation as SciPyRotation
 
 from problems.base import FloatArray, InvalidProblem, Matrix, Operand, is_of_length_one
 
@@ -177,12 +178,16 @@ def matrix_of(quaternion: Sequence[float]) -> Matrix3:
     """
     if not is_of_length_one(quaternion):
         raise InvalidProblem("quaternion", f"{list(quaternion)} is not of length 1")
-    return snapped(SciPyRotation.from_quat(quaternion).as_matrix())
+    return snapped(_matrices(_of_length_one(np.array(quaternion, dtype=np.float64))))
 
 
 def from_angles(angles: Sequence[float]) -> Matrix3:
     """The matrix of roll, pitch and yaw, rad: turns about the fixed axes x, y and z in this order."""
-    return snapped(SciPyRotation.from_euler("xyz", angles).as_matrix())
+    halves = [angle / 2.0 for angle in angles]
+    about_x, about_y, about_z = (
+        (*(sin(half) if axis == own else 0.0 for axis in range(3)), cos(half)) for own, half in enumerate(halves)
+    )
+    return snapped(_matrices(np.array(_composed(about_z, _composed(about_y, about_x)))))
 
 
 def snapped(matrix: FloatArray) -> Matrix3:
@@ -197,10 +202,54 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
 
     In the first, the last of x, y, z, w that is not next to 0 is positive.
     """
-    found = SciPyRotation.from_matrix(np.asarray(rotations).reshape(-1, 3, 3)).as_quat()
+    found = _quaternions(np.asarray(rotations).reshape(-1, 3, 3))
     sign = np.sign(found[0, np.flatnonzero(np.abs(found[0]) > SURELY_TURNED)[-1]])
     flips = np.where(np.sum(found[1:] * found[:-1], axis=1) < 0.0, -1.0, 1.0)
     return np.asarray(found * np.cumprod(np.append(sign, flips))[:, None])
+
+
+def _of_length_one(quaternions: FloatArray) -> FloatArray:
+    """Quaternions (..., 4), scaled."""
+    x, y, z, w = np.moveaxis(quaternions, -1, 0)
+    return np.asarray(quaternions / np.sqrt(x * x + y * y + z * z + w * w)[..., None])
+
+
+def _matrices(quaternions: FloatArray) -> FloatArray:
+    """Of quaternions (..., 4) of length 1: (..., 3, 3)."""
+    x, y, z, w = np.moveaxis(quaternions, -1, 0)
+    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    rows = (
+        *(xx - yy - zz + ww, 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
+        *(2.0 * (x * y + z * w), -xx + yy - zz + ww, 2.0 * (y * z - x * w)),
+        *(2.0 * (x * z - y * w), 2.0 * (y * z + x * w), -xx - yy + zz + ww),
+    )
+    return np.stack(rows, axis=-1).reshape(*quaternions.shape[:-1], 3, 3)
+
+
+def _quaternions(rotations: FloatArray) -> FloatArray:
+    """Of rotation matrices (n, 3, 3), (n, 4): the largest of the four parts decides which formula is exact."""
+    trace = rotations[:, 0, 0] + rotations[:, 1, 1] + rotations[:, 2, 2]
+    largest = np.argmax(np.column_stack([np.diagonal(rotations, axis1=1, axis2=2), trace]), axis=1)
+    found = np.empty((len(rotations), 4))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        rows = rotations[largest == i]
+        found[np.ix_(largest == i, (i, j, k, 3))] = np.column_stack(
+            [
+                1.0 - trace[largest == i] + 2.0 * rows[:, i, i],
+                *(rows[:, j, i] + rows[:, i, j], rows[:, k, i] + rows[:, i, k], rows[:, k, j] - rows[:, j, k]),
+            ]
+        )
+    turned = [rotations[:, k, j] - rotations[:, j, k] for j, k in ((1, 2), (2, 0), (0, 1))]
+    of_trace = np.column_stack([*turned, 1.0 + trace])
+    return _of_length_one(np.where((largest == 3)[:, None], of_trace, found))
+
+
+def _composed(first: Sequence[float], second: Sequence[float]) -> tuple[float, float, float, float]:
+    """The product of two quaternions: first the second turn, then the first."""
+    (a, b, c, w), (x, y, z, v) = first, second
+    crossed = (b * z - c * y, c * x - a * z, a * y - b * x)
+    i, j, k = (w * there + v * here + part for here, there, part in zip((a, b, c), (x, y, z), crossed, strict=True))
+    return i, j, k, w * v - a * x - b * y - c * z
 
 
 def numbers_of(pose: Transform) -> tuple[Point3, Matrix3]:
@@ -225,7 +274,7 @@ class Orientations:
     """
 
     def __init__(self, quaternions: FloatArray) -> None:
-        self.at_points = SciPyRotation.from_quat(quaternions)
+        self.at_points = scipy.spatial.transform.Rotation.from_quat(quaternions)
 
     @cached_property
     def turns(self) -> FloatArray:
@@ -251,14 +300,15 @@ class Orientations:
 
     def along(self, segments: NDArray[np.intp], shares: FloatArray) -> FloatArray:
         """Rotation matrices (m, 3, 3) within m segments, at shares (m,) of their lengths."""
-        turned = self.at_points[segments] * SciPyRotation.from_rotvec(shares[:, None] * self.turns[segments])
+        parts = scipy.spatial.transform.Rotation.from_rotvec(shares[:, None] * self.turns[segments])
+        turned = self.at_points[segments] * parts
         return np.asarray(turned.as_matrix())
 
     def between(self, known: FloatArray, wanted: FloatArray) -> FloatArray:
         """Quaternions (m, 4) at distances along the path (m,), given those of the points (n,), m."""
         segments = np.clip(np.searchsorted(known, wanted, side="right") - 1, 0, len(known) - 2)
         shares = (wanted - known[segments]) / np.diff(known)[segments]
-        return np.asarray(SciPyRotation.from_matrix(self.along(segments, shares)).as_quat())
+        return np.asarray(scipy.spatial.transform.Rotation.from_matrix(self.along(segments, shares)).as_quat())
 
 
 def unit_quaternions(given: ArrayLike | Sequence[Sequence[float]]) -> FloatArray:

@@ -19,7 +19,7 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import (
     Angle,
@@ -28,6 +28,7 @@ from problems.base import (
     Length,
     Matrix,
     Operand,
+    bounded_minimum,
     columns,
     is_zero,
 )
@@ -36,6 +37,7 @@ from problems.scene.obstacle import Obstacle
 # All three are squared and dimensionless: in units of the semi-axes.
 POINT_LENGTH_SQUARED = 1e-12  # a shorter segment counts as a point; avoids 0 / 0 and its gradient
 CORE_RADIUS_SQUARED = 1e-3  # within this radius of the centre the logarithm levels off
+SHARE_RESOLUTION = 1e-5  # of a segment, to which its nearest point is found
 DIRECTIONS = 3  # in which the ellipse and a segment are separated
 TINY_SQUARED = 1e-200  # m^2: keeps the direction of no vector, and its gradient, finite
 CENTRE_DISTANCE_SQUARED = 1e-30  # added to the distance from the centre: keeps the square root's gradient finite
@@ -138,8 +140,8 @@ class Ellipse(Obstacle):
         if clearance <= 0.0:
             return clearance
         first, way = np.array(start), np.array(end) - np.array(start)
-        inner = minimize_scalar(lambda s: self._point_distance(first + s * way), bounds=(0.0, 1.0), method="bounded")
-        return min(self._point_distance(first), self._point_distance(first + way), float(inner.fun))
+        _, inner = bounded_minimum(lambda s: self._point_distance(first + s * way), 0.0, 1.0, SHARE_RESOLUTION)
+        return min(self._point_distance(first), self._point_distance(first + way), inner)
 
     def _point_distance(self, point: FloatArray) -> float:
         """The distance of a point outside, m: along the normal of the ellipse on which it lies, by a root."""
@@ -151,7 +153,7 @@ class Ellipse(Obstacle):
 
         if beyond(0.0) <= 0.0:
             return 0.0
-        root = brentq(beyond, 0.0, float(np.sqrt(square.max()) * np.hypot(*place)))
+        root = scipy.optimize.brentq(beyond, 0.0, float(np.sqrt(square.max()) * np.hypot(*place)))
         return float(np.hypot(*(place - square * place / (root + square))))
 
     def smooth(self, clearance: Matrix) -> Matrix:

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
-from scipy.spatial.transform import Rotation
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import (
     ANGLES,
@@ -20,6 +19,7 @@ from problems.base import (
     InvalidProblem,
     Matrix,
     Operand,
+    PiecewisePolynomial,
     bernstein,
     check_within,
     columns,
@@ -170,7 +170,7 @@ class Tabulated(ObstacleMotion):
         """
         times, positions, turns = _columns(times, positions, turns)
         values = positions if turns is None else np.hstack([positions, as_numbers(turns)])
-        spline = CubicSpline(np.array(times, dtype=np.float64), values)
+        spline = scipy.interpolate.CubicSpline(np.array(times, dtype=np.float64), values)
         coefficients = np.zeros((POWERS, len(times) - 1, values.shape[1]))
         coefficients[-len(spline.c) :] = spline.c
         pieces = tuple(tuple(map(tuple, rows)) for rows in coefficients.transpose(2, 1, 0).tolist())
@@ -242,8 +242,8 @@ class Tabulated(ObstacleMotion):
         return Frames(values[:, : self.dim], axes_of(values[:, self.dim :]) if self.turns else None)
 
     @cached_property
-    def _spline(self) -> PPoly:
-        return PPoly(np.array(self.pieces).transpose(2, 1, 0), np.array(self.breaks))
+    def _spline(self) -> PiecewisePolynomial:
+        return PiecewisePolynomial(np.array(self.pieces).transpose(2, 1, 0), np.array(self.breaks))
 
     @cached_property
     def _bounds(self) -> FloatArray:
@@ -321,4 +321,4 @@ def axes_of(turns: FloatArray) -> FloatArray:
     if turns.shape[1] == 1:
         cosine, sine = np.cos(turns[:, 0]), np.sin(turns[:, 0])
         return np.moveaxis(np.array([[cosine, -sine], [sine, cosine]]), 2, 0)
-    return np.asarray(Rotation.from_quat(turns).as_matrix())
+    return np.asarray(scipy.spatial.transform.Rotation.from_quat(turns).as_matrix())

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from problems.base import FloatArray
 from problems.core import minimizer
@@ -111,7 +111,7 @@ def best_step(
         paid = np.full(slack.shape[1], TOUCHING)
         solution = minimizer(
             np.append(costs, paid),
-            csr_array(matrix),
+            scipy.sparse.csr_array(matrix),
             np.concatenate([bounds, clear.room[chosen]]),
             np.concatenate([box, np.stack([0.0 * paid, np.inf * paid], axis=1)]),
         )
@@ -136,7 +136,7 @@ def at_best_speed(motion: PathSpeed, limits: KeptLimits, linear: LinearLimits, g
     even = motion.time_scaled(limits.time_scale(motion, grid))
     width = SPEED_SHARE * motion.speeds
     rows, bounds = useful_rows(linear.values, linear.by_speeds, width)
-    found = minimizer(motion.duration_slopes, csr_array(rows), bounds, np.stack([-width, width], axis=1))
+    found = minimizer(motion.duration_slopes, scipy.sparse.csr_array(rows), bounds, np.stack([-width, width], axis=1))
     if found is None:
         return even
     other = replace(motion, speeds=motion.speeds + found)

@@ -7,9 +7,8 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import BSpline
 
-from problems.base import FloatArray, as_array
+from problems.base import BSpline, FloatArray, as_array
 from problems.robots import JointLimits, Robot
 from problems.tasks import Place
 

@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from problems.base import (
     COORDINATES,
@@ -111,7 +111,8 @@ class Pose(Place):
         is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=ROUNDING) and np.linalg.det(rotation) > 0.0
         if not is_rotation:
             raise InvalidProblem("matrix", "its 3 x 3 part is no rotation")
-        return cls(tuple(given[:3, 3].tolist()), tuple(Rotation.from_matrix(rotation).as_quat().tolist()))
+        quaternion = scipy.spatial.transform.Rotation.from_matrix(rotation).as_quat()
+        return cls(tuple(given[:3, 3].tolist()), tuple(quaternion.tolist()))
 
     @property
     def unit(self) -> str:

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import casadi as ca
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.limits import StatedExpression
@@ -256,7 +256,7 @@ class ToolPath:
         """From the rotation at the start to that at the goal, axis times angle in the tool's frame, (3,), rad."""
         assert self.turned is not None
         start, goal = self.turned
-        turn = Rotation.from_matrix(start.T @ goal).as_rotvec()
+        turn = scipy.spatial.transform.Rotation.from_matrix(start.T @ goal).as_rotvec()
         return turn if np.linalg.norm(turn) > ALIKE else np.zeros(3)
 
     def places(self, s: FloatArray) -> list[Place]:
@@ -266,7 +266,8 @@ class ToolPath:
             return [Position(tuple(point)) for point in points.tolist()]
         if self.turned is None:
             return [Pose(tuple(point)) for point in points.tolist()]
-        turned = Rotation.from_matrix(self.turned[0]) * Rotation.from_rotvec(s[:, None] * self._turn)
+        rotation = scipy.spatial.transform.Rotation
+        turned = rotation.from_matrix(self.turned[0]) * rotation.from_rotvec(s[:, None] * self._turn)
         pairs = zip(points.tolist(), turned.as_quat().tolist(), strict=True)
         return [Pose(tuple(point), tuple(quaternion)) for point, quaternion in pairs]
 

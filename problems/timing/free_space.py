@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from math import inf, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem
 from problems.motions import Trajectory
@@ -390,7 +390,7 @@ def _between(move: JointMove, duration: float) -> AccelerationPieces:
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
     """Where a function that changes its sign between two numbers is zero."""
     rounding = 4.0 * np.finfo(float).eps
-    return float(brentq(function, low, high, xtol=rounding * max(abs(low), abs(high)), rtol=rounding))
+    return float(scipy.optimize.brentq(function, low, high, xtol=rounding * max(abs(low), abs(high)), rtol=rounding))
 
 
 def least_duration(joints: Iterable[JointMove]) -> float:

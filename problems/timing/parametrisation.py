@@ -9,9 +9,8 @@ from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
-from problems.base import FloatArray, composition
+from problems.base import BSpline, FloatArray, composition
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
 from problems.timing.prepared import PathTorques, PreparedPath

@@ -16,9 +16,8 @@ from itertools import pairwise
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import PPoly
 
-from problems.base import FloatArray, InvalidProblem, as_array, bernstein, peak
+from problems.base import FloatArray, InvalidProblem, PiecewisePolynomial, as_array, bernstein, peak
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits, RigidChain, time_scales_of_arrays
 
@@ -178,7 +177,7 @@ class PathTorques:
     """
 
     path: JointPath
-    curve: PPoly
+    curve: PiecewisePolynomial
     bound: FloatArray
     viscous: FloatArray
     coulomb: FloatArray
@@ -203,7 +202,7 @@ class PathTorques:
         one = ca.DM.ones(1, len(limits.torque))
         viscous, coulomb = (as_array(part(one))[0] for part in (chain.viscous, chain.coulomb))
         bound = np.array(limits.torque) * (1.0 - TORQUE_MARGIN)
-        made = cls(path, PPoly((scaled / powers[..., None, None])[::-1], starts), bound, viscous, coulomb)
+        made = cls(path, PiecewisePolynomial((scaled / powers[..., None, None])[::-1], starts), bound, viscous, coulomb)
         made._check_held(np.union1d(u, starts))
         return made
 

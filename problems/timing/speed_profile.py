@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem, composition, derivative, in_bernstein_form, product
 from problems.core import LinearProgram, SingleRows, WholeRows
@@ -379,7 +379,8 @@ def _largest(rows: FloatArray, fixed: FloatArray) -> FloatArray:
     """What each square can be at most, (N + 1,), as single rows (N, rows, 2) say."""
     positive = np.where(rows.min(axis=2, keepdims=True) >= 0.0, rows, 0.0).max(axis=1)
     tightest = np.maximum(np.append(positive[:, 0], 0.0), np.insert(positive[:, 1], 0, 0.0))
-    near = np.maximum(maximum_filter1d(tightest, 2 * NEAR + 1, mode="nearest"), tightest.max() / UNBOUNDED**3)
+    around = scipy.ndimage.maximum_filter1d(tightest, 2 * NEAR + 1, mode="nearest")
+    near = np.maximum(around, tightest.max() / UNBOUNDED**3)
     scale = 1.0 / np.maximum(tightest, near / UNBOUNDED)
     return np.asarray(np.where(fixed > 0.0, fixed, scale))
 

@@ -51,4 +51,4 @@ def source_of(function: ca.Function) -> str:
 
 def virtual_machine(program: Program) -> VirtualMachine:
     parts = kernels(program)
-    return VirtualMachine(parts, data(program, parts), program.dimension)
+    return VirtualMachine(parts, data(program, tuple(part.preparation for part in parts)), program.dimension)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, PPoly
+import scipy  # whose parts are loaded when they are used
 
 from problems import Trajectory
 from problems.base import FloatArray, composition
@@ -42,7 +42,7 @@ def exact_pieces(motion: Any) -> Trajectory | None:
     return None
 
 
-def _checked(motion: Any, found: PPoly, evaluate: Callable[[Any, float], Any]) -> Trajectory:
+def _checked(motion: Any, found: scipy.interpolate.PPoly, evaluate: Callable[[Any, float], Any]) -> Trajectory:
     """The motion from t = 0, if it is one of joints and evaluates to the same as the object.
 
     Raises:
@@ -82,34 +82,36 @@ def _valued(motion: Any, time: float) -> Any:
     return motion.value(time)
 
 
-def _own_pieces(motion: Any) -> PPoly:
-    return PPoly(motion.c, motion.x)
+def _own_pieces(motion: Any) -> scipy.interpolate.PPoly:
+    return scipy.interpolate.PPoly(motion.c, motion.x)
 
 
-def _of_b_spline(motion: Any) -> PPoly:
-    return _between_knots(BSpline(motion.t, motion.c, motion.k))
+def _of_b_spline(motion: Any) -> scipy.interpolate.PPoly:
+    return _between_knots(scipy.interpolate.BSpline(motion.t, motion.c, motion.k))
 
 
-def _between_knots(spline: BSpline) -> PPoly:
+def _between_knots(spline: scipy.interpolate.BSpline) -> scipy.interpolate.PPoly:
     """A spline by its Taylor coefficients at its knots, each taken once."""
     k = spline.k
     knots = np.unique(spline.t[k : len(spline.t) - k])
     factorials = np.cumprod([1.0, *range(1, k + 1)])
-    return PPoly(np.stack([spline(knots[:-1], order) / factorials[order] for order in range(k, -1, -1)]), knots)
+    return scipy.interpolate.PPoly(
+        np.stack([spline(knots[:-1], order) / factorials[order] for order in range(k, -1, -1)]), knots
+    )
 
 
-def _toppra_spline(motion: Any) -> PPoly:
-    return PPoly(motion.cspl.c, motion.cspl.x)
+def _toppra_spline(motion: Any) -> scipy.interpolate.PPoly:
+    return scipy.interpolate.PPoly(motion.cspl.c, motion.cspl.x)
 
 
-def _toppra_constant_acceleration(motion: Any) -> PPoly:
+def _toppra_constant_acceleration(motion: Any) -> scipy.interpolate.PPoly:
     """A spline along which the parameter has piecewise constant acceleration."""
     accelerations, speeds, starts = (np.asarray(part)[None] for part in (motion._us, motion._velocities, motion._ss))
     law = np.concatenate([accelerations / 2.0, speeds[:, :-1], starts[:, :-1]])
-    return _composed(_toppra_spline(motion._path), PPoly(law, motion._ts))
+    return _composed(_toppra_spline(motion._path), scipy.interpolate.PPoly(law, motion._ts))
 
 
-def _composed(path: PPoly, law: PPoly) -> PPoly:
+def _composed(path: scipy.interpolate.PPoly, law: scipy.interpolate.PPoly) -> scipy.interpolate.PPoly:
     """A path run by a law of its parameter, piece by piece: law (order, pieces) of time, never going back."""
     cuts = [law.x]
     for knot in path.x[1:-1]:
@@ -122,13 +124,13 @@ def _composed(path: PPoly, law: PPoly) -> PPoly:
     piece = np.clip(np.searchsorted(path.x, law(middles), side="right") - 1, 0, len(path.x) - 2)
     orders = range(law.c.shape[0])
     factorials = np.cumprod([1.0, *range(1, law.c.shape[0])])
-    laws = PPoly(law.c, law.x)
+    laws = scipy.interpolate.PPoly(law.c, law.x)
     which = np.searchsorted(law.x[1:-1], middles, side="right")
     offsets = times[:-1] - law.x[which]
     inner = np.stack([_taylor(laws.c[:, which], offsets, order) / factorials[order] for order in orders])[:, :, None]
     inner[0, :, 0] -= path.x[piece]
     outer = path.c[::-1, piece]
-    return PPoly(composition(np.asarray(outer), inner)[::-1], times)
+    return scipy.interpolate.PPoly(composition(np.asarray(outer), inner)[::-1], times)
 
 
 def _taylor(coefficients: FloatArray, offsets: FloatArray, order: int) -> FloatArray:
@@ -139,7 +141,7 @@ def _taylor(coefficients: FloatArray, offsets: FloatArray, order: int) -> FloatA
     return np.asarray(sum(row * offsets**power for power, row in enumerate(powers)))
 
 
-def _drake_polynomials(motion: Any) -> PPoly:
+def _drake_polynomials(motion: Any) -> scipy.interpolate.PPoly:
     times = np.array(motion.get_segment_times())
     matrices = [motion.getPolynomialMatrix(piece) for piece in range(len(times) - 1)]
     entries = [[entry.GetCoefficients() for entry in np.asarray(matrix).ravel()] for matrix in matrices]
@@ -148,15 +150,15 @@ def _drake_polynomials(motion: Any) -> PPoly:
     for piece, row in enumerate(entries):
         for joint, entry in enumerate(row):
             coefficients[order - len(entry) :, piece, joint] = entry[::-1]
-    return PPoly(coefficients, times)
+    return scipy.interpolate.PPoly(coefficients, times)
 
 
-def _drake_b_spline(motion: Any) -> PPoly:
+def _drake_b_spline(motion: Any) -> scipy.interpolate.PPoly:
     basis, points = motion.basis(), np.array([np.ravel(point) for point in motion.control_points()])
-    return _between_knots(BSpline(np.array(basis.knots()), points, basis.order() - 1))
+    return _between_knots(scipy.interpolate.BSpline(np.array(basis.knots()), points, basis.order() - 1))
 
 
-def _ruckig_profiles(motion: Any) -> PPoly:
+def _ruckig_profiles(motion: Any) -> scipy.interpolate.PPoly:
     """Of each joint a brake and seven phases of constant jerk, section after section."""
     starts = [0.0, *list(motion.intermediate_durations)[:-1]]
     curves: list[list[tuple[float, FloatArray]]] = [[] for _ in range(motion.degrees_of_freedom)]
@@ -174,7 +176,7 @@ def _ruckig_profiles(motion: Any) -> PPoly:
         offsets = times[:-1] - starting[which]
         for row, (order, factor) in enumerate(((3, 6.0), (2, 2.0), (1, 1.0), (0, 1.0))):
             coefficients[row, :, joint] = _taylor(table, offsets, order) / factor
-    return PPoly(coefficients, times)
+    return scipy.interpolate.PPoly(coefficients, times)
 
 
 def _phases(start: float, profile: Any) -> list[tuple[float, FloatArray]]:
@@ -197,7 +199,7 @@ def _ruckig_at(motion: Any, time: float) -> Any:
     return motion.at_time(time)[0]
 
 
-KINDS: tuple[tuple[tuple[str, ...], Callable[[Any], PPoly], Callable[[Any, float], Any]], ...] = (
+KINDS: tuple[tuple[tuple[str, ...], Callable[[Any], scipy.interpolate.PPoly], Callable[[Any, float], Any]], ...] = (
     (("getPolynomialMatrix", "get_segment_times"), _drake_polynomials, _valued),
     (("basis", "control_points"), _drake_b_spline, _valued),
     (("profiles", "at_time", "intermediate_durations"), _ruckig_profiles, _ruckig_at),

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NoReturn, S
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from pydantic import Field, model_validator
-from scipy.spatial.transform import Rotation
 
 from problems import InvalidProblem, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
 from problems.assembly import Criteria, SequenceCriteria, Stage
@@ -299,7 +299,7 @@ def _posed(body: ObstacleSection, moved: Any) -> ObstacleSection:
     pose = moved(_pose_of(body))
     update: dict[str, Any] = {"center": tuple(map(float, pose[:3, 3]))}
     if "quaternion" in type(body).model_fields:
-        update["quaternion"] = tuple(map(float, Rotation.from_matrix(pose[:3, :3]).as_quat()))
+        update["quaternion"] = tuple(map(float, scipy.spatial.transform.Rotation.from_matrix(pose[:3, :3]).as_quat()))
     if getattr(body, "normal", None) is not None:
         update["normal"] = None
     return body.model_copy(update=update)
@@ -311,7 +311,7 @@ def _pose_of(body: ObstacleSection) -> FloatArray:
     pose = np.eye(4)
     pose[:3, 3] = body.center  # type: ignore[attr-defined]
     if quaternion is not None:
-        pose[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+        pose[:3, :3] = scipy.spatial.transform.Rotation.from_quat(quaternion).as_matrix()
     return pose
 
 

@@ -47,7 +47,7 @@ NEEDED = {  # by what pydantic calls an error
 class StrictModel(BaseModel):
     """A table of a file: unknown keys and NaN or infinite numbers are errors, types are not guessed."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 class NestedError(ValueError):

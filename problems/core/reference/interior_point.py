@@ -11,9 +11,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpbtrf, dpbtrs
-from scipy.sparse import csr_array
 
 from problems.base import FloatArray
 from problems.core.rows import ProgramData
@@ -190,7 +189,7 @@ class Rows:
         self._matrix = self._sparse(len(box.low))
         self._transposed = self._matrix.T.tocsr()
 
-    def _sparse(self, width: int) -> csr_array:
+    def _sparse(self, width: int) -> scipy.sparse.csr_array:
         begins = np.cumsum([0, *(len(block.bound) for block in self._blocks)])
         parts = [
             (
@@ -207,7 +206,7 @@ class Rows:
             (-np.ones(down.size), m + up.size + np.arange(down.size), down),
         ]
         values, rows, columns = (np.concatenate(column) for column in zip(*parts, strict=True))
-        return csr_array((values, (rows, columns)), shape=(len(self.bound), width))
+        return scipy.sparse.csr_array((values, (rows, columns)), shape=(len(self.bound), width))
 
     def apply(self, y: FloatArray) -> FloatArray:
         """G y."""
@@ -256,9 +255,9 @@ class Bordered:
         for share in STIFFER:
             stiffer = band.copy()
             stiffer[0] *= 1.0 + share
-            factor, wrong = dpbtrf(stiffer, lower=1, overwrite_ab=1)
+            factor, wrong = scipy.linalg.lapack.dpbtrf(stiffer, lower=1, overwrite_ab=1)
             if wrong == 0:
-                solved = dpbtrs(factor, border, lower=1)[0]
+                solved = scipy.linalg.lapack.dpbtrs(factor, border, lower=1)[0]
                 pivot = corner - _sum(border, solved)
                 return cls(factor, border, solved, 1.0 / pivot if pivot > NO_PIVOT * abs(corner) else 0.0)
         return None
@@ -266,7 +265,7 @@ class Bordered:
     def solve(self, right: FloatArray) -> FloatArray:
         """The solution, (n + 1,)."""
         last = (right[-1] - _sum(self.solved, right[:-1])) * self.inverse
-        return np.append(dpbtrs(self.factor, right[:-1], lower=1)[0] - self.solved * last, last)
+        return np.append(scipy.linalg.lapack.dpbtrs(self.factor, right[:-1], lower=1)[0] - self.solved * last, last)
 
 
 @dataclass(frozen=True, eq=False)

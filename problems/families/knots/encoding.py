@@ -15,7 +15,7 @@ from typing import ClassVar, TypeVar
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy  # whose parts are loaded when they are used
 
 from problems.assembly import Decoded, Encoding, FeasibilityFirst, PaperCost, SearchedTimeScale, Variable
 from problems.base import FloatArray, Matrix, Operand, constant, split
@@ -111,7 +111,7 @@ class PathEncoding(KnotPostures[P]):
     def interpolation(self) -> FloatArray:
         """Matrix (M, n) from the decision variables of one link to its values at the knots: a cubic spline."""
         decided = np.linspace(0.0, 1.0, self.redundancy_values)
-        return np.asarray(CubicSpline(decided, np.eye(self.redundancy_values))(self.knots))
+        return np.asarray(scipy.interpolate.CubicSpline(decided, np.eye(self.redundancy_values))(self.knots))
 
     def parts(self, x: Matrix) -> tuple[Matrix, Operand, Matrix]:
         """The parts of a search vector: redundancy values (n, redundancy), the elbow's sign, and the rest."""

@@ -13,9 +13,8 @@ from functools import cached_property
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import BSpline
 
-from problems.base import FloatArray, Matrix, as_array, constant
+from problems.base import BSpline, FloatArray, Matrix, as_array, constant
 from problems.motions import (
     DEGREE,
     InterpolatingSpline,

@@ -17,9 +17,8 @@ from itertools import count, islice
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from problems.base import FloatArray, as_array
 from problems.families.knots.encoding import KnotsEncoding
@@ -192,7 +191,7 @@ class PathStarts:
     def interpolated(self, x_phi: FloatArray, elbow: float) -> FloatArray:
         """The way of values of x_phi (n, k - 2) at equal distances along the path, with one elbow; (M, k), rad."""
         knots = self.encoding.motion.spline.knots
-        between = CubicSpline(np.linspace(0.0, 1.0, len(x_phi)), x_phi)(knots)
+        between = scipy.interpolate.CubicSpline(np.linspace(0.0, 1.0, len(x_phi)), x_phi)(knots)
         return self.grid.unwrapped(self.postures.at_shares(np.clip(between, 0.0, 1.0), np.full(len(knots), elbow)))
 
 
@@ -204,6 +203,6 @@ def evenly_spread(first: FloatArray) -> Iterator[FloatArray]:
     Args:
         first: where it begins, (d,).
     """
-    ratio = float(brentq(lambda x: x ** (first.size + 1) - x - 1.0, 1.0, 2.0))
+    ratio = float(scipy.optimize.brentq(lambda x: x ** (first.size + 1) - x - 1.0, 1.0, 2.0))
     step = ratio ** -np.arange(1.0, first.size + 1.0)
     return ((first + n * step) % 1.0 for n in count())

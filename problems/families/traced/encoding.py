@@ -20,9 +20,8 @@ from typing import ClassVar
 
 import casadi as ca
 import numpy as np
+import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.linalg import qr
 
 from problems.assembly import GRID_ALLOWANCE, Decoded, PathTiming, Variable
 from problems.base import FloatArray, InvalidProblem, Matrix, as_array
@@ -254,7 +253,7 @@ class SpaceKnots(TracedKnots):
     def knot_rows(self) -> FloatArray:
         """By how much the shares of the decided offsets grow, and the target; (lead + M, offset_values + w)."""
         decided = np.linspace(0.0, 1.0, self.offset_values)
-        shares = CubicSpline(decided, np.eye(self.offset_values))(np.array(self.motion.nodes))
+        shares = scipy.interpolate.CubicSpline(decided, np.eye(self.offset_values))(np.array(self.motion.nodes))
         first = np.repeat(shares[:1] / STRIDES, STRIDES, axis=0)
         grown = np.concatenate([first, np.diff(shares, axis=0)])
         targets = np.array(self.targets)
@@ -414,5 +413,5 @@ def wandering_joints(task: SpaceTracing, theta: FloatArray) -> tuple[int, ...]:
         null = right[rank:]
         count = max(count, len(own[0]) - rank)
         free[np.ix_(moving, moving)] += null.T @ null
-    _, _, order = qr(free, pivoting=True)
+    _, _, order = scipy.linalg.qr(free, pivoting=True)
     return tuple(sorted(int(joint) for joint in order[:count]))

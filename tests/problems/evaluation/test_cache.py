@@ -15,7 +15,7 @@ from helpers.evaluation import needs_compiler, points, same_bits, small, source_
 from problems.base import FloatArray, cache
 from problems.evaluation import EvaluationOptions, PopulationFunction, population
 from problems.evaluation.compiler import find_compiler
-from problems.evaluation.native import compile_library, find_library, key
+from problems.evaluation.native import compile_library, find_library, key, name_of
 
 pytestmark = pytest.mark.usefixtures("cache_folder", "compiled_once")
 BACKGROUND = [sys.executable, "-c", "from problems.evaluation.native import fill_cache; fill_cache()"]
@@ -33,7 +33,7 @@ def test_a_second_process_finds_what_the_first_compiled(cache_folder: Path, monk
     assert library_in(cache_folder).stat().st_mode & 0o777 == 0o600
     monkeypatch.setattr(population, "compile_library", lambda *_: pytest.fail("compiled again"))
     assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
-    assert find_library(source_of(small(2.0))) is None
+    assert find_library(name_of(source_of(small(2.0)))) is None
 
 
 def damage(path: Path, how: str) -> None:
@@ -45,7 +45,7 @@ def damage(path: Path, how: str) -> None:
     elif how == "one bit":
         path.write_bytes(content[:1000] + bytes([content[1000] ^ 1]) + content[1001:])
     elif how == "another library":
-        other = key(source_of(small(2.0)), find_compiler())
+        other = key(name_of(source_of(small(2.0))), find_compiler())
         compile_library(source_of(small(2.0)))
         path.write_bytes((path.parent / f"{other}.so").read_bytes())
     elif how == "others may write":
@@ -64,10 +64,10 @@ def damage(path: Path, how: str) -> None:
 def test_a_damaged_library_is_never_loaded(how: str, cache_folder: Path) -> None:
     expected = PopulationFunction(small(), EvaluationOptions("native"))(points())
     damage(library_in(cache_folder), how)
-    assert find_library(source_of(small())) is None
+    assert find_library(name_of(source_of(small()))) is None
     assert same_bits(PopulationFunction(small(), EvaluationOptions("native"))(points()), expected)
     if how not in {"folder of others", "a folder"}:
-        assert find_library(source_of(small())) is not None
+        assert find_library(name_of(source_of(small()))) is not None
 
 
 @needs_compiler
@@ -107,7 +107,7 @@ def test_four_processes_compile_the_same(cache_folder: Path) -> None:
     with ProcessPoolExecutor(4, mp_context=get_context("spawn")) as pool:
         results = list(pool.map(costs_of, ["native"] * 4))
     assert all(same_bits(result, costs_of("vm")) for result in results)
-    assert find_library(source_of(small(3.0))) is not None
+    assert find_library(name_of(source_of(small(3.0)))) is not None
     assert library_in(cache_folder)
 
 
@@ -119,19 +119,19 @@ def test_a_killed_compile_leaves_nothing(cache_folder: Path) -> None:
     code += "native.compile_library(sys.stdin.read())"
     process = subprocess.run([sys.executable, "-c", code], input=source_of(small()), text=True, check=False)
     assert process.returncode == -9
-    assert find_library(source_of(small())) is None
+    assert find_library(name_of(source_of(small()))) is None
     assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
-    assert find_library(source_of(small())) is not None
+    assert find_library(name_of(source_of(small()))) is not None
 
 
 @needs_compiler
 @pytest.mark.process
 def test_of_several_background_processes_one_compiles(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    name = key(source_of(small()), find_compiler())
+    name = key(name_of(source_of(small())), find_compiler())
     assert cache.claim(name)
     assert not cache.claim(name)
     subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)
-    assert find_library(source_of(small())) is None
+    assert find_library(name_of(source_of(small()))) is None
     monkeypatch.setattr(cache, "CLAIM_SECONDS", 0.0)
     assert cache.claim(name)
     compile_library(source_of(small()))
@@ -146,9 +146,9 @@ def test_one_background_process_compiles_at_a_time(cache_folder: Path) -> None:
         with cache.compile_lock() as theirs:
             assert not theirs
         subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)
-        assert find_library(source_of(small())) is None
+        assert find_library(name_of(source_of(small()))) is None
     subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)  # it did not claim what it did not make
-    assert find_library(source_of(small())) is not None
+    assert find_library(name_of(source_of(small()))) is not None
 
 
 @needs_compiler
@@ -161,4 +161,4 @@ def test_a_background_process_prints_nothing_and_fails_quietly(
     assert (process.stdout, process.stderr) == ("", "")
     monkeypatch.delenv("CXX")
     subprocess.run(BACKGROUND, input=source_of(small()), text=True, check=True)
-    assert find_library(source_of(small())) is not None
+    assert find_library(name_of(source_of(small()))) is not None

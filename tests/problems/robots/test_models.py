@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from problems import InvalidProblem
 from problems.robots import BUILT_IN, Orientations, SpatialArm, angles_between, built_in, unit_quaternions
+from problems.robots.transform import from_angles, matrix_of, quaternions_of, snapped
 
 
 def tool(robot: SpatialArm, *theta: float) -> np.ndarray:
@@ -76,6 +77,18 @@ def test_a_robot_may_be_cut_short() -> None:
 def test_what_is_not_built_in(name: str, tip: str | None, message: str) -> None:
     with pytest.raises(InvalidProblem, match=message):
         built_in(name, tip_link=tip)
+
+
+def test_orientations_are_those_of_scipy_to_the_bit() -> None:
+    turns = Rotation.random(60, rng=np.random.default_rng(4))
+    angles = [*np.random.default_rng(5).uniform(-np.pi, np.pi, (60, 3)).tolist(), [np.pi / 2, 0.0, -np.pi]]
+    for quaternion in turns.as_quat():
+        assert matrix_of(quaternion) == snapped(Rotation.from_quat(quaternion).as_matrix())
+    for each in angles:
+        assert from_angles(each) == snapped(Rotation.from_euler("xyz", each).as_matrix())
+    matrices = turns.as_matrix()
+    found, expected = quaternions_of(matrices.reshape(-1, 9)), Rotation.from_matrix(matrices).as_quat()
+    assert np.array_equal(found, np.where(np.sum(found * expected, axis=1, keepdims=True) < 0.0, -expected, expected))
 
 
 def test_between_points_it_turns_evenly_about_one_axis() -> None:

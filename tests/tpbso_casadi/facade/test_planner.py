@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -29,6 +30,23 @@ def test_it_plans_what_plan_does() -> None:
     assert plan.certified
     same(plan, tp.plan("panda", obstacles=[BOX], margin=0.01, start=joints(ONE), goal=joints(TWO)))
     assert planner.plan(joints(ONE), joints(TWO), margin=0.0).scenario.model.margin == 0.0
+
+
+def test_the_second_plan_builds_nothing_symbolic(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner = tp.Planner("panda", obstacles=[BOX])
+    assert planner.plan(joints(ONE), joints(TWO)).certified
+    make, made = ca.Function.__init__, []
+
+    def counted(function: ca.Function, *arguments: Any) -> None:
+        made.extend(arguments[:1] if arguments and isinstance(arguments[0], str) else ())
+        make(function, *arguments)
+
+    monkeypatch.setattr(ca.Function, "__init__", counted)
+    monkeypatch.setattr(ca, "jacobian", lambda *_: pytest.fail("derived again"))
+    ca.Function("seen", [], [])
+    assert made == ["seen"]
+    assert planner.plan(joints(TWO), joints([0.8, *ONE[1:]])).certified
+    assert made == ["seen"]
 
 
 def test_many_are_planned_and_refusals_kept() -> None:

@@ -1,0 +1,95 @@
+"""Piecewise polynomials, B-splines and their roots, held against SciPy: the same bits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline as SciPySpline
+from scipy.interpolate import PPoly
+from scipy.optimize import minimize_scalar
+
+from problems.base import BSpline, PiecewisePolynomial, bounded_minimum, real_roots
+
+SEEDS = st.integers(0, 2**32 - 1)
+ORDERS = range(5)
+
+
+@given(SEEDS)
+def test_piecewise_polynomials_have_the_values_and_derivatives_of_scipy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n, p, k = rng.integers(1, 8), rng.integers(1, 6), rng.integers(1, 8)
+    c = rng.normal(size=(n, p, k)) * 10.0 ** rng.integers(-3, 4, size=(n, 1, 1))
+    x = np.concatenate([[0.0], np.cumsum(rng.uniform(0.01, 1.0, p))])
+    ours, theirs = PiecewisePolynomial(c, x), PPoly(c, x)
+    places = np.concatenate([rng.uniform(-0.1, x[-1] + 0.1, 9), x]).reshape(1, -1)
+    for order in ORDERS:
+        assert np.array_equal(ours(places, order), theirs(places, order))
+        assert np.array_equal(ours(0.3, order), theirs(0.3, order))
+        assert np.array_equal(ours.derivative(order)(places), (theirs.derivative(order) if order else theirs)(places))
+
+
+def test_breakpoints_have_to_fit() -> None:
+    with pytest.raises(ValueError, match="breakpoints of shape"):
+        PiecewisePolynomial(np.zeros((2, 3, 1)), np.arange(3.0))
+
+
+@given(SEEDS)
+def test_roots_are_those_of_scipy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    c = rng.normal(size=rng.integers(2, 8))
+    c[: rng.integers(0, 2)] = 0.0
+    low, high = np.cumsum(rng.uniform(0.1, 2.0, 2))
+    found = real_roots(c, low, high)
+    theirs = PPoly(c[:, None], np.array([low, high])).roots(discontinuity=False, extrapolate=False)
+    assert np.unique(found) == pytest.approx(np.unique(theirs[np.isfinite(theirs)]), rel=1e-12, abs=0.0)
+    assert np.polyval(c, found - low) == pytest.approx(0.0, abs=1e-9 * (1.0 + np.abs(c).sum() * high ** len(c)))
+
+
+@pytest.mark.parametrize(
+    ("powers", "roots"),
+    [
+        ([0.0, 0.0, 0.0], []),
+        ([5.0], []),
+        ([2.0, -1.0], [0.5]),
+        ([1.0, 0.0, 1.0], []),
+        ([1.0, -2.0, 1.0], [1.0]),
+        ([1.0, -3.0, 2.0], [1.0, 2.0]),
+        ([1.0, 3.0, 2.0], []),
+        ([1.0, -6.0, 11.0, -6.0], [1.0, 2.0, 3.0]),
+        ([1.0, 0.0, 0.0, 0.0, -16.0], [2.0]),
+    ],
+)
+def test_roots_between_two_numbers(powers: list[float], roots: list[float]) -> None:
+    assert sorted(real_roots(np.array(powers), 0.0, 4.0)) == pytest.approx(roots)
+
+
+@given(SEEDS)
+def test_splines_have_the_values_and_derivatives_of_scipy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    k = int(rng.integers(1, 6))
+    inner = np.sort(rng.uniform(0.0, 1.0, rng.integers(1, 9)))
+    inner = np.sort(np.append(inner, inner[: rng.integers(0, 2)]))  # one is there twice
+    t = np.concatenate([np.zeros(k + 1), inner, np.ones(k + 1)])
+    c = rng.normal(size=(t.size - k - 1, 3))
+    ours, theirs = BSpline(t, c, k), SciPySpline(t, c, k)
+    places = np.concatenate([rng.uniform(-0.05, 1.05, 20), t])
+    for order in range(k + 1):
+        assert np.array_equal(ours(places, order), theirs(places, order))
+    if k > 1:
+        assert np.array_equal(ours.derivative()(places), theirs.derivative()(places))
+    assert np.array_equal(ours(0.4), theirs(0.4))
+
+
+@given(SEEDS)
+def test_the_least_value_is_found_as_by_scipy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    powers, low = rng.normal(size=5), rng.uniform(-1.0, 0.0)
+    high, resolution = low + rng.uniform(1e-4, 2.0), 10.0 ** rng.uniform(-9.0, -2.0)
+
+    def function(x: float) -> float:
+        return float(np.polyval(powers, x) + np.cos(7.0 * x))
+
+    known = minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": resolution})
+    assert bounded_minimum(function, low, high, resolution) == (float(known.x), float(known.fun))
