@@ -48,7 +48,9 @@ def main() -> int:
     seconds, durations = found[np.isfinite(found[:, 1])].T
     median, large, worst = np.quantile(seconds, [0.5, 0.9, 1.0])
     print("| core | certified | duration, median | CPU seconds: median / 90 % / worst |\n|---|---|---|---|")
-    print(f"| {core().name} | {len(seconds)} | {np.median(durations):.3f} s | {median:.2f} / {large:.2f} / {worst:.1f} |")
+    print(
+        f"| {core().name} | {len(seconds)} | {np.median(durations):.3f} s | {median:.2f} / {large:.2f} / {worst:.1f} |"
+    )
     return 0
 
 
