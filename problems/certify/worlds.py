@@ -38,7 +38,7 @@ def prove_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None
     if found.status is False:
         found = _followed(question, trajectory, found)
     where = "" if found.where is None else question.world.described(found.where)
-    return _of_clearance(question.world, question.margin, found, where)
+    return _of_clearance(question.world, question.margin, found, trajectory, where)
 
 
 def rooms_in_core(limit: Limit, trajectory: Trajectory, times: FloatArray) -> FloatArray | None:
@@ -73,21 +73,26 @@ def prove_among(
         return None
     found = world.prove(trajectory, which, gap, most_items)
     if found.where is None:
-        return _of_clearance(world, world.margins[Kept.FROM_OBSTACLES], found, "")
+        return _of_clearance(world, world.margins[Kept.FROM_OBSTACLES], found, trajectory, "")
     margin = world.margins[_side(found.where)]
-    return _of_clearance(world, margin, found, world.described(found.where, list(obstacles)))
+    return _of_clearance(world, margin, found, trajectory, world.described(found.where, list(obstacles)))
 
 
 def _side(where: Where) -> Kept:
     return Kept.FROM_EACH_OTHER if where.obstacle is None else Kept.FROM_OBSTACLES
 
 
-def _of_clearance(world: World, margin: float, found: Proof, where: str) -> ClearanceProof:
-    """The same as clearance, m: room and what has to be kept."""
+def _of_clearance(world: World, margin: float, found: Proof, trajectory: Trajectory, where: str) -> ClearanceProof:
+    """The same as clearance, m: room and what has to be kept. Broken is what the planned motion itself breaks."""
     smallest = margin + found.smallest
     if found.status:
         return ClearanceProof(margin + found.proven, smallest, found.time, where, broken=False)
-    broken = found.where is not None and found.smallest + world.overhang(found.where) < 0.0
+    planned = found.smallest
+    if found.where is not None and not world.is_exact:
+        times = np.array([found.time])
+        theta = trajectory.at(times)
+        planned = world.rooms(theta, which=_side(found.where), times=times, errors=np.zeros_like(theta))[0]
+    broken = found.where is not None and planned + world.overhang(found.where) < 0.0
     return ClearanceProof(-np.inf, smallest, found.time, where, broken)
 
 
@@ -97,7 +102,8 @@ def _followed(question: _Question, trajectory: Trajectory, found: Proof) -> Proo
 
     def nearness(since: FloatArray) -> FloatArray:
         times = begin + since
-        return -question.world.rooms(trajectory.at(times), which=question.which, times=times)
+        errors = question.world.errors(trajectory.at(times, 1), trajectory.at(times, 2))
+        return -question.world.rooms(trajectory.at(times), which=question.which, times=times, errors=errors)
 
     nearest, since = peak_near(nearness, found.time - begin, (end - begin) / LOOKS, end - begin)
     time = begin + since

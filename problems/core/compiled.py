@@ -99,21 +99,35 @@ class CompiledWorld(CoreWorld):
         self._dof = int(counts[0])
 
     def lower_to_rooms(
-        self, theta: FloatArray, found: FloatArray, which: Kept, first_hit: bool, moving: Moving | None = None
+        self,
+        theta: FloatArray,
+        found: FloatArray,
+        which: Kept,
+        first_hit: bool,
+        moving: Moving | None = None,
+        errors: FloatArray | None = None,
     ) -> None:
         """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m."""
         self._library.core_rooms(
-            self._world, which, first_hit, len(theta), theta.ctypes.data, *_at(moving), found.ctypes.data
-        )
+            self._world, which, first_hit, len(theta), theta.ctypes.data, *_at(moving), _place(errors),
+            found.ctypes.data,
+        )  # fmt: skip
 
-    def nearest(self, theta: FloatArray, below: float, which: Kept, moving: Moving | None = None) -> Nearby:
+    def nearest(
+        self,
+        theta: FloatArray,
+        below: float,
+        which: Kept,
+        moving: Moving | None = None,
+        errors: FloatArray | None = None,
+    ) -> Nearby:
         """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
         capacity = 16 * len(theta)
         while True:
             places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 2 + self._dof))
             count = self._library.core_nearest(
-                self._world, which, below, len(theta), theta.ctypes.data, *_at(moving), capacity, places.ctypes.data,
-                values.ctypes.data,
+                self._world, which, below, len(theta), theta.ctypes.data, *_at(moving), _place(errors), capacity,
+                places.ctypes.data, values.ctypes.data,
             )  # fmt: skip
             if count <= capacity:
                 rooms, rates, gradients = values[:count, 0], values[:count, 1], values[:count, 2:]
@@ -127,8 +141,8 @@ class CompiledWorld(CoreWorld):
         drifts = _place(asked.drifts)
         status = self._library.core_prove(
             self._world, asked.which, asked.gap, asked.cells, asked.most_items, pieces, order,
-            asked.breaks.ctypes.data, asked.coefficients.ctypes.data, drifts, asked.rounding, values.ctypes.data,
-            places.ctypes.data,
+            asked.breaks.ctypes.data, asked.coefficients.ctypes.data, drifts, asked.rounding, _place(asked.tracking),
+            values.ctypes.data, places.ctypes.data,
         )  # fmt: skip
         (proven, smallest, time), (one, two, kind) = values.tolist(), places.tolist()
         return ProofFound(int(status), proven, smallest, time, one, two, kind)
@@ -141,7 +155,7 @@ class CompiledWorld(CoreWorld):
         count = self._library.core_connect(
             self._world, first, first + width, first + 2 * width, first + 3 * width, search.step, search.spare,
             search.reach, search.extensions, search.shortcuts, search.seed, _place(search.drifts),
-            _place(passed), MOST_STOPS, path.ctypes.data,
+            _place(passed), _place(search.errors), MOST_STOPS, path.ctypes.data,
         )  # fmt: skip
         return path[: count if count <= MOST_STOPS else 0].copy()
 

@@ -111,6 +111,7 @@ class Search:
         seed: of what is drawn.
         drifts: how solids move, (solids, 7); None where none does.
         schedule: when postures are passed, about; all at the beginning where None.
+        errors: how far joints may be off, (dof,), rad or m; None where they are not.
     """
 
     box: FloatArray
@@ -122,6 +123,7 @@ class Search:
     seed: int
     drifts: FloatArray | None = None
     schedule: Schedule | None = None
+    errors: FloatArray | None = None
 
 
 class ProofAsked(NamedTuple):
@@ -136,6 +138,7 @@ class ProofAsked(NamedTuple):
         most_items: that are looked at.
         drifts: how solids move, (solids, 7); None where none does.
         rounding: how much farther than the description says distances may be off then, m.
+        tracking: how far joints may be off: a constant, shares of speed and acceleration, (3, dof); None of exact ones.
     """
 
     breaks: FloatArray
@@ -146,6 +149,7 @@ class ProofAsked(NamedTuple):
     most_items: int
     drifts: FloatArray | None
     rounding: float
+    tracking: FloatArray | None = None
 
 
 class ProofFound(NamedTuple):
@@ -174,7 +178,13 @@ class CoreWorld(Protocol):
     """A robot among solids."""
 
     def lower_to_rooms(
-        self, theta: FloatArray, found: FloatArray, which: Kept, first_hit: bool, moving: Moving | None = None
+        self,
+        theta: FloatArray,
+        found: FloatArray,
+        which: Kept,
+        first_hit: bool,
+        moving: Moving | None = None,
+        errors: FloatArray | None = None,
     ) -> None:
         """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m.
 
@@ -184,9 +194,17 @@ class CoreWorld(Protocol):
             which: what has to keep a distance.
             first_hit: whether less than what was there is enough, however much less.
             moving: how solids move; None where they stand still.
+            errors: how far joints may be off, (n, dof), rad or m; None where they are not.
         """
 
-    def nearest(self, theta: FloatArray, below: float, which: Kept, moving: Moving | None = None) -> Nearby:
+    def nearest(
+        self,
+        theta: FloatArray,
+        below: float,
+        which: Kept,
+        moving: Moving | None = None,
+        errors: FloatArray | None = None,
+    ) -> Nearby:
         """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
 
     def prove(self, asked: ProofAsked) -> ProofFound:

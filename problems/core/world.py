@@ -68,7 +68,9 @@ class Proof:
 class World:
     """A robot among obstacles that stand still or move at constant velocities, in the core.
 
-    Where some move, it matters when postures are looked at: at the beginning where nothing is said.
+    Where some move, it matters when postures are looked at: at the beginning where nothing is said. Of a robot whose
+    joints are off what is planned, room is what all postures within their errors have: those of joints at rest, where
+    nothing else is said.
 
     Args:
         robot: with its margins; where it has a cover, that is what counts, else its spheres.
@@ -88,6 +90,8 @@ class World:
         drifts = drifts_of(obstacles)
         assert drifts is not None
         self._drifts = np.ascontiguousarray(drifts) if drifts.any() else None
+        tracking = robot.tracking
+        self._tracking = None if tracking is None else np.ascontiguousarray(tracking.numbers)
         self.fastest = float((np.linalg.norm(drifts[:, 3:6], axis=1) + drifts[:, 6]).max(initial=0.0))
 
     @classmethod
@@ -113,13 +117,42 @@ class World:
             return None
         return Moving(self._drifts, np.zeros(count) if times is None else np.ascontiguousarray(times, dtype=np.float64))
 
-    def _rooms(self, theta: FloatArray, found: FloatArray, which: Kept, first: bool, times: FloatArray | None) -> None:
+    @property
+    def is_exact(self) -> bool:
+        """Whether joints are where they are planned."""
+        return self._tracking is None
+
+    def errors(self, speed: FloatArray, acceleration: FloatArray) -> FloatArray | None:
+        """How far joints may be off at speeds and accelerations (n, dof): (n, dof), rad or m; None of exact ones."""
+        return None if self._arm.tracking is None else self._arm.tracking.at(speed, acceleration)
+
+    def _off(self, errors: FloatArray | None, count: int) -> FloatArray | None:
+        """The same in so many postures, at rest where nothing is said."""
+        if self._tracking is None:
+            return None
+        found = np.tile(self._tracking[0], (count, 1)) if errors is None else errors
+        return np.ascontiguousarray(found, dtype=np.float64)
+
+    def _rooms(
+        self,
+        theta: FloatArray,
+        found: FloatArray,
+        which: Kept,
+        first: bool,
+        times: FloatArray | None,
+        errors: FloatArray | None,
+    ) -> None:
         """Replace by the room of postures what is larger."""
-        theta = np.ascontiguousarray(theta, dtype=np.float64)
-        self._world.lower_to_rooms(theta, found, which, first, self._moving(times, len(theta)))
+        theta, count = np.ascontiguousarray(theta, dtype=np.float64), len(theta)
+        self._world.lower_to_rooms(theta, found, which, first, self._moving(times, count), self._off(errors, count))
 
     def rooms(
-        self, theta: FloatArray, most: float = np.inf, which: Kept = Kept.ALL, times: FloatArray | None = None
+        self,
+        theta: FloatArray,
+        most: float = np.inf,
+        which: Kept = Kept.ALL,
+        times: FloatArray | None = None,
+        errors: FloatArray | None = None,
     ) -> FloatArray:
         """How much more than they must postures keep of everything, no more than asked for, (n,), m.
 
@@ -128,24 +161,27 @@ class World:
             most: that is asked for, m.
             which: what has to keep a distance.
             times: at which they are looked at, (n,), s.
+            errors: by which joints may be off there, (n, dof), rad or m.
         """
         found = np.full(len(theta), most)
-        self._rooms(theta, found, which, False, times)
+        self._rooms(theta, found, which, False, times, errors)
         return found
 
     def clear(self, theta: FloatArray, spare: float = 0.0, times: FloatArray | None = None) -> NDArray[np.bool_]:
         """Which postures (n, dof), rad, at times (n,), s, keep what they must and so much more, m: (n,)."""
         found = np.full(len(theta), spare)
-        self._rooms(theta, found, Kept.ALL, True, times)
+        self._rooms(theta, found, Kept.ALL, True, times, None)
         return np.asarray(found >= spare)
 
-    def nearby(self, theta: FloatArray, below: float, times: FloatArray | None = None) -> Nearby:
-        """What keeps less than so much more than it must in postures (n, dof), rad, at times (n,), s.
+    def nearby(
+        self, theta: FloatArray, below: float, times: FloatArray | None = None, errors: FloatArray | None = None
+    ) -> Nearby:
+        """What keeps less than so much more than it must in postures; arguments as of :meth:`rooms`.
 
         Of each link and each obstacle, and of each two links, the two balls that come nearest.
         """
-        theta = np.ascontiguousarray(theta, dtype=np.float64)
-        return self._world.nearest(theta, below, Kept.ALL, self._moving(times, len(theta)))
+        theta, count = np.ascontiguousarray(theta, dtype=np.float64), len(theta)
+        return self._world.nearest(theta, below, Kept.ALL, self._moving(times, count), self._off(errors, count))
 
     def prove(
         self,
@@ -167,7 +203,7 @@ class World:
         drifts = self._drifts
         rounding = 0.0 if drifts is None else drift_rounding(self._arm, drifts, float(breaks[-1]))
         found = self._world.prove(
-            ProofAsked(breaks, coefficients, which, gap, LEAST_CELLS, most_items, drifts, rounding)
+            ProofAsked(breaks, coefficients, which, gap, LEAST_CELLS, most_items, drifts, rounding, self._tracking)
         )
         status = {1: True, 0: False, -1: None}[found.status]
         return Proof(status, found.proven, found.smallest, found.time, self._named(found.one, found.two, found.kind))
@@ -207,7 +243,8 @@ class World:
         """
         if not all(np.isfinite(part).all() for part in (start, goal, box)):
             raise ValueError("start, goal, box: a number is not finite")
-        search = Search(box, EDGE_STEP, spare, REACH, extensions, SHORTCUTS, seed, self._drifts, schedule)
+        errors = None if self._tracking is None else self._tracking[0]
+        search = Search(box, EDGE_STEP, spare, REACH, extensions, SHORTCUTS, seed, self._drifts, schedule, errors)
         path = self._world.connect(start, goal, search)
         return path if len(path) else None
 

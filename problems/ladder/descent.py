@@ -132,6 +132,18 @@ class DeviationPolish:
         """When that is, of a motion that takes so many s: (n + m,), s."""
         return self._passed * duration + np.append(np.zeros_like(self.u), self._since)
 
+    @cached_property
+    def _rates(self) -> tuple[PostureRows, ...]:
+        """Speeds and accelerations where distances are looked at; they matter where joints are off."""
+        return tuple(self.motions.postures(self._passed, order) for order in (1, 2))
+
+    def _errors(self, rates: Sequence[PostureRows], padded: FloatArray, duration: float) -> FloatArray | None:
+        """How far joints may be off at speeds and accelerations of a motion, (n, k)."""
+        if self.world.is_exact:
+            return None
+        speed, acceleration = (part.values(padded) / duration**order for order, part in enumerate(rates, start=1))
+        return self.world.errors(speed, acceleration)
+
     def reach(self, trust: float) -> float:
         """How far a step brings anything nearer, about, m: of what is farther nothing is said in a program."""
         return (2.0 if self.world.moves else 1.0) * CLOSER * trust
@@ -227,7 +239,8 @@ class DeviationPolish:
         u, least = self.motions.parameters(FINE), NEEDED * self.spare.min()
         padded = self.motions.padded(x, duration)
         theta = self.motions.postures(u).values(padded)
-        found = [_dips(self.world.rooms(theta, least, times=u * duration), least)]
+        errors = self._errors([self.motions.postures(u, order) for order in (1, 2)], padded, duration)
+        found = [_dips(self.world.rooms(theta, least, times=u * duration, errors=errors), least)]
         if self._ranges is not None:
             low, high = np.array(self.motions.limits.position).T
             found.append(_dips(np.minimum(theta - low, high - theta).min(axis=1), -ROUNDING))
@@ -261,7 +274,8 @@ class DeviationPolish:
             own = self.own.values(_state_of(self._own_moving, padded, duration)) + self.own_spare
         padded = self.motions.padded(x, duration)
         below, times = self.spare.max() + self.reach(trust), self._times(duration)
-        nearby = self.world.nearby(self._postures.values(padded), below, times)
+        errors = self._errors(self._rates, padded, duration)
+        nearby = self.world.nearby(self._postures.values(padded), below, times, errors)
         kept = self.spare[nearby.own.astype(int)]
         lacking, outside = kept - nearby.rooms, self._outside(padded)
         is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * kept).all())

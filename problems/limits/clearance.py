@@ -30,12 +30,14 @@ class CollisionPair(Pair):
         number: of the obstacle.
         obstacle: itself.
         measured: whether it counts how far they are apart, not only whether they are.
+        slack: how much nearer they may be than is planned, m.
     """
 
     body: Body
     number: int
     obstacle: Obstacle
     measured: bool = False
+    slack: float = 0.0
 
     def __str__(self) -> str:
         return f"{self.body.name}, {self.obstacle.label(self.number)}"
@@ -54,7 +56,7 @@ class CollisionPair(Pair):
     @property
     def form(self) -> CollisionPair:
         """Of a body without a name, and the obstacle as seen from its frame."""
-        return replace(self, body=self.body.form, number=0, obstacle=self.obstacle.unmoved)
+        return replace(self, body=self.body.form, number=0, obstacle=self.obstacle.unmoved, slack=0.0)
 
     def view(self, times: FloatArray) -> Frames | None:
         """The obstacle's."""
@@ -66,8 +68,8 @@ class CollisionPair(Pair):
         return self.obstacle.growth_rate
 
     def without_growth(self) -> CollisionPair:
-        """Of the obstacle where it is predicted."""
-        return replace(self, obstacle=self.obstacle.without_growth())
+        """Of the body where it is planned, and the obstacle where it is predicted."""
+        return replace(self, obstacle=self.obstacle.without_growth(), slack=0.0)
 
     @property
     def dim(self) -> int:
@@ -140,7 +142,7 @@ class CollisionPair(Pair):
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
         """Whether the body reaches as near as the margin, and ``spare`` m farther."""
         reach = max(robot.reach(frame)[1] for frame in (self.body.start, self.body.end) if frame > 0)
-        kept = float(self.body.radius) + robot.margin + spare
+        kept = float(self.body.radius) + robot.margin + spare + self.slack
         return reach >= _distance(self.obstacle, robot.base) - kept
 
     def smooth(self, clearance: Matrix) -> Matrix:
@@ -185,7 +187,7 @@ def pairs_among(
     """Those pairs of bodies and obstacles, these by their places among all, from 0 on, that must not touch."""
     each = ((body, number, obstacles[number]) for body, number in numbered)
     return tuple(
-        CollisionPair(body, number + 1, obstacle, measured=is_measured(robot, body, obstacle))
+        CollisionPair(body, number + 1, obstacle, measured=is_measured(robot, body, obstacle)).tracked(robot)
         for body, number, obstacle in each
         if not robot.may_meet(body.name, obstacle.unmoved.name)
     )
@@ -198,17 +200,21 @@ def bodies_kept_from(robot: Robot, obstacle: Obstacle) -> list[Body]:
 
 def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
     """Whether some distance has to be kept."""
-    return not (is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0))))
+    exact = is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0)))
+    return not (exact and robot.is_exact)
 
 
-def _repetition(robot: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]) -> Repetition:
-    """Clusters of balls of a robot, and the obstacles of pairs, all of one make."""
+def _repetition(
+    robot: Robot, numeric: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]
+) -> Repetition:
+    """Clusters of balls of a robot, here of symbols, and the obstacles of pairs, all of one make."""
     arguments = [Arguments() for _ in pairs]
     symbolic_copies = [own.symbolic_copy(pair.obstacle) for own, pair in zip(arguments, pairs, strict=True)]
     one, limits = replace(pairs[0], number=1, obstacle=symbolic_copies[0]), []
     for cluster in clusters:
-        each = tuple(replace(one, body=body) for body in cluster.bodies)
-        limits.append(Clearance(robot, each, (each[0], cluster.radius) if len(each) >= LEAST_PAIRS else None))
+        each = tuple(replace(one, body=body, slack=0.0).tracked(numeric) for body in cluster.bodies)
+        apart = cluster.radius + max(pair.slack for pair in each)
+        limits.append(Clearance(robot, each, (each[0], apart) if len(each) >= LEAST_PAIRS else None))
     return Repetition(
         limits=tuple(limits),
         symbols=arguments[0].symbols,
@@ -255,7 +261,9 @@ class Clearance(Proximity):
 
         Those that cannot touch it are among them, so that where obstacles are changes no code.
         """
-        return [_repetition(symbolic_copy.robot, self._clusters(pairs), pairs) for pairs in self._of_one_make]
+        return [
+            _repetition(symbolic_copy.robot, self.robot, self._clusters(pairs), pairs) for pairs in self._of_one_make
+        ]
 
     def _clusters(self, pairs: Sequence[CollisionPair]) -> list[Cluster]:
         return clusters_of(self.robot, bodies_kept_from(self.robot, pairs[0].obstacle))

@@ -14,6 +14,7 @@ from typing import ClassVar, NamedTuple, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import Arguments, FloatArray, Reading, as_array
 from problems.evaluation import PARAMETERS, RowFunction
@@ -97,6 +98,19 @@ class CoverLimit(Limit):
     @abstractmethod
     def overhang(self, item: Items) -> float:
         """How far the covers of the first of some items stick out of what they hold, m."""
+
+    @cached_property
+    def _tubes(self) -> FloatArray:
+        """What each joint takes of the distance of each node by being off, (nodes, dof), m.
+
+        Of a node with others in it by so much more that it is no farther than any of these.
+        """
+        nodes, dof = self.nodes, self.robot.dof
+        each = np.array([float(self.robot.tube(np.eye(dof)[joint : joint + 1], np.ones(1))) for joint in range(dof)])
+        turns = np.array([joint.turns for joint in self.robot.chain.joints])
+        radii = np.where(nodes.tree.count > 0, nodes.tree.nodes.radii, 0.0)
+        moved = np.arange(dof) < nodes.body[:, None]
+        return np.asarray((nodes.levers + radii[:, None] * turns) * moved * each)
 
     def _overhang_of(self, node: int) -> float:
         assert self.robot.cover is not None
@@ -233,6 +247,8 @@ class CoverClearance(CoverLimit):
         for number in np.unique(items.other):
             chosen = items.other == number
             gaps[chosen] = distances_from(self.obstacles[number], points[chosen], times[chosen])
+        if self.robot.tracking is not None:
+            gaps -= self._tubes[items.node].sum(axis=1)
         return np.asarray(gaps - balls.radii[items.node])
 
     def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
@@ -289,8 +305,9 @@ class CoverClearance(CoverLimit):
         return CoverClearance.for_robot(self.robot, [obstacle for obstacle in self.obstacles if not obstacle.moves])
 
     def without_growth(self) -> CoverClearance:
-        """The same among obstacles where they are predicted."""
-        return CoverClearance(self.robot, tuple(obstacle.without_growth() for obstacle in self.obstacles))
+        """The same where it is planned, among obstacles where they are predicted."""
+        exact = replace(self.robot, tracking=None)
+        return CoverClearance(exact, tuple(obstacle.without_growth() for obstacle in self.obstacles))
 
     def overhang(self, item: Items) -> float:
         """Of the link."""
@@ -378,6 +395,8 @@ class CoverSelfClearance(CoverLimit):
         one, two = (postures.points(items.row, body[part], balls.centers[part]) for part in items[1:])
         apart = one - two
         between = np.sqrt(np.einsum("mi,mi->m", apart, apart))
+        if self.robot.tracking is not None:
+            between -= (self._tubes[items.node] * self._between(items)).sum(axis=1)
         return np.asarray(between - balls.radii[items.node] - balls.radii[items.other])
 
     def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
@@ -402,8 +421,11 @@ class CoverSelfClearance(CoverLimit):
 
     def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
         """By the joints between them."""
-        between = np.arange(self.robot.dof) >= self.nodes.body[items.other][:, None]
-        return np.asarray(np.einsum("mj,mj->m", self.nodes.levers[items.node] * between, turns[items.row]))
+        return np.asarray(np.einsum("mj,mj->m", self.nodes.levers[items.node] * self._between(items), turns[items.row]))
+
+    def _between(self, items: Items) -> NDArray[np.bool_]:
+        """Which joints are between the two nodes of each item, (m, dof)."""
+        return np.asarray(np.arange(self.robot.dof) >= self.nodes.body[items.other][:, None])
 
     def overhang(self, item: Items) -> float:
         """Of both links."""

@@ -87,8 +87,17 @@ class Pair(Parametric, ABC):
 
     @property
     def thickness(self) -> Operand:
-        """What the widths of the two take from the distance between their middle lines, m."""
-        return reduce(add, self.radii)
+        """What the widths of the two, and the slack, take from the distance between their middle lines, m."""
+        return reduce(add, self.radii) + self.slack if self.slack else reduce(add, self.radii)
+
+    @property
+    @abstractmethod
+    def slack(self) -> float:
+        """How much nearer the two may be than is planned, because joints do not follow exactly, m."""
+
+    def tracked(self, robot: Robot) -> Self:
+        """The same of a robot whose joints may be off."""
+        return self if robot.is_exact else replace(self, slack=float(robot.tube(*self.motion(robot))))  # type: ignore[type-var]
 
     @property
     @abstractmethod
@@ -192,7 +201,7 @@ class Pair(Parametric, ABC):
         return np.zeros(len(cells))
 
     def without_growth(self) -> Pair:
-        """The same, to which nothing more is kept as time goes by: itself by default."""
+        """The same where it is planned and predicted, without doubt: itself by default."""
         return self
 
     def can_touch(self, robot: Robot) -> bool:
@@ -307,10 +316,11 @@ TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
 @dataclass(frozen=True)
 class BodyPair(Pair):
-    """Two bodies of the robot, the one nearer the base first: lines in the plane, or balls."""
+    """Two bodies of the robot, the one nearer the base first: lines in the plane, or balls; and their slack, m."""
 
     first: Body
     second: Body
+    slack: float = 0.0
 
     def __str__(self) -> str:
         return f"{self.first.name}, {self.second.name}"
@@ -355,6 +365,10 @@ class BodyPair(Pair):
         """Only the joints between the two move them as seen from each other."""
         return robot.relative_motion(self.first, self.second)
 
+    def without_growth(self) -> BodyPair:
+        """Where the two are planned."""
+        return replace(self, slack=0.0)
+
 
 @dataclass(frozen=True)
 class SelfClearance(Proximity):
@@ -388,7 +402,7 @@ class SelfClearance(Proximity):
 
     @classmethod
     def _among(cls, robot: Robot, own: Sequence[tuple[Body, Body]]) -> Self | None:
-        pairs = tuple(BodyPair(*pair) for pair in own) if robot.self_collision else ()
+        pairs = tuple(BodyPair(*pair).tracked(robot) for pair in own) if robot.self_collision else ()
         return cls(robot, pairs) if pairs else None
 
     def repetitions(self, symbolic_copy: SelfClearance) -> list[Repetition]:
@@ -404,7 +418,8 @@ class SelfClearance(Proximity):
         limits = []
         for (one, two), pairs in groups.items():
             first, second = clusters[one], clusters[two]
-            around = BodyPair(first.bodies[0], second.bodies[0]), first.radius + second.radius
+            apart = first.radius + second.radius + max(pair.slack for pair in pairs)
+            around = BodyPair(first.bodies[0], second.bodies[0]), apart
             limits.append(
                 SelfClearance(symbolic_copy.robot, tuple(pairs), around if len(pairs) >= LEAST_PAIRS else None)
             )

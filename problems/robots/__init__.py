@@ -35,6 +35,7 @@ from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, most_held
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
 from problems.robots.srdf import read_srdf, srdf_chain
+from problems.robots.tracking import TrackingError
 from problems.robots.transform import (
     Orientations,
     Point3,
@@ -90,6 +91,7 @@ __all__ = [
     "Sphere",
     "SphereShape",
     "Steps",
+    "TrackingError",
     "Transform",
     "angles_between",
     "as_point",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import combinations
 from math import pi
 from typing import TypeAlias
@@ -34,6 +34,7 @@ from problems.robots.shapes import MeshShape, Shape
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import MOST_SPHERES
+from problems.robots.tracking import TrackingError
 from problems.robots.transform import Point3, Transform, numbers_of
 
 PerJoint: TypeAlias = float | Sequence[float]  # one value for all joints, or one for each
@@ -105,6 +106,7 @@ class RobotDescription:
         margin: float = 0.0,
         self_margin: float = 0.0,
         self_collision: bool = False,
+        tracking: Mapping[str, PerJoint] | None = None,
     ) -> SpatialArm:
         """The robot to plan with; what is given replaces what is known.
 
@@ -125,6 +127,7 @@ class RobotDescription:
             margin: what its bodies keep from everything, m.
             self_margin: what links with covers keep from each other, m.
             self_collision: whether its own bodies must not touch.
+            tracking: parts of a :class:`TrackingError` by their names, one value or one a joint, zero where left out.
 
         Raises:
             InvalidProblem: a limit is impossible, or missing and not known.
@@ -155,7 +158,12 @@ class RobotDescription:
             self_collision=self_collision,
             looks=self.looks,
             carried=self.carried,
+            tracking=None if tracking is None else self._tracking(tracking),
         )
+
+    def _tracking(self, stated: Mapping[str, PerJoint]) -> TrackingError:
+        parts = (part.name for part in fields(TrackingError))
+        return TrackingError(**{name: self._each("tracking_error", stated.get(name, 0.0), None) for name in parts})
 
     def with_covers(self, covers: Mapping[str, LinkCover]) -> RobotDescription:
         """The same with covers of links, by their names, and the spheres that these and the shapes make.

@@ -278,6 +278,25 @@ class Robot(Parametric, ABC):
         return f"without the geometry of {', '.join(self.ignored)}" if self.ignored else ""
 
     @property
+    def assumed(self) -> str:
+        """Under what ``certified`` holds, in words to stand behind it; empty where there is nothing to say."""
+        return self.without
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether joints are where they are planned; by default."""
+        return True
+
+    def tube(self, turns: FloatArray, levers: FloatArray) -> Operand:
+        """How far a body may be from where it is planned because joints are off, m: not at all by default.
+
+        Args:
+            turns: (m, dof), from joints to the angles that move it.
+            levers: of these, (m,), m.
+        """
+        return 0.0
+
+    @property
     def unjudged(self) -> tuple[str, ...]:
         """What no verdict speaks of, although it is or may be there, a line each: contacts that are allowed."""
         return tuple(f"contact of {body} and {obstacle}, which may touch" for body, obstacle in self.may_touch)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from dataclasses import field as stated
 from functools import cached_property
 from itertools import combinations
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -22,6 +22,7 @@ from problems.base import (
     FloatArray,
     InvalidProblem,
     Matrix,
+    Operand,
     as_array,
     check_within,
     kept_function,
@@ -34,6 +35,7 @@ from problems.robots.inertia import Moments, Payload
 from problems.robots.looks import Look
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spheres import Sphere
+from problems.robots.tracking import MOST_TOGETHER, TrackingError
 from problems.robots.transform import Matrix3, Point3, Transform, as_rows, quaternions_of
 
 GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
@@ -68,6 +70,7 @@ class SpatialArm(Robot):
         gravity: m/s^2, as seen from outside.
         carried: names of spheres, and of links of the cover, that the tool holds.
         looks: of its links; decoration, which no comparison counts.
+        tracking: how far its joints may be from where they are planned; None where they follow exactly.
 
     Raises:
         InvalidProblem: a limit is not positive or out of range, a list is not dof long, or something is stated that
@@ -101,6 +104,7 @@ class SpatialArm(Robot):
     gravity: Point3 = GRAVITY
     carried: tuple[str, ...] = ()
     looks: tuple[Look, ...] = stated(default=(), compare=False)
+    tracking: TrackingError | None = None
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.chain.name}: {self.dof} joints>"
@@ -109,6 +113,7 @@ class SpatialArm(Robot):
         super().__post_init__()
         self._check_rates()
         self._check_ranges()
+        self._check_tracking()
         self._check_dynamics()
         check_within("base", self.base_translation, COORDINATES, "m")
         check_within("tool", self.tool_translation, COORDINATES, "m")
@@ -135,6 +140,49 @@ class SpatialArm(Robot):
             check_within("position_limits", (low, high), ANGLES, "rad")
             if not low < high:
                 raise InvalidProblem("position_limits", f"joint {number}: {low:g} is not below {high:g}")
+
+    def _check_tracking(self) -> None:
+        if self.tracking is None:
+            return
+        for part in fields(self.tracking):
+            self._check_length("tracking_error", getattr(self.tracking, part.name))
+        errors = self._errors
+        together = sum(error for error, joint in zip(errors, self.chain.joints, strict=True) if joint.turns)
+        if not together <= MOST_TOGETHER:
+            reason = f"{together:.3g} rad of all joints together at their fastest, more than {MOST_TOGETHER:g} rad"
+            raise InvalidProblem("tracking_error", reason)
+        for number, (low, high) in enumerate(self.limits.position or (), start=1):
+            if not low < high:
+                reason = f"joint {number}: {errors[number - 1]:.3g} on both sides leave nothing of its range"
+                raise InvalidProblem("tracking_error", reason)
+
+    @property
+    def _errors(self) -> tuple[Any, ...]:
+        """How far each joint may be from its planned place at any speed and acceleration, rad or m."""
+        if self.tracking is None:
+            return (0.0,) * self.dof
+        return self.tracking.most(self.max_speed, self.max_acceleration)
+
+    @property
+    def is_exact(self) -> bool:
+        """Where no tracking error is stated."""
+        return self.tracking is None
+
+    def tube(self, turns: FloatArray, levers: FloatArray) -> Operand:
+        """By the largest error of each joint."""
+        shares = levers @ np.abs(turns)
+        return sum((float(share) * error for share, error in zip(shares, self._errors, strict=True)), 0.0)
+
+    @property
+    def assumed(self) -> str:
+        """Also that joints follow."""
+        if self.tracking is None:
+            return self.without
+        most = dict.fromkeys(self.joint_units, 0.0)
+        for unit, error in zip(self.joint_units, self._errors, strict=True):
+            most[unit] = max(most[unit], float(error))
+        errors = " and ".join(f"{error:.3g} {unit}" for unit, error in most.items() if error > 0.0)
+        return f"{self.without} within a tracking error of {errors}".lstrip()
 
     def _check_dynamics(self) -> None:
         check_within("gravity", self.gravity, ACCELERATIONS, "m/s^2")
@@ -167,10 +215,18 @@ class SpatialArm(Robot):
         return JointLimits(
             speed=self.max_speed,
             acceleration=self.max_acceleration,
-            position=self.position_limits,
+            position=self._ranges,
             jerk=self.max_jerk,
             torque=self.max_torque,
         )
+
+    @property
+    def _ranges(self) -> tuple[tuple[float, float], ...] | None:
+        """Of what is planned: so that a joint that is off it is within its limits, (lowest, highest) of each."""
+        if self.position_limits is None or self.tracking is None:
+            return self.position_limits
+        own = zip(self.position_limits, self._errors, strict=True)
+        return tuple((low + error, high - error) for (low, high), error in own)
 
     @property
     def rigid_chain(self) -> RigidChain | None:
@@ -379,7 +435,8 @@ class SpatialArm(Robot):
     @property
     def unjudged(self) -> tuple[str, ...]:
         """The lines of ``left_out``, and contacts that are allowed."""
-        return (*self.left_out, *super().unjudged)
+        off = () if self.tracking is None else ("speeds, accelerations and torques of joints that are off the plan",)
+        return (*self.left_out, *super().unjudged, *off)
 
     @property
     def body_names(self) -> tuple[str, ...]:

@@ -94,7 +94,7 @@ class CoverPairs:
             each += [(balls[node], number) for node, number in found]
             return Clearance(self._arm, pairs_among(robot, each, self.obstacles))
         own = [*robot.own_pairs, *((robot.among_own(balls[b]), robot.among_own(balls[a])) for a, b in found)]
-        return SelfClearance(self._arm, tuple(BodyPair(*pair) for pair in own))
+        return SelfClearance(self._arm, tuple(BodyPair(*pair).tracked(self._arm) for pair in own))
 
     @cached_property
     def _nodes(self) -> list[int]:

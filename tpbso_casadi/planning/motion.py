@@ -148,7 +148,7 @@ class Motion:
     @property
     def status_in_words(self) -> str:
         """The same, with the links whose geometry the user left out."""
-        return f"{self.status} {self.problem.robot.without}".rstrip()
+        return f"{self.status} {self.problem.robot.assumed}".rstrip()
 
     @property
     def not_judged(self) -> tuple[str, ...]:

@@ -82,6 +82,15 @@ FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
 LinkPairs = Annotated[list[tuple[Word, Word]], Field(max_length=10_000)]
 FrictionPerJoint = NotNegative | Annotated[list[NotNegative], Field(max_length=MOST_LINKS)]
 PerJoint = Positive | Annotated[list[Positive], Field(max_length=MOST_LINKS)]
+ErrorPerJoint = NotNegative | Annotated[list[NotNegative], Field(max_length=MOST_LINKS)]
+
+
+class TrackingTable(Section):
+    """How far joints may be from where they are planned: a constant, and shares of planned speed and acceleration."""
+
+    constant: Annotated[ErrorPerJoint, ANGULAR] = 0.0
+    speed: ErrorPerJoint = 0.0
+    acceleration: ErrorPerJoint = 0.0
 
 
 class PoseTable(Section):
@@ -139,6 +148,7 @@ class SpatialRobotSection(Section):
     viscous_friction: FrictionPerJoint | None = None
     coulomb_friction: FrictionPerJoint | None = None
     payload: PayloadTable | None = None
+    tracking_error: Annotated[ErrorPerJoint, ANGULAR] | TrackingTable | None = None
     gravity: SpacePoint = GRAVITY
     base: PoseTable = PoseTable()
     tool: PoseTable = PoseTable()
@@ -249,6 +259,7 @@ class SpatialRobotSection(Section):
                 payload=stated if description.chain.massless else payload_of(carried, stated),
                 gravity=self.gravity,
                 self_margin=self.self_margin,
+                tracking=self._tracking,
                 base=self._pose("base"),
                 tool=self._pose("tool"),
             )
@@ -260,6 +271,14 @@ class SpatialRobotSection(Section):
             weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
             unknown = tuple(f"the weight of {name}: no mass is stated" for name in weightless)
             return replace(complete, left_out=(*complete.left_out, *unknown))
+
+    @property
+    def _tracking(self) -> dict[str, float | list[float]] | None:
+        """The parts of the tracking error; a constant alone may be stated without its name."""
+        stated = self.tracking_error
+        if stated is None:
+            return None
+        return stated.model_dump() if isinstance(stated, TrackingTable) else {"constant": stated}
 
     def in_radians(self) -> Self:
         """The same, read as a table in degrees.

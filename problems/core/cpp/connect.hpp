@@ -61,11 +61,13 @@ private:
 
 class Connect {
 public:
-    // Args: how solids move and when postures are passed, or null for both.
-    Connect(const World& world, const Search& search, uint64_t seed, const Drift* drifts, const Schedule* schedule)
+    // Args: how solids move and when postures are passed, or null for both; how far joints may be off, or null.
+    Connect(const World& world, const Search& search, uint64_t seed, const Drift* drifts, const Schedule* schedule,
+            const double* errors)
         : k_(world.dof), search_(search), rooms_(world), random_(seed), next_(world.dof) {
         rooms_.eight.drifts = drifts;
         rooms_.schedule = schedule;
+        for (int j = 0; errors && j < k_; ++j) rooms_.eight.errors.push_back(all(errors[j]));
     }
 
     // Postures one after the other from start to goal, with straight ways between them that were looked at; none where

@@ -62,11 +62,21 @@ const Drift* moving(const double* drifts) {
     return reinterpret_cast<const Drift*>(drifts);
 }
 
-// Postures as `gathered`, placed where solids are at their times (rows,), if these are not null.
-int placed_at(Eight& eight, const double* theta, const double* times, int rows, int row, std::vector<Lanes>& lanes) {
-    const int count = gathered(theta, rows, row, eight.world.dof, lanes);
+// Postures that are looked at, (rows, k); how solids move, (solids, 7), and at which times (rows,), or null for both; how
+// far joints may be off, (rows, k), or null.
+struct Looked {
+    int rows;
+    const double *theta, *drifts, *times, *errors;
+};
+
+// As `gathered`, placed.
+int placed_at(Eight& eight, const Looked& looked, int row, std::vector<Lanes>& lanes) {
+    const int k = eight.world.dof, rows = looked.rows, count = gathered(looked.theta, rows, row, k, lanes);
     eight.place(lanes.data());
-    for (int lane = 0; times && lane < LANES; ++lane) eight.times[lane] = times[std::min(row + lane, rows - 1)];
+    eight.drifts = moving(looked.drifts);
+    if (looked.errors) gathered(looked.errors, rows, row, k, eight.errors);
+    for (int lane = 0; looked.times && lane < LANES; ++lane)
+        eight.times[lane] = looked.times[std::min(row + lane, rows - 1)];
     return count;
 }
 
@@ -100,15 +110,14 @@ World* core_world(const long long* counts, const double* numbers) { return new W
 
 void core_forget(World* world) { delete world; }
 
-// The room of postures (rows, k), at most what `found` (rows,) holds at first, where solids move as `drifts`
-// (solids, 7) say, at times (rows,), if both are not null.
+// The room of postures, at most what `found` (rows,) holds at first.
 void core_rooms(const World* world, unsigned which, int first_hit, int rows, const double* theta, const double* drifts,
-                const double* times, double* found) {
+                const double* times, const double* errors, double* found) {
+    const Looked looked{rows, theta, drifts, times, errors};
     Rooms rooms(*world);
-    rooms.eight.drifts = moving(drifts);
     std::vector<Lanes> lanes;
     for (int row = 0; row < rows; row += LANES) {
-        const int count = placed_at(rooms.eight, theta, times, rows, row, lanes);
+        const int count = placed_at(rooms.eight, looked, row, lanes);
         Lanes most;
         for (int lane = 0; lane < LANES; ++lane) most[lane] = found[row + std::min(lane, count - 1)];
         const Lanes least = rooms.least_of(most, which, first_hit != 0);
@@ -116,18 +125,17 @@ void core_rooms(const World* world, unsigned which, int first_hit, int rows, con
     }
 }
 
-// What has less room than is given in postures (rows, k), solids moving as for `core_rooms`: how much there is, of which
-// at most `capacity` is written: number of the posture and kind (0 from solids, 1 from each other), (n, 2); room, how
+// What has less room than is given in postures: how much there is, of which at most `capacity` is written: number of the posture and kind (0 from solids, 1 from each other), (n, 2); room, how
 // it changes with the time, and with the joints, (n, 2 + k).
 int core_nearest(const World* world, unsigned which, double given, int rows, const double* theta, const double* drifts,
-                 const double* times, int capacity, int* places, double* values) {
+                 const double* times, const double* errors, int capacity, int* places, double* values) {
+    const Looked looked{rows, theta, drifts, times, errors};
     Nearest nearest(*world);
-    nearest.eight.drifts = moving(drifts);
     std::vector<Lanes> lanes;
     const int k = world->dof;
     int told = 0;
     for (int row = 0; row < rows; row += LANES) {
-        const int count = placed_at(nearest.eight, theta, times, rows, row, lanes);
+        const int count = placed_at(nearest.eight, looked, row, lanes);
         nearest.below(given, which, count, [&](int lane, int kind, double room, double rate, const double* gradient) {
             if (told < capacity) {
                 double* own = values + (size_t)told * (2 + k);
@@ -143,12 +151,13 @@ int core_nearest(const World* world, unsigned which, double given, int rows, con
 }
 
 // Room of a motion for all t, where solids move as `drifts` (solids, 7) say, if that is not null, and distances are off
-// by `rounding` more then; values: proven, smallest, time of that; places: node, solid or node, kind.
+// by `rounding` more then, and joints may be off as `tracking` (3, k) says, if that is not null: a constant, shares of
+// speed and acceleration; values: proven, smallest, time of that; places: node, solid or node, kind.
 int core_prove(const World* world, unsigned which, double gap, int cells, long long most, int pieces, int order,
-               const double* breaks, const double* coefficients, const double* drifts, double rounding, double* values,
-               int* places) {
+               const double* breaks, const double* coefficients, const double* drifts, double rounding,
+               const double* tracking, double* values, int* places) {
     const Motion motion{pieces, order, breaks, coefficients};
-    const Proof proof = Prover(*world, motion, moving(drifts), rounding)(which, gap, cells, most);
+    const Proof proof = Prover(*world, motion, moving(drifts), rounding, tracking)(which, gap, cells, most);
     values[0] = proof.proven, values[1] = proof.smallest, values[2] = proof.time;
     places[0] = proof.where.one, places[1] = proof.where.two, places[2] = kind(proof.where);
     return proof.status;
@@ -156,17 +165,17 @@ int core_prove(const World* world, unsigned which, double gap, int cells, long l
 
 // A way of at most `capacity` postures (m, k) from start to goal: how many there are, 0 where none was found. Solids move
 // as `drifts` (solids, 7) say, and postures are passed when `schedule` (k + 3,) says, if both are not null: slopes,
-// offset, first and last time.
+// offset, first and last time. Joints may be off by `errors` (k,), if that is not null.
 int core_connect(const World* world, const double* start, const double* goal, const double* lower, const double* upper,
                  double step, double given, double reach, int most, int shortcuts, unsigned long long seed,
-                 const double* drifts, const double* schedule, int capacity, double* path) {
+                 const double* drifts, const double* schedule, const double* errors, int capacity, double* path) {
     const Search search{lower, upper, step, given, reach, most, shortcuts};
     Schedule passed{};
     if (schedule) {
         const double* rest = schedule + world->dof;
         passed = {schedule, rest[0], rest[1], rest[2]};
     }
-    Connect connect(*world, search, seed, moving(drifts), schedule ? &passed : nullptr);
+    Connect connect(*world, search, seed, moving(drifts), schedule ? &passed : nullptr, errors);
     const std::vector<double> found = connect(start, goal);
     const int count = (int)found.size() / world->dof;
     std::copy(found.begin(), found.begin() + (size_t)std::min(count, capacity) * world->dof, path);

@@ -7,7 +7,9 @@
 // no more than
 //     sum over the joints that move it of turn_j (its distance from axis j at m).
 // A distance changes by no more than the point moves; of two bodies only the joints between them count. A solid that
-// moves at a constant velocity adds its speed times h, and what is kept from it grows by its rate times h. What has more
+// moves at a constant velocity adds its speed times h, and what is kept from it grows by its rate times h. Where joints
+// are off what is planned by no more than e_j, the least of all distances is less by no more than the sum of e_j times the
+// same levers: joint j is then within turn_j + e_j of its place at m, whatever the others do. What has more
 // room at m than all that has room all through the cell. What has not is opened, if it is larger than it
 // travels; else the cell is cut in halves, and only what is left of it is looked at there.
 #pragma once
@@ -35,11 +37,13 @@ struct Proof {
 
 class Prover {
 public:
-    // Args: how solids move, or null; how much farther than by the world's own rounding a distance may be off then, m.
-    Prover(const World& world, const Motion& motion, const Drift* drifts, double rounding)
+    // Args: how solids move, or null; how much farther than by the world's own rounding a distance may be off then, m;
+    // how far joints may be off, (3, k), or null: a constant, shares of speed and acceleration.
+    Prover(const World& world, const Motion& motion, const Drift* drifts, double rounding, const double* tracking)
         : eight_(world), world_(world), motion_(motion), rounding_(world.rounding + rounding), theta_(world.dof),
-          turns_(world.dof), axes_(world.dof + 1) {
+          tracking_(tracking), turns_(world.dof), axes_(world.dof + 1) {
         eight_.drifts = drifts;
+        if (tracking) eight_.errors.resize(world.dof);
         for (size_t k = 0; drifts && k < world.solids.size(); ++k) {
             const double* v = drifts[k].velocity;
             paces_.push_back(std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + drifts[k].rate);
@@ -151,10 +155,37 @@ private:
                 for (int d = order - 1; d >= 1; --d) turn = (turn + std::fabs(powers_[d])) * half;
                 theta_[j][lane] = powers_[0];
                 turns_[j][lane] = turn * (1.0 + 1e-12) + 1e-14 * sum;
+                if (tracking_) off(j, lane, half, middle + half, cell.piece);
             }
         }
         eight_.place(theta_.data());
         for (int j = 1; j <= k; ++j) axes_[j] = eight_.axis(j);
+    }
+
+    // By how much a joint may be off in the middle of a cell, and by how much more anywhere in it: its expansion around
+    // the middle is in powers_.
+    void off(int joint, int lane, double half, double end, int piece) {
+        const int k = world_.dof, order = motion_.order;
+        const double by_speed = tracking_[k + joint], by_acceleration = tracking_[2 * k + joint];
+        const double speed = order > 1 ? std::fabs(powers_[1]) : 0.0;
+        const double acceleration = order > 2 ? 2.0 * std::fabs(powers_[2]) : 0.0;
+        double faster = 0.0, sharper = 0.0, power = 1.0;  // than in the middle, at most; powers of half a cell
+        double speeds = 0.0, accelerations = 0.0;         // the sizes of all terms: what rounding is relative to
+        for (int d = order - 1; d >= 1; --d) {
+            const double term = d * std::fabs(coefficient(order - 1 - d, piece, joint));
+            speeds = speeds * end + term;
+            if (d > 1) accelerations = accelerations * end + (d - 1) * term;
+        }
+        for (int d = 2; d < order; ++d) {
+            if (d > 2) sharper += d * (d - 1) * std::fabs(powers_[d]) * power;
+            power *= half;
+            faster += d * std::fabs(powers_[d]) * power;
+        }
+        faster += 1e-14 * speeds;
+        sharper += 1e-14 * accelerations;
+        const double here = tracking_[joint] + by_speed * speed + by_acceleration * acceleration;
+        eight_.errors[joint][lane] = here * (1.0 + 1e-12);
+        turns_[joint][lane] += (by_speed * faster + by_acceleration * sharper) * (1.0 + 1e-12);
     }
 
     double coefficient(int row, int piece, int joint) const {
@@ -232,6 +263,7 @@ private:
     const World& world_;
     const Motion motion_;
     const double rounding_;      // m
+    const double* tracking_;
     std::vector<double> paces_;  // at which solids come nearer at most, m/s; none where they stand still
     Lanes halves_ = {};          // of the cells, s
     Proof found_;

@@ -65,7 +65,8 @@ INLINE Point placed(const Frame& frame, const double* p) { return turned(frame, 
 class Eight {
 public:
     explicit Eight(const World& world)
-        : world(world), frames(world.dof + 1), centers_(world.nodes.size()), known_(world.nodes.size(), 0u) {
+        : world(world), frames(world.dof + 1), centers_(world.nodes.size()), known_(world.nodes.size(), 0u),
+          axes_(world.dof + 1), known_axes_(world.dof + 1, 0u) {
         for (int i = 0; i < 9; ++i) frames[0].rotation[i] = all(world.base_rotation[i]);
         frames[0].origin = {all(world.base_translation[0]), all(world.base_translation[1]),
                             all(world.base_translation[2])};
@@ -98,6 +99,33 @@ public:
         }
     }
 
+    // The direction of a joint's axis, the first joint being 1; computed once for a posture.
+    const Point& known_axis(int joint) {
+        if (known_axes_[joint] != posture_) {
+            known_axes_[joint] = posture_;
+            axes_[joint] = axis(joint);
+        }
+        return axes_[joint];
+    }
+
+    // How far a node may be from where it is seen, as seen from another body, because joints are off by their errors; of
+    // a node with others in it by so much more that it is no farther away than any of these.
+    Lanes tube(int number, int from) {
+        const Node& node = world.nodes[number];
+        const Point& place = center(number);
+        const double inner = node.count ? node.radius : 0.0;
+        Lanes found = {};
+        for (int joint = node.body; joint > from; --joint) {
+            const Lanes& error = errors[joint - 1];
+            if (!world.joints[joint - 1].turns) {
+                found += error;
+                continue;
+            }
+            found += error * (length(cross(known_axis(joint), place - frames[joint].origin)) + inner);
+        }
+        return found * (1.0 + 1e-12);
+    }
+
     const Point& center(int number) {
         if (known_[number] != posture_) {
             known_[number] = posture_;
@@ -114,10 +142,13 @@ public:
     std::vector<Frame> frames;      // of the base, and those that joints move
     const Drift* drifts = nullptr;  // of all solids; none where they stand still
     Lanes times = {};               // s, at which they are seen
+    std::vector<Lanes> errors;      // of joints, how far each may be off, rad or m; none where they are where they are
 
 private:
     std::vector<Point> centers_;
     std::vector<unsigned> known_;  // the posture in which each centre was computed
+    std::vector<Point> axes_;
+    std::vector<unsigned> known_axes_;  // likewise
     unsigned posture_ = 0;
 };
 
@@ -141,13 +172,17 @@ INLINE Lanes room(Eight& eight, const Item& item, Lanes enough) {
     const World& world = eight.world;
     const Node& one = world.nodes[item.one];
     const double kept = world.margins[kind(item)];
+    const bool exact = eight.errors.empty();
     if (item.group < 0) {
         const Drift* drift = eight.drifts ? &eight.drifts[item.two] : nullptr;
-        const Lanes more = drift ? one.radius + kept + drift->rate * eight.times : all(one.radius + kept);
+        Lanes more = drift ? one.radius + kept + drift->rate * eight.times : all(one.radius + kept);
+        if (!exact) more += eight.tube(item.one, 0);
         const Point center = drift ? as_seen_from(*drift, eight, item.one) : eight.center(item.one);
         return distance(world.solids[item.two], center, enough + more) - more;
     }
-    return length(eight.center(item.one) - eight.center(item.two)) - (one.radius + world.nodes[item.two].radius + kept);
+    const Node& two = world.nodes[item.two];
+    const Lanes found = length(eight.center(item.one) - eight.center(item.two)) - (one.radius + two.radius + kept);
+    return exact ? found : found - eight.tube(item.one, two.body);
 }
 
 // The radius of what could be opened; zero of balls themselves.

@@ -57,24 +57,40 @@ class ReferenceWorld(CoreWorld):
     def _asked(self, which: Kept) -> list[Side]:
         return [side for kept, side in self._sides.items() if kept & which]
 
-    def _parts(self, theta: FloatArray, moving: Moving | None) -> Iterator[tuple[slice, Postures]]:
+    def _parts(
+        self, theta: FloatArray, moving: Moving | None, errors: FloatArray | None
+    ) -> Iterator[tuple[slice, Postures]]:
         """Not too many postures at once."""
         for begin in range(0, max(len(theta), 1), AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
-            yield part, Postures(self._model, theta[part], None if moving is None else moving.part(part))
+            seen, off = None if moving is None else moving.part(part), None if errors is None else errors[part]
+            yield part, Postures(self._model, theta[part], seen, off)
 
     def lower_to_rooms(
-        self, theta: FloatArray, found: FloatArray, which: Kept, first_hit: bool, moving: Moving | None = None
+        self,
+        theta: FloatArray,
+        found: FloatArray,
+        which: Kept,
+        first_hit: bool,
+        moving: Moving | None = None,
+        errors: FloatArray | None = None,
     ) -> None:
         """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m."""
-        for part, postures in self._parts(theta, moving):
+        for part, postures in self._parts(theta, moving, errors):
             for side in self._asked(which):
                 lower_to_rooms(side, postures, found[part], first_hit)
 
-    def nearest(self, theta: FloatArray, below: float, which: Kept, moving: Moving | None = None) -> Nearby:
+    def nearest(
+        self,
+        theta: FloatArray,
+        below: float,
+        which: Kept,
+        moving: Moving | None = None,
+        errors: FloatArray | None = None,
+    ) -> Nearby:
         """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
         sides, parts = self._asked(which), []
-        for part, postures in self._parts(theta, moving):
+        for part, postures in self._parts(theta, moving, errors):
             found = nearest_two(sides, postures, below)
             parts.append(replace(found, samples=found.samples + np.int32(part.start)))
         names = [field.name for field in fields(Nearby)]
@@ -82,7 +98,7 @@ class ReferenceWorld(CoreWorld):
 
     def prove(self, asked: ProofAsked) -> ProofFound:
         """Bound the room of a motion for all t."""
-        motion = Motion(asked.breaks, asked.coefficients)
+        motion = Motion(asked.breaks, asked.coefficients, asked.tracking)
         prover = Prover(self._model, motion, self._asked(asked.which), asked.drifts, asked.rounding)
         return prover(asked.gap, asked.cells, asked.most_items)
 

@@ -26,13 +26,16 @@ class Postures:
         model: of the robot and what is around.
         theta: (n, dof), rad.
         moving: how solids move; None where they stand still.
+        errors: how far joints may be off, (n, dof), rad or m; None where they are not.
 
     Attributes:
         frames: rotation and translation of the base and of the frame of each joint, (3, 4, bodies, n).
     """
 
-    def __init__(self, model: Model, theta: FloatArray, moving: Moving | None = None) -> None:
-        self.model, self.moving, self.count = model, moving, len(theta)
+    def __init__(
+        self, model: Model, theta: FloatArray, moving: Moving | None = None, errors: FloatArray | None = None
+    ) -> None:
+        self.model, self.moving, self.count, self._errors = model, moving, len(theta), errors
         own, frames = model.joints.own(theta), np.empty((3, 4, model.dof + 1, len(theta)))
         frames[:, :, 0] = model.base[..., None]
         for k in range(model.dof):
@@ -55,6 +58,51 @@ class Postures:
         own = self.model.nodes
         frames, (x, y, z) = self.frames[:, :, own.body[nodes]], own.centers[:, nodes, None]
         return np.asarray(frames[:, 0] * x + frames[:, 1] * y + frames[:, 2] * z + frames[:, 3])
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether joints are where they are."""
+        return self._errors is None
+
+    @property
+    def sides(self) -> float:
+        """Radii of a node that a ball in it has more room at most; errors are 1 rad together at most."""
+        return 2.0 if self.is_exact else 4.0
+
+    def tubes(self, nodes: Numbers, rows: Numbers, standing: Numbers) -> FloatArray:
+        """How far nodes (m,) in postures (m,) may be off, as seen from other bodies, (m,), m.
+
+        Of a node with others in it by so much more that it is no farther away than any of these.
+        """
+        assert self._errors is not None
+        return self.moved(self._errors.T, nodes, rows, standing, self.model.nodes.openings[nodes])
+
+    def moved(
+        self, turns: FloatArray, nodes: Numbers, rows: Numbers, standing: Numbers, farther: FloatArray | None = None
+    ) -> FloatArray:
+        """How far the centres of nodes (m,) in postures (m,) move at most as seen from other bodies, (m,), m.
+
+        Args:
+            turns: of the joints, (dof, n), rad or m.
+            nodes: that move.
+            rows: numbers of their postures.
+            standing: the other bodies, (m,).
+            farther: from axes than the centres, (m,), m; none where None.
+        """
+        model, found = self.model, np.zeros(len(rows))
+        body, points = model.nodes.body[nodes], self.centers(nodes, rows)
+        for joint in range(model.dof, 0, -1):
+            own = np.flatnonzero((joint <= body) & (joint > standing))
+            row = rows[own]
+            turn = turns[joint - 1, row]
+            if model.joints.turns[joint - 1]:
+                x, y, z = points[:, own] - self.frames[:, 3, joint][:, row]
+                a, b, c = self.axes[:, joint - 1][:, row]
+                u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
+                lever = np.sqrt(u * u + v * v + w * w)
+                turn = turn * (lever if farther is None else lever + farther[own])
+            found[own] += turn
+        return found * A_LITTLE_MORE
 
     @cached_property
     def axes(self) -> FloatArray:
@@ -87,6 +135,7 @@ def joined(parts: Sequence[Items]) -> Items:
     return Items(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
+A_LITTLE_MORE = 1.0 + 1e-12  # than rounding takes away
 STEP = 1e-6  # m, of differences of distances
 SHORTEST = 1e-12  # what ways are divided by
 NEARLY = 1e-8  # m, more than distances are off by
@@ -129,7 +178,7 @@ class Side:
         """All that items hold which can be opened, in smaller parts."""
 
     @abstractmethod
-    def most(self, items: Items, rooms: FloatArray) -> FloatArray:
+    def most(self, postures: Postures, items: Items, rooms: FloatArray) -> FloatArray:
         """What no ball that items hold, which have rooms (m,), has more room than, (m,), m; infinite where unknown."""
 
     @abstractmethod
@@ -184,6 +233,9 @@ class FromSolids(Side):
         """Of all links and all solids at once."""
         model, (nodes, links), solids = self.model, self._links, self.tops[1]
         kept = (model.nodes.radii[nodes] + model.margins[0])[None, :, None]
+        if not postures.is_exact:
+            one, row = np.repeat(nodes, postures.count), np.tile(np.arange(postures.count), len(nodes))
+            kept = kept + postures.tubes(one, row, np.zeros_like(one)).reshape(1, -1, postures.count)
         moving = postures.moving
         if moving is not None:
             kept = kept + moving.more[:, None]
@@ -196,6 +248,8 @@ class FromSolids(Side):
         kept = self.model.nodes.radii[items.one] + self.model.margins[0]
         if postures.moving is not None:
             kept += postures.moving.more[items.two, items.row]
+        if not postures.is_exact:
+            kept += postures.tubes(items.one, items.row, self.standing(items))
         return np.asarray(self.model.solids.distances(items.two, self.seen(postures, items), enough + kept) - kept)
 
     @staticmethod
@@ -213,9 +267,9 @@ class FromSolids(Side):
         children, parents = self.model.nodes.children(items.one)
         return Items(items.row[parents], items.top[parents], children, items.two[parents])
 
-    def most(self, items: Items, rooms: FloatArray) -> FloatArray:
+    def most(self, postures: Postures, items: Items, rooms: FloatArray) -> FloatArray:
         """A ball that a node holds is at its far side at most; bounds of distances from ellipsoids say less."""
-        found = rooms + 2.0 * self.model.nodes.radii[items.one] + NEARLY
+        found = rooms + postures.sides * self.model.nodes.radii[items.one] + NEARLY
         return np.where(self.model.solids.is_exact[items.two], found, np.inf)
 
     def ways_out(self, postures: Postures, items: Items) -> FloatArray:
@@ -269,13 +323,19 @@ class FromEachOther(Side):
         nodes, (one, two) = self._links
         points = postures.centers_everywhere(nodes)
         apart = points[:, one] - points[:, two]
-        return np.asarray(_length(apart) - self._kept[:, None])
+        found = np.asarray(_length(apart) - self._kept[:, None])
+        if postures.is_exact:
+            return found
+        (first, second), count = self.tops, postures.count
+        standing, row = np.repeat(self.model.nodes.body[second], count), np.tile(np.arange(count), len(first))
+        return found - postures.tubes(np.repeat(first, count), row, standing).reshape(-1, count)
 
     def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
         """Of two nodes."""
         radii = self.model.nodes.radii
         apart = postures.centers(items.one, items.row) - postures.centers(items.two, items.row)
-        return np.asarray(_length(apart) - (radii[items.one] + radii[items.two] + self.model.margins[1]))
+        found = np.asarray(_length(apart) - (radii[items.one] + radii[items.two] + self.model.margins[1]))
+        return found if postures.is_exact else found - postures.tubes(items.one, items.row, self.standing(items))
 
     @cached_property
     def _listed(self) -> NDArray[np.bool_]:
@@ -318,9 +378,9 @@ class FromEachOther(Side):
         one, two = self.model.pairs[begin[parents] + within].T
         return Items(items.row[parents], items.top[parents], one, two)
 
-    def most(self, items: Items, rooms: FloatArray) -> FloatArray:
+    def most(self, postures: Postures, items: Items, rooms: FloatArray) -> FloatArray:
         """Balls are at the far sides of both nodes at most."""
-        return rooms + 2.0 * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two]) + NEARLY
+        return rooms + postures.sides * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two]) + NEARLY
 
     def ways_out(self, postures: Postures, items: Items) -> FloatArray:
         """From one centre to the other."""

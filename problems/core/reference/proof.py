@@ -15,10 +15,9 @@ import numpy as np
 from problems.base import FloatArray
 from problems.core.interface import Moving, ProofFound
 from problems.core.reference.model import Model, Numbers
-from problems.core.reference.postures import Items, Postures, Side, joined
+from problems.core.reference.postures import A_LITTLE_MORE, Items, Postures, Side, joined
 from problems.core.reference.rooms import reached_from
 
-A_LITTLE_MORE = 1.0 + 1e-12  # than rounding takes away
 OF_SUMS = 1e-14  # rounding of a polynomial, of the sum of the sizes of its terms
 AT_ONCE = 100_000  # items
 
@@ -53,10 +52,12 @@ class Motion:
     Attributes:
         breaks: where they begin and end, (pieces + 1,), s.
         coefficients: the highest power first, of the time since the piece began, (order, pieces, dof).
+        tracking: how far joints may be off, as of :class:`ProofAsked`; None of exact ones.
     """
 
     breaks: FloatArray
     coefficients: FloatArray
+    tracking: FloatArray | None = None
 
     def cells(self, least: int) -> Cells:
         """So many or more, none longer than its share of the motion."""
@@ -68,11 +69,15 @@ class Motion:
         end = np.where(part + 1 < parts[piece], lengths[piece] * (part + 1) / parts[piece], lengths[piece])
         return Cells(piece, start, end)
 
-    def around(self, cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Postures in the middles of cells, (n, dof); how far each joint turns from there; half lengths, s."""
+    def around(self, cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray | None]:
+        """Postures in the middles of cells, (n, dof); how far each joint turns from there; half lengths, s; errors there.
+
+        Where joints may be off by more elsewhere in a cell, that is part of how far they turn.
+        """
         middle = cells.middles
         half = np.maximum(cells.end - middle, middle - cells.start) * A_LITTLE_MORE
         powers = self.coefficients[::-1, cells.piece].copy()  # (order, n, dof), the lowest first
+        given = powers.copy()
         order, at, h = len(powers), middle[:, None], half[:, None]
         sizes = np.zeros(powers.shape[1:])  # of all terms: what rounding is relative to
         for d in range(order - 1, -1, -1):
@@ -83,7 +88,37 @@ class Motion:
         turns = np.zeros(sizes.shape)
         for d in range(order - 1, 0, -1):
             turns = (turns + np.abs(powers[d])) * h
-        return powers[0], turns * A_LITTLE_MORE + OF_SUMS * sizes, half
+        turns = turns * A_LITTLE_MORE + OF_SUMS * sizes
+        if self.tracking is None:
+            return powers[0], turns, half, None
+        errors, more = self._off(self.tracking, powers, given, h, at + h)
+        return powers[0], turns + more, half, errors
+
+    @staticmethod
+    def _off(
+        tracking: FloatArray, powers: FloatArray, given: FloatArray, half: FloatArray, end: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """How far joints may be off in the middles of cells, and by how much more anywhere in them, (n, dof) each.
+
+        Args:
+            tracking: as above.
+            powers: coefficients around the middles, the lowest first, (order, n, dof).
+            given: those of the pieces.
+            half: lengths, (n, 1), s.
+            end: of the cells, since their pieces began, (n, 1), s.
+        """
+        constant, by_speed, by_acceleration = tracking
+        zero, order = np.zeros(powers.shape[1:]), len(powers)
+        speed = np.abs(powers[1]) if order > 1 else zero
+        acceleration = 2.0 * np.abs(powers[2]) if order > 2 else zero
+        numbers = range(1, order)
+        faster = sum((d * np.abs(powers[d]) * half ** (d - 1) for d in numbers if d > 1), zero)
+        sharper = sum((d * (d - 1) * np.abs(powers[d]) * half ** (d - 2) for d in numbers if d > 2), zero)
+        speeds = sum((d * np.abs(given[d]) * end ** (d - 1) for d in numbers), zero)
+        accelerations = sum((d * (d - 1) * np.abs(given[d]) * end ** (d - 2) for d in numbers if d > 1), zero)
+        errors = constant + by_speed * speed + by_acceleration * acceleration
+        more = by_speed * (faster + OF_SUMS * speeds) + by_acceleration * (sharper + OF_SUMS * accelerations)
+        return errors * A_LITTLE_MORE, more * A_LITTLE_MORE
 
 
 class Middles:
@@ -97,26 +132,13 @@ class Middles:
     """
 
     def __init__(self, model: Model, motion: Motion, cells: Cells, drifts: FloatArray | None) -> None:
-        theta, turns, self.halves = motion.around(cells)
+        theta, turns, self.halves, errors = motion.around(cells)
         self.times, self.turns = motion.breaks[cells.piece] + cells.middles, turns.T
-        self.postures = Postures(model, theta, None if drifts is None else Moving(drifts, self.times))
+        self.postures = Postures(model, theta, None if drifts is None else Moving(drifts, self.times), errors)
 
     def travel(self, items: Items, standing: Numbers) -> FloatArray:
         """How far the centres of nodes move at most within the cells as seen from other bodies, (m,), m."""
-        model, postures = self.postures.model, self.postures
-        body, moved = model.nodes.body[items.one], np.zeros(len(items.row))
-        points = postures.centers(items.one, items.row)
-        for joint in range(model.dof, 0, -1):
-            own = np.flatnonzero((joint <= body) & (joint > standing))
-            row = items.row[own]
-            turn = self.turns[joint - 1, row]
-            if model.joints.turns[joint - 1]:
-                x, y, z = points[:, own] - postures.frames[:, 3, joint][:, row]
-                a, b, c = postures.axes[:, joint - 1][:, row]
-                u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
-                turn = turn * np.sqrt(u * u + v * v + w * w)
-            moved[own] += turn
-        return moved * A_LITTLE_MORE
+        return self.postures.moved(self.turns, items.one, items.row, standing)
 
 
 class Smallest(NamedTuple):

@@ -90,7 +90,9 @@ def _balls(side: Side, postures: Postures, below: float) -> tuple[Items, FloatAr
         found.append(rooms[~large])
         if not large.any():
             return joined(parts), np.concatenate(found)
-        np.minimum.at(second, place[large], side.most(items.taken(large), rooms[large]))  # it holds two at least
+        np.minimum.at(
+            second, place[large], side.most(postures, items.taken(large), rooms[large])
+        )  # it holds two at least
         ranked = np.lexsort((found[-1], place[~large]))
         after = np.flatnonzero(np.diff(place[~large][ranked]) == 0) + 1
         np.minimum.at(second, place[~large][ranked[after]], found[-1][ranked[after]])

@@ -140,7 +140,8 @@ class Connect:
         for batch in range(batches):  # postures far apart at once: contact is found early
             shares = np.arange(batch + 1, count + 1, batches) / count
             theta = start + shares[:, None] * way
-            postures = Postures(self._model, theta, self._moving(theta))
+            errors = None if self._search.errors is None else np.tile(self._search.errors, (len(theta), 1))
+            postures = Postures(self._model, theta, self._moving(theta), errors)
             if any(any_below(side, postures, self._search.spare) for side in self._sides):
                 return False
         return True
