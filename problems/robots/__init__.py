@@ -35,7 +35,7 @@ from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, most_held
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
 from problems.robots.srdf import read_srdf, srdf_chain
-from problems.robots.tracking import TrackingError
+from problems.robots.tracking import TrackingError, least_tracking_error
 from problems.robots.transform import (
     Orientations,
     Point3,
@@ -99,6 +99,7 @@ __all__ = [
     "covers_text",
     "geometry_of",
     "joint_bounds",
+    "least_tracking_error",
     "looks_text",
     "matrix_of",
     "most_held",

@@ -21,6 +21,7 @@ COMMANDS = {
     "pareto": "a front of certified plans between two objectives",
     "reproduce": "the paper's Section IV, reproduced",
     "robots": "the robots that are built in, or one from a URDF",
+    "tracking": "how far joints are off what is planned, from logs of a robot",
     "simulate": "plan again and again among moving obstacles, in a simulation",
     "completion": "completion of the command line for bash, zsh or tcsh",
 }

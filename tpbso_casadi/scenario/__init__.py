@@ -34,6 +34,7 @@ from tpbso_casadi.scenario.sequence import ENDS, Cell, SequenceTask, judged_by_s
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection, new_covers
 from tpbso_casadi.scenario.stages import MovingStage, StageSection
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, task_tables
+from tpbso_casadi.scenario.tracking_log import TrackingLog, read_tracking_log
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     LARGEST,
@@ -117,6 +118,7 @@ __all__ = [
     "StageSection",
     "StrictModel",
     "TaskSection",
+    "TrackingLog",
     "arm_table",
     "best_known",
     "built",
@@ -150,6 +152,7 @@ __all__ = [
     "read_table",
     "read_text",
     "read_toml",
+    "read_tracking_log",
     "rows_table",
     "settings_table",
     "shown",

@@ -70,7 +70,7 @@ class Motion:
         return Cells(piece, start, end)
 
     def around(self, cells: Cells) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray | None]:
-        """Postures in the middles of cells, (n, dof); how far each joint turns from there; half lengths, s; errors there.
+        """Postures in the middles of cells, (n, dof); how far each joint turns from there; half lengths, s; errors.
 
         Where joints may be off by more elsewhere in a cell, that is part of how far they turn.
         """
