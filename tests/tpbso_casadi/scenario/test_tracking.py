@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from problems.core import core_library
 from problems.robots import SpatialArm, TrackingError
 from problems.scene import Box
 from tpbso_casadi.scenario import ScenarioError
@@ -58,8 +57,6 @@ def test_what_cannot_be_is_refused(error: object, reason: str) -> None:
 
 
 def test_a_plan_keeps_the_room_and_says_so() -> None:
-    if core_library() is None:
-        pytest.skip("there is no compiled core")
     robot = tp.robot("panda", tracking_error={"constant": 0.004, "speed": 0.002})
     plan = tp.plan(robot, start=START, goal=GOAL, obstacles=[POST])
     assert plan.motion.feasible and "certified within a tracking error of" in repr(plan)
