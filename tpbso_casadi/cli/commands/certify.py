@@ -20,6 +20,7 @@ from tpbso_casadi.cli.options import (
     add_robot,
     add_row_interpolation,
     defaulting,
+    figure_formats,
     machine_group,
     path,
     positive_int,
@@ -29,8 +30,12 @@ from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.facade.certifying import certified_scenario, surrounding_scenario
 from tpbso_casadi.facade.certifying_many import Statement, certificates, trajectory_files
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.repairing import repair
 from tpbso_casadi.plain import as_json
+from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, in_words, is_folder, named
+from tpbso_casadi.storage import OutputError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,6 +82,13 @@ def parser() -> OneLineParser:
     )
     add_row_interpolation(problem, get_args(RowInterpolation), joined)
     add_payload(problem)
+    problem.add_argument(
+        "--repair",
+        action="store_true",
+        help="where it is not proven: run slower by the least factor, or its path timed anew, whichever is shorter and "
+        "proven, as a run of its own beside the other, DIR-repaired; else what would have to move; exit status 0 then "
+        "means that one of both is proven",
+    )
     machine_group(command_line).add_argument(
         "--processes",
         type=positive_int,
@@ -97,8 +109,24 @@ def certify(options: argparse.Namespace) -> int:
     name = f"{trajectory.resolve().stem}-certified"
     output = Output.of(options, partial(free_folder, name, scenario), title=name)
     output.check()
+    if options.repair and output.folder is None:
+        raise OutputError("--repair: needs a run folder; say --out DIR too")
     with named(options.trajectory):
-        return written(scenario, None, output, options)
+        status = written(scenario, None, output, options)
+        return repaired(scenario, name, options) if options.repair and status == Exit.INFEASIBLE else status
+
+
+def repaired(scenario: Scenario, name: str, options: argparse.Namespace) -> int:
+    """Repair a motion that is not proven, write and say what came of it; returns the exit status."""
+    found = repair(Plan(plan(scenario)))
+    console = OutputConsole(stderr=True, quiet=options.quiet)
+    for line in found.words:
+        console.say(line)
+    if found.plan is None:
+        return Exit.INFEASIBLE
+    place = Path(f"{options.out or Path('runs') / name}-repaired")
+    console.say(f"written to {found.plan.save(place, figures=figure_formats(options))}")
+    return Exit.FEASIBLE
 
 
 def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
@@ -111,6 +139,8 @@ def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
 
 def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     """Judge all trajectories of a folder, print and write their table; returns the exit status."""
+    if options.repair:
+        raise ScenarioError("--repair: of one trajectory; a folder of them is judged alone")
     if options.robot is None and options.scene is None:
         raise ScenarioError(f"{folder}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
     files = trajectory_files(folder)
