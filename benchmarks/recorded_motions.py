@@ -1,4 +1,4 @@
-"""Are the certificates of stated motions right? Random rows, planted violations, and motions of other planners.
+r"""Are the certificates of stated motions right? Random rows, planted violations, and motions of other planners.
 
 Random motions of a planar arm and of a Panda, rows joined by lines, cubics or quintics, are certified and then looked
 at by code of their own (SciPy's interpolation, spheres and distances in NumPy) at very many samples. A certificate is
@@ -6,9 +6,10 @@ false where a sample breaks what it calls certified. Planted: a limit or a margi
 a millionth, or for no longer than a tenth of a millisecond; none may be called certified. Planners (extra ``peers``):
 what OMPL with TOPP-RA, roboplan, Drake and Ruckig make of problems of MotionBenchMaker, certified as it is.
 
-    python -m benchmarks.recorded_motions --random 1000 --problems panda.jsonl
-    python -m benchmarks.recorded_motions --planted 200 --problems panda.jsonl
-    python -m benchmarks.recorded_motions --planners ruckig,drake,ompl,roboplan --problems panda.jsonl
+    python -m benchmarks.recorded_motions --random 1000 --problems panda.jsonl --robot-urdf panda.urdf \
+        --spheres panda-spheres.toml
+    python -m benchmarks.recorded_motions --planted 200 ...
+    python -m benchmarks.recorded_motions --planners ruckig,drake,ompl,roboplan ...
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ from scipy.interpolate import BPoly, CubicHermiteSpline, PPoly
 from scipy.optimize import minimize_scalar
 
 from benchmarks.motion_bench_maker.collision import Checker
+from benchmarks.motion_bench_maker.options import add_problem_options, problems_of, setting_of
 from benchmarks.motion_bench_maker.ours import Question
-from benchmarks.motion_bench_maker.problem_file import MotionProblem, chosen, read_problems
+from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.setting import Setting
 from problems import CertificateStatus, Ellipse, Obstacle, PlanarArm, Robot, Trajectory, Verdict
 from problems.assembly import recorded_motion
@@ -38,8 +40,6 @@ from problems.motions import MotionRows
 from problems.tasks import RecordedMotion
 from tpbso_casadi.facade.foreign import exact_pieces
 
-MODELS = Path(__file__).parents[1] / "problems" / "robots" / "models"
-SETTING = Setting(MODELS / "panda.urdf", MODELS / "panda-spheres.toml", keeps_torques=False)
 KINDS = ("linear", "cubic", "quintic")
 SAMPLES, CHUNK = 100_000, 20_000
 SLACK = 1e-8  # relative: a sample beyond a limit by more breaks it
@@ -128,14 +128,17 @@ def planar_case(rng: np.random.Generator, kind: str) -> Case:
 
 
 @lru_cache(maxsize=8)
-def _scene(problem: MotionProblem) -> tuple[Robot, tuple[Obstacle, ...], Checker]:
-    built = Question(SETTING, to_pose=False).scenario(problem).built()
-    return built.robot, built.obstacles, SETTING.checker(problem)
+def _scene(setting: Setting, problem: MotionProblem) -> tuple[Robot, tuple[Obstacle, ...], Checker]:
+    built = Question(setting, to_pose=False).scenario(problem).built()
+    return built.robot, built.obstacles, setting.checker(problem)
 
 
-def panda_case(problem: MotionProblem, rng: np.random.Generator, kind: str, of_obstacles: bool = False) -> Case:
+def panda_case(
+    setting: Setting, problem: MotionProblem, rng: np.random.Generator, kind: str, of_obstacles: bool = False
+) -> Case:
     """A Panda among the obstacles of a problem, on its way to the goal or a little of it."""
-    robot, obstacles, checker = _scene(problem)
+    robot, obstacles, checker = _scene(setting, problem)
+    checker = replace(checker, near=checker.near[checker.spheres.bodies[checker.near[:, 0]] > 0])  # what a joint moves
     if of_obstacles:
         checker = replace(checker, own=checker.own[:0])
     start, goal = np.array(problem.start), np.array(problem.goal)
@@ -145,13 +148,13 @@ def panda_case(problem: MotionProblem, rng: np.random.Generator, kind: str, of_o
     return Case(curve, motion, robot, obstacles, checker.clearance, checker.least_clearance)
 
 
-def case_of(number: int, problems: list[MotionProblem], of_obstacles: bool = False) -> Case:
+def case_of(number: int, setting: Setting, problems: list[MotionProblem], of_obstacles: bool = False) -> Case:
     """The motion of a number; even ones are planar."""
     rng = np.random.default_rng(number)
     kind = KINDS[(number // 2) % len(KINDS)]
     if number % 2 == 0:
         return planar_case(rng, kind)
-    return panda_case(problems[(number // 2) % len(problems)], rng, kind, of_obstacles)
+    return panda_case(setting, problems[(number // 2) % len(problems)], rng, kind, of_obstacles)
 
 
 def broken_at_samples(case: Case, samples: int) -> set[str]:
@@ -175,9 +178,9 @@ def broken_at_samples(case: Case, samples: int) -> set[str]:
 Outcome = tuple[dict[str, str], set[str], float]
 
 
-def check_random(number: int, problems: list[MotionProblem], samples: int) -> Outcome:
+def check_random(number: int, setting: Setting, problems: list[MotionProblem], samples: int) -> Outcome:
     """The statuses of a random motion, what samples break, and CPU milliseconds of the proof."""
-    case = case_of(number, problems)
+    case = case_of(number, setting, problems)
     verdicts, milliseconds = case.judged()
     statuses = {name: str(verdict.status) for name, verdict in verdicts.items()}
     if "self clearance" in statuses:  # the samples do not tell one from the other
@@ -187,16 +190,16 @@ def check_random(number: int, problems: list[MotionProblem], samples: int) -> Ou
     return statuses, broken_at_samples(case, samples), milliseconds
 
 
-def check_planted(number: int, problems: list[MotionProblem]) -> tuple[str, str, float, float]:
+def check_planted(number: int, setting: Setting, problems: list[MotionProblem]) -> tuple[str, str, float, float]:
     """What was planted, what the certificate says of it, by how much it is broken, and CPU milliseconds."""
     rng = np.random.default_rng(100_000 + number)
     kinds = ("speed", "acceleration", "clearance", "clearance for a moment")
-    what, case = kinds[(number // 2) % len(kinds)], case_of(number, problems, of_obstacles=True)
+    what, case = kinds[(number // 2) % len(kinds)], case_of(number, setting, problems, of_obstacles=True)
     least, bend = _least_distance(case)
     for further in range(1, MOST_DRAWS):
         if what in kinds[:2] or NEAREST < least < FARTHEST:
             break
-        case = case_of(number + OTHERS * further, problems, of_obstacles=True)
+        case = case_of(number + OTHERS * further, setting, problems, of_obstacles=True)
         least, bend = _least_distance(case)
     if what in kinds[:2]:
         case = replace(case, **dict(zip(("curve", "motion"), _smooth(rng, case), strict=True)))
@@ -274,17 +277,17 @@ def by_ruckig(setting: Setting, problem: MotionProblem, seed: int, seconds: floa
     return exact_pieces(found), 0.0
 
 
-def of_planner(planner: str, problem: MotionProblem, seed: int, seconds: float) -> dict[str, object]:
+def of_planner(setting: Setting, planner: str, problem: MotionProblem, seed: int, seconds: float) -> dict[str, object]:
     """What a planner made of a problem, judged for all t, and looked at by the planner's own kind of samples."""
     from benchmarks.peers.space.planners import PLANNERS  # noqa: PLC0415 (an extra)
 
     if planner == "ruckig":
-        motion, _ = by_ruckig(SETTING, problem, seed, seconds)
+        motion, _ = by_ruckig(setting, problem, seed, seconds)
     else:
-        motion = PLANNERS[planner](SETTING, problem, seed, seconds).trajectory
+        motion = PLANNERS[planner](setting, problem, seed, seconds).trajectory
     if motion is None:
         return {"planner": planner, "found": False}
-    robot, obstacles, _ = _scene(problem)
+    robot, obstacles, _ = _scene(setting, problem)
     case = Case(PPoly(motion.coefficients, motion.breakpoints), motion, robot, obstacles, lambda theta: theta[:, 0])
     verdicts, milliseconds = case.judged()
     told = {name: verdicts[name] for name in TOLD if name in verdicts}
@@ -343,23 +346,27 @@ def main() -> None:
     parser.add_argument("--planted", type=int, metavar="N", help="so many planted violations")
     parser.add_argument("--planners", metavar="NAMES", help="what they make of the problems, with commas")
     parser.add_argument("--problems", type=Path, required=True, metavar="FILE", help="of MotionBenchMaker, of a Panda")
-    parser.add_argument("--first", type=int, metavar="N", help="only the first N problems of each class")
+    add_problem_options(parser, Path())
     parser.add_argument("--samples", type=int, default=SAMPLES)
     parser.add_argument("--seconds", type=float, default=10.0, help="of a planner")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
-    problems = chosen(read_problems(options.problems), options.first, None)
-    each = 1 if options.planners else None  # OMPL's seed cannot be set twice in a process
+    setting, problems = setting_of(options), problems_of(options, options.problems)
+    each = 1 if "ompl" in (options.planners or "") else None  # its seed cannot be set twice in a process
     with ProcessPoolExecutor(options.workers, get_context("spawn"), max_tasks_per_child=each) as pool:
         if options.random:
-            work = partial(check_random, problems=problems, samples=options.samples)
+            work = partial(check_random, setting=setting, problems=problems, samples=options.samples)
             print_random(list(pool.map(work, range(options.random), chunksize=5)), options.samples)
         if options.planted:
-            planted = list(pool.map(partial(check_planted, problems=problems), range(options.planted), chunksize=5))
+            planted = list(
+                pool.map(
+                    partial(check_planted, setting=setting, problems=problems), range(options.planted), chunksize=5
+                )
+            )
             print_planted(planted)
         if options.planners:
             asked = [(name, problem) for name in options.planners.split(",") for problem in problems]
-            jobs = [pool.submit(of_planner, name, problem, 1, options.seconds) for name, problem in asked]
+            jobs = [pool.submit(of_planner, setting, name, problem, 1, options.seconds) for name, problem in asked]
             print_planners([job.result() for job in jobs])
 
 
