@@ -358,12 +358,8 @@ def main() -> None:
             work = partial(check_random, setting=setting, problems=problems, samples=options.samples)
             print_random(list(pool.map(work, range(options.random), chunksize=5)), options.samples)
         if options.planted:
-            planted = list(
-                pool.map(
-                    partial(check_planted, setting=setting, problems=problems), range(options.planted), chunksize=5
-                )
-            )
-            print_planted(planted)
+            check = partial(check_planted, setting=setting, problems=problems)
+            print_planted(list(pool.map(check, range(options.planted), chunksize=5)))
         if options.planners:
             asked = [(name, problem) for name in options.planners.split(",") for problem in problems]
             jobs = [pool.submit(of_planner, setting, name, problem, 1, options.seconds) for name, problem in asked]
