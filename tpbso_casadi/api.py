@@ -72,6 +72,7 @@ from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan, StoredPlan
 from tpbso_casadi.facade.planner import Planner
 from tpbso_casadi.facade.planning import audit, plan, read_run, replan
+from tpbso_casadi.facade.repairing import Repair, repair
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, robot
 from tpbso_casadi.facade.sequences import Along, Attach, Detach, Line, MoveTo, Output, Wait, sequence
@@ -145,6 +146,7 @@ __all__ = [
     "Position",
     "Problem",
     "Rectangle",
+    "Repair",
     "Replanner",
     "Result",
     "Robot",
@@ -185,6 +187,7 @@ __all__ = [
     "plan",
     "read_run",
     "read_scenario",
+    "repair",
     "replan",
     "result_of",
     "retime",

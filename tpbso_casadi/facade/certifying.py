@@ -139,6 +139,13 @@ def certified_scenario(
     return scenario_around(motion, around, robot, model=stated, beside=beside, payload=payload)
 
 
+def surrounding_scenario(robot: AnyRobot | None, scene: str | Path | None, payload: float | None) -> Scenario:
+    """What motions are judged by, without any of them; as :func:`certified_scenario`."""
+    if scene is None:
+        return scenario_around(STANDS, {}, robot, payload=payload)
+    return scenario_around(STANDS, _in_scene(Path(scene), {}, robot), None, payload=payload)
+
+
 def _in_scene(file: Path, around: Content, robot: AnyRobot | None) -> Content:
     """The tables of a scene with its robot: the one that is given, else its own, else that of the motion."""
     tables = scene_tables(file)
@@ -162,7 +169,7 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Cont
         ScenarioError: it is no motion.
     """
     if isinstance(trajectory, str | Path) and not Path(trajectory).is_dir():
-        return _file_content(Path(trajectory), given), {}
+        return file_content(Path(trajectory), given), {}
     if isinstance(trajectory, str | Path | Plan):
         run = trajectory.as_run() if isinstance(trajectory, Plan) else read_run(Path(trajectory))
         return _run_content(run, trajectory, given)
@@ -172,7 +179,12 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Cont
     return _rows_content(trajectory) | given, {}
 
 
-def _file_content(file: Path, given: Content) -> Content:
+def file_content(file: Path, given: Content) -> Content:
+    """The [task] table that a file of rows states.
+
+    Raises:
+        ScenarioError: naming the file, and what is wrong with it.
+    """
     rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name)
     if rows.breakpoints and given.get("interpolation", "auto") == "auto":
         names = given.get("joint_names", rows.joint_names)

@@ -13,13 +13,13 @@ from tpbso_casadi.scenario.input_files import (
 )
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
-from tpbso_casadi.scenario.motion_files import RecordedRows, joint_order, read_recorded
+from tpbso_casadi.scenario.motion_files import READERS, RecordedRows, joint_order, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection, built, stated_place
-from tpbso_casadi.scenario.recorded_tasks import motion_table, rows_table
+from tpbso_casadi.scenario.recorded_tasks import motion_table, read_motion, rows_table
 from tpbso_casadi.scenario.robots import (
     BESIDE,
     OF_THE_MODEL,
@@ -28,7 +28,14 @@ from tpbso_casadi.scenario.robots import (
     arm_table,
     settings_table,
 )
-from tpbso_casadi.scenario.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named, read_scenario
+from tpbso_casadi.scenario.scenario import (
+    BuiltScene,
+    Scenario,
+    SolverSection,
+    parse_scenario,
+    plugin_failures_named,
+    read_scenario,
+)
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.sequence import ENDS, Cell, SequenceTask, judged_by_stage, walked
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection, new_covers
@@ -81,6 +88,7 @@ __all__ = [
     "MOST_MEMBERS",
     "MOST_POLISH_STARTS",
     "OF_THE_MODEL",
+    "READERS",
     "SMALLEST",
     "SOLVER_CATALOGUE",
     "STATED",
@@ -91,6 +99,7 @@ __all__ = [
     "AnyPlace",
     "AnyPlaces",
     "ArmSection",
+    "BuiltScene",
     "Cell",
     "InputFolder",
     "Interpolation",
@@ -146,6 +155,7 @@ __all__ = [
     "plugin_failures_named",
     "points_table",
     "read_joint_rows",
+    "read_motion",
     "read_recorded",
     "read_scenario",
     "read_scene",

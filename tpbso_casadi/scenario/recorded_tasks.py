@@ -22,7 +22,7 @@ from tpbso_casadi.scenario.motion_files import (
     read_recorded,
 )
 from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
-from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError, Word
+from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError, Word, read_table
 
 Row = Annotated[list[float], Field(max_length=MOST_LINKS)]
 Rows = Annotated[list[Row], Field(max_length=MOST_MOTION_ROWS)]
@@ -135,6 +135,16 @@ class MotionPiecesTask(StatedMotionTask):
 def rows_table(rows: Any) -> dict[str, Any]:
     """The keys of a [task] table that state rows of a file."""
     return {key: value for key, value in asdict(rows).items() if key not in ("breakpoints", "coefficients")}
+
+
+def read_motion(table: dict[str, Any]) -> StatedMotionTask:
+    """The section of a [task] table of a motion.
+
+    Raises:
+        ScenarioError: naming the first wrong key.
+    """
+    section: type[StatedMotionTask] = MotionPiecesTask if "shape" in table else MotionRowsTask
+    return read_table(section, "task", table)
 
 
 def motion_table(trajectory: Trajectory) -> dict[str, Any]:

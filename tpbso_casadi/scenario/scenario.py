@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, NamedTuple, Self, TypeVar
 
 from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
 
@@ -67,7 +67,7 @@ from tpbso_casadi.scenario.validation import (
 )
 
 LOG = logging.getLogger(__name__)
-C = TypeVar("C", bound=Criteria)
+C = TypeVar("C")
 KEYS_OF_BODIES = {"carried": "carried"}  # by fields of the robot, where they are not in its table
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
@@ -76,6 +76,20 @@ NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by 
     float: ((int, float), "a number"),
     str: (str, "a word"),
 }
+
+
+class BuiltScene(NamedTuple):
+    """A robot in its surroundings.
+
+    Attributes:
+        robot: with what it carries and keeps.
+        obstacles: around it.
+        model: the form of the model.
+    """
+
+    robot: Robot
+    obstacles: tuple[Obstacle, ...]
+    model: ModelSection
 
 
 class SolverSection(Section):
@@ -258,6 +272,15 @@ class Scenario(FileSection):
         """
         with plugin_failures_named(self):
             return self._stated(self.task.judged)
+
+    def built(self) -> BuiltScene:
+        """The robot, what is around it, and the form of the model, built once for tasks that are judged one by one.
+
+        Raises:
+            ScenarioError: as :meth:`problem`.
+        """
+        with plugin_failures_named(self):
+            return self._stated(BuiltScene)
 
     def criteria_of(self, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
         """What a motion is judged by that is known already, with the quantities that are stored with it.

@@ -140,7 +140,31 @@ def test_a_scenario_file_states_the_same() -> None:
     assert result_of("solved")["solution"] == result_of("out")["solution"]
 
 
+def test_a_motion_that_is_too_fast_is_repaired_beside_the_other(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ("fast.csv", "--robot", "arm.toml", "--out", "out", "--no-plots", "--repair")
+    assert status(main, *arguments) == 0
+    said = capsys.readouterr().err
+    assert "slower all along by 1.5625: 0.9375 s, certified" in said
+    assert "timed anew on its path: 0.7013" in said
+    assert "repaired: 0.7013" in said
+    assert audit.main(["out", "--quiet"]) == 1
+    assert audit.main(["out-repaired", "--quiet"]) == 0
+    assert result_of("out-repaired")["solution"]["breakpoints"][-1] == pytest.approx(0.7013, abs=1e-3)
+    assert run("good.csv", "--robot", "arm.toml", "--out", "good", "--repair") == 0
+    assert not Path("good-repaired").exists()
+
+
+def test_where_time_does_not_help_it_is_said_what_would_have_to_move(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("cell.toml").write_text(OBSTACLE)
+    arguments = ("fast.csv", "--robot", "arm.toml", "--scene", "cell.toml", "--out", "out", "--no-plots", "--repair")
+    assert status(main, *arguments) == 1
+    said = capsys.readouterr().err
+    assert "time alone does not help; on this path would have to give way:\nclearance: link 2, obstacle 1, t = " in said
+    assert not Path("out-repaired").exists()
+
+
 WRONG = [
+    (["good.csv", "--robot", "arm.toml", "--json", "--repair"], "--repair: needs a run folder; say --out DIR too"),
     (["good.csv"], "good.csv: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf"),
     (["none.csv", "--robot", "arm.toml"], "none.csv: cannot be read: No such file or directory"),
     (["good.csv", "--robot", "panda"], "good.csv: task.positions: rows of 2 joints for a robot of 7"),

@@ -125,6 +125,35 @@ def test_a_scene_is_put_around_the_robot(in_an_empty_folder: None) -> None:
     same(plan, tp.certify((TIMES, q, v, a), scene="whole.toml"), 1e-6)
 
 
+def test_the_least_slowing_is_the_least() -> None:
+    q, v, a = states(times=np.linspace(0.0, 0.6, 9))
+    checked = tp.certify((np.linspace(0.0, 0.6, 9), q, v, a), ARM)
+    found = tp.repair(checked)
+    assert found.plan is found.retimed is not None and found.slowed is not None
+    assert found.slowed.certified and found.plan.certified
+    assert found.factor == pytest.approx(30.0 / 16.0 / 0.6 / 2.0, rel=1e-9)  # the largest speed over its limit
+    faster = checked.trajectory.time_scaled(found.factor * (1.0 - 1e-6))
+    assert not tp.certify(faster, ARM).certified
+    along = found.plan.trajectory.at(np.linspace(0.0, found.plan.duration, 501))
+    line = np.array([1.0, -0.4])
+    away = (along - q[0]) - np.outer((along - q[0]) @ line / (line @ line), line)
+    assert np.abs(away).max() < 1e-9  # on the same path
+    assert tp.repair(found.plan).plan is found.plan
+
+
+def test_corners_and_obstacles_are_no_matter_of_time() -> None:
+    q = states()[0]
+    corners = tp.repair(tp.certify((TIMES, q), ARM))
+    assert corners.slowed is None and corners.plan is corners.retimed is not None
+    assert corners.plan.certified
+    blocked = tp.repair(tp.certify((TIMES, *states()), ARM, obstacles=[tp.Ellipse((0.6, 0.6), (0.1, 0.1))]))
+    assert blocked.plan is None
+    [line] = blocked.to_move
+    assert line.startswith("clearance: link 2, obstacle 1, t = ")
+    depth = float(line.partition(", by ")[2].partition(" m")[0])
+    assert 0.05 < depth <= 0.1 + 1e-9  # the tip runs through the middle, or near
+
+
 def ruckig_motion() -> ruckig.Trajectory:
     given, found = ruckig.InputParameter(2), ruckig.Trajectory(2)
     given.current_position, given.target_position = [0.1, 0.3], [1.1, -0.1]

@@ -3,25 +3,39 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import get_args
 
+from problems import CertificateStatus
 from problems.motions import RowInterpolation
-from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
+from tpbso_casadi.cli.certificates import CertificateTable, add_row, print_certificates
+from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.options import (
     add_payload,
     add_robot,
     add_row_interpolation,
     defaulting,
+    figure_formats,
+    machine_group,
     path,
+    positive_int,
     problem_group,
 )
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
-from tpbso_casadi.facade.certifying import certified_scenario
-from tpbso_casadi.scenario import Scenario, ScenarioError, is_folder, named
+from tpbso_casadi.display.console import OutputConsole
+from tpbso_casadi.facade.certifying import certified_scenario, surrounding_scenario
+from tpbso_casadi.facade.certifying_many import Statement, certificates, trajectory_files
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.repairing import repair
+from tpbso_casadi.plain import as_json
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, in_words, is_folder, named
+from tpbso_casadi.storage import OutputError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -46,9 +60,9 @@ def parser() -> OneLineParser:
     )
     command_line.add_argument(
         "trajectory",
-        metavar="TRAJECTORY|RUN_FOLDER",
+        metavar="TRAJECTORY|RUN_FOLDER|FOLDER",
         help="rows as CSV (t,q1..qk,qd1..,qdd1.., or t and the names of joints) or NPZ; a JointTrajectory, "
-        "RobotTrajectory or DisplayTrajectory of ROS as YAML or JSON; a run folder",
+        "RobotTrajectory or DisplayTrajectory of ROS as YAML or JSON; a run folder; or a folder of such files",
     )
     problem = problem_group(command_line)
     add_robot(problem, "the scene's, or the run's own")
@@ -68,6 +82,20 @@ def parser() -> OneLineParser:
     )
     add_row_interpolation(problem, get_args(RowInterpolation), joined)
     add_payload(problem)
+    problem.add_argument(
+        "--repair",
+        action="store_true",
+        help="where it is not proven: run slower by the least factor, or its path timed anew, whichever is shorter and "
+        "proven, as a run of its own beside the other, DIR-repaired; else what would have to move; exit status 0 then "
+        "means that one of both is proven",
+    )
+    machine_group(command_line).add_argument(
+        "--processes",
+        type=positive_int,
+        default=1,
+        metavar="N",
+        help=defaulting("that share the trajectories of a folder", 1),
+    )
     add_output_options(command_line, "runs/TRAJECTORY-certified, none with --json")
     return command_line
 
@@ -75,12 +103,30 @@ def parser() -> OneLineParser:
 def certify(options: argparse.Namespace) -> int:
     """Judge the trajectory of the options, write and print the verdicts; returns the exit status."""
     trajectory = Path(options.trajectory)
+    if is_folder(options.trajectory) and not (trajectory / "result.json").exists():
+        return judge_folder(trajectory, options)
     scenario = stated(trajectory, options)
     name = f"{trajectory.resolve().stem}-certified"
     output = Output.of(options, partial(free_folder, name, scenario), title=name)
     output.check()
+    if options.repair and output.folder is None:
+        raise OutputError("--repair: needs a run folder; say --out DIR too")
     with named(options.trajectory):
-        return written(scenario, None, output, options)
+        status = written(scenario, None, output, options)
+        return repaired(scenario, name, options) if options.repair and status == Exit.INFEASIBLE else status
+
+
+def repaired(scenario: Scenario, name: str, options: argparse.Namespace) -> int:
+    """Repair a motion that is not proven, write and say what came of it; returns the exit status."""
+    found = repair(Plan(plan(scenario)))
+    console = OutputConsole(stderr=True, quiet=options.quiet)
+    for line in found.words:
+        console.say(line)
+    if found.plan is None:
+        return Exit.INFEASIBLE
+    place = Path(f"{options.out or Path('runs') / name}-repaired")
+    console.say(f"written to {found.plan.save(place, figures=figure_formats(options))}")
+    return Exit.FEASIBLE
 
 
 def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
@@ -89,3 +135,35 @@ def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
         raise ScenarioError(f"{trajectory}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
     task = {"interpolation": options.interpolation}
     return certified_scenario(trajectory, options.robot, task, scene=options.scene, payload=options.payload)
+
+
+def judge_folder(folder: Path, options: argparse.Namespace) -> int:
+    """Judge all trajectories of a folder, print and write their table; returns the exit status."""
+    if options.repair:
+        raise ScenarioError("--repair: of one trajectory; a folder of them is judged alone")
+    if options.robot is None and options.scene is None:
+        raise ScenarioError(f"{folder}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
+    files = trajectory_files(folder)
+    if not files:
+        raise ScenarioError(f"{folder}: holds no result.json, and no {in_words([f'*{ending}' for ending in READERS])}")
+    task = {} if options.interpolation is None else {"interpolation": options.interpolation}
+    statement = Statement(surrounding_scenario(options.robot, options.scene, options.payload), task)
+    place = Path(options.out or Path("runs") / f"{folder.resolve().name}-certified")
+    table = CertificateTable(place / "certificates.csv", statement)
+    table.check()
+    known = table.known(files)
+    judged = [known[file.name] for file in files if file.name in known]
+    left = [file for file in files if file.name not in known]
+    with table.growing(judged) as rows:
+        for certificate in certificates(statement, left, options.processes):
+            add_row(rows, certificate)
+            judged.append(certificate)
+    table.write(judged)
+    if options.json:
+        sys.stdout.write(as_json({"certificates": [asdict(each) for each in judged]}))
+    elif not options.quiet:
+        console = OutputConsole()
+        print_certificates(judged, console)
+        console.say(f"written to {table.path}")
+    proven = all(each.status == CertificateStatus.CERTIFIED for each in judged)
+    return Exit.FEASIBLE if proven else Exit.INFEASIBLE

@@ -1,0 +1,123 @@
+"""``tpbso certify FOLDER``: many trajectories at once, a table that is resumed, the same whatever the processes."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.running import refusal, status
+
+from tpbso_casadi.cli.commands.certify import main
+from tpbso_casadi.facade import certifying_many
+from tpbso_casadi.facade.certifying_many import Judge
+
+ARM = "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 2.0\nmax_acceleration = 10.0\n"
+
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
+
+@pytest.fixture(autouse=True)
+def folder(in_an_empty_folder: None) -> None:
+    Path("arm.toml").write_text(ARM)
+    Path("many").mkdir()
+    for name, seconds in (("a", 2.0), ("b", 0.5), ("c", 3.0)):
+        write_rows(f"many/{name}.csv", seconds)
+    Path("many/d.yaml").write_text("no: trajectory\n")
+    Path("many/notes.txt").write_text("not judged")
+
+
+def write_rows(name: str, seconds: float) -> None:
+    u = np.linspace(0.0, 1.0, 9)
+    shapes = 10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5, 30.0 * u**2 * (1.0 - u) ** 2 / seconds
+    table = np.column_stack([seconds * u, *(np.outer(shape, (1.0, -0.4)) for shape in shapes)])
+    np.savetxt(name, table, delimiter=",", header="t,q1,q2,qd1,qd2", comments="", fmt="%.17g")
+
+
+def run(*arguments: str) -> int:
+    return status(main, "many", "--robot", "arm.toml", "--out", "out", *arguments)
+
+
+def table(folder: str = "out") -> dict[str, dict[str, str]]:
+    with Path(folder, "certificates.csv").open(newline="") as file:
+        return {row["file"]: row for row in csv.DictReader(file)}
+
+
+def test_every_file_has_its_row(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run() == 1
+    rows = table()
+    assert {name: row["status"] for name, row in rows.items()} == {
+        "a.csv": "certified", "b.csv": "violated", "c.csv": "certified", "d.yaml": "unreadable",
+    }  # fmt: skip
+    assert float(rows["a.csv"]["duration"]) == 2.0
+    assert rows["b.csv"]["worst"].startswith("speed 3.75, limit 2 rad/s; joint 1, t = 0.25 s; first at ")
+    assert rows["b.csv"]["broken"] == "speed; acceleration"
+    assert rows["d.yaml"]["reason"].startswith("many/d.yaml: no JointTrajectory with joint_names and points is in it")
+    out = capsys.readouterr().out
+    assert out.startswith("2 certified, 1 violated, 1 unreadable\n")
+    assert out.index("b.csv") < out.index("a.csv")
+    for name in ("b.csv", "d.yaml"):
+        Path("many", name).unlink()
+    assert run("--quiet") == 0
+
+
+def test_what_was_judged_is_not_judged_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    judged: list[str] = []
+    motion = Judge.motion
+    monkeypatch.setattr(Judge, "motion", lambda self, file: (judged.append(file.name), motion(self, file))[1])
+    assert run("--quiet") == 1
+    before = table()
+    assert judged == ["a.csv", "b.csv", "c.csv", "d.yaml"]
+    text = Path("out/certificates.csv").read_text()
+    Path("out/certificates.csv").write_text(text[: text.index("c.csv") + 9])  # stopped while it was written
+    write_rows("many/a.csv", 1.8)
+    judged.clear()
+    assert run("--quiet") == 1
+    assert judged == ["a.csv", "c.csv", "d.yaml"]
+    assert table()["b.csv"] == before["b.csv"]
+    assert float(table()["a.csv"]["duration"]) == 1.8
+    judged.clear()
+    assert run("--payload", "0", "--interpolation", "cubic", "--quiet") == 1  # judged by something else
+    assert judged == ["a.csv", "b.csv", "c.csv", "d.yaml"]
+    capsys.readouterr()
+    assert run("--json") == 1
+    rows = json.loads(capsys.readouterr().out)["certificates"]
+    assert [row["file"] for row in rows] == ["a.csv", "b.csv", "c.csv", "d.yaml"]
+
+
+def test_the_robot_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    built = []
+    scenes = certifying_many.Scenario.built
+    monkeypatch.setattr(certifying_many.Scenario, "built", lambda self: (built.append(1), scenes(self))[1])
+    assert run("--quiet") == 1
+    assert built == [1]
+
+
+@pytest.mark.process
+def test_processes_change_nothing() -> None:
+    assert run("--quiet") == 1
+    assert run("--quiet", "--processes", "2", "--out", "two") == 1
+    for one, other in zip(table().values(), table("two").values(), strict=True):
+        assert one | {"seconds": ""} == other | {"seconds": ""}
+
+
+WRONG = [
+    (["many"], "many: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf"),
+    (["empty", "--robot", "arm.toml"], "empty: holds no result.json, and no *.csv, *.npz, *.json, *.yaml or *.yml"),
+    (["many", "--robot", "arm.toml", "--out", "arm.toml"], "arm.toml: arm.toml is a file, not a folder"),
+    (["many", "--robot", "none.toml"], "none.toml: cannot be read: No such file or directory"),
+    (["many", "--robot", "arm.toml", "--processes", "0"], "argument --processes: 0 is not positive"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "reason"), WRONG)
+def test_what_is_wrong_is_said_in_one_line(
+    arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("empty").mkdir()
+    line = refusal(capsys, main, *arguments)
+    assert line.startswith(reason), line

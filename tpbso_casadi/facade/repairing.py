@@ -1,0 +1,111 @@
+"""``tp.repair``: what makes a motion hold that was judged and is not proven: less haste, if that is all it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from problems import CertificateStatus, InvalidProblem, Verdict
+from problems.motions import JointPath
+from tpbso_casadi.facade.arguments import in_words_of_python
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.facade.surroundings import Content, around_tables, scenario_around
+from tpbso_casadi.planning import plan as plan_scenario
+from tpbso_casadi.scenario import ScenarioError, motion_table, pieces_table, shown
+
+LEAST_SLOWING = 1.0 + 1e-12  # relative: what is no slower is the same motion
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What became of a motion.
+
+    Attributes:
+        plan: the shortest motion that is proven, on the same path; the given one where that is; None where there is
+            none.
+        slowed: the motion as it is, run slower all along by the least factor with which the limits hold that time
+            restores, proven or not; None where no factor does.
+        factor: that of it.
+        retimed: its path in the least time, from rest to rest, proven or not; None where it cannot be timed.
+        to_move: where time alone does not help: what would have to be elsewhere, by how much, and when, a line each.
+        words: what was tried and what came of it, a line each.
+    """
+
+    plan: Plan | None
+    slowed: Plan | None = None
+    factor: float = 1.0
+    retimed: Plan | None = None
+    to_move: tuple[str, ...] = ()
+    words: tuple[str, ...] = field(default=(), repr=False)
+
+
+def repair(checked: Plan) -> Repair:
+    """Make a motion that was judged hold, by running it slower or by timing its path anew; its path stays.
+
+    Args:
+        checked: what :func:`certify` returned.
+
+    Raises:
+        ScenarioError: it is no plan of one motion.
+    """
+    if not isinstance(checked, Plan) or checked.stages:
+        raise ScenarioError(f"checked: what tp.certify returns is needed, not {shown(checked)}")
+    if checked.certified:
+        return Repair(checked, words=("nothing is to be repaired: all is proven",))
+    with in_words_of_python():
+        slowed, factor, said = _slowed(checked)
+        retimed, also_said = _attempt(
+            "timed anew on its path", lambda: _planned(checked, pieces_table(JointPath.of(checked.trajectory)))
+        )
+    proven = [plan for plan in (slowed, retimed) if plan is not None and plan.certified]
+    best = min(proven, key=lambda plan: plan.duration, default=None)
+    tried = [plan for plan in (slowed, retimed) if plan is not None] or [checked]
+    to_move = () if best is not None else _to_move(checked, min(tried, key=lambda plan: len(_failed(plan))))
+    return Repair(best, slowed, factor, retimed, to_move, (said, also_said, *_conclusion(checked, best, to_move)))
+
+
+def _slowed(checked: Plan) -> tuple[Plan | None, float, str]:
+    factor = checked.planned.criteria.safe_time_scale(checked.trajectory)
+    if not factor > LEAST_SLOWING:
+        return None, 1.0, "slower all along: no factor helps, as nothing that time restores is broken by its haste"
+    motion = checked.trajectory.time_scaled(factor)
+    plan, said = _attempt(f"slower all along by {factor:.6g}", lambda: _planned(checked, motion_table(motion)))
+    return plan, factor, said
+
+
+def _attempt(what: str, make: Callable[[], Plan]) -> tuple[Plan | None, str]:
+    """A plan and what is to be said of it; None where it cannot be made."""
+    try:
+        plan = make()
+    except (ScenarioError, InvalidProblem) as error:
+        return None, f"{what}: cannot be made, {error}"
+    names = ", ".join(verdict.name for verdict in _failed(plan))
+    return plan, f"{what}: {plan.duration:.6g} s, {plan.status}" + (f" ({names})" if names else "")
+
+
+def _planned(checked: Plan, task: Content) -> Plan:
+    """The motion of another task in the same surroundings."""
+    return Plan(plan_scenario(scenario_around(task, around_tables(checked.scenario.model_dump()), None)))
+
+
+def _failed(plan: Plan) -> list[Verdict]:
+    return [verdict for verdict in plan.verdicts if not verdict.satisfied]
+
+
+def _to_move(checked: Plan, tried: Plan) -> tuple[str, ...]:
+    """What is not proven of the given motion, nor of another one on its path: by how much, from when to when."""
+    still = {verdict.name for verdict in _failed(tried)}
+    spans = checked.motion.broken_spans
+    lines = []
+    for verdict in (verdict for verdict in _failed(checked) if verdict.name in still):
+        when = ", ".join(f"{start:.4g} to {end:.4g} s" for start, end in spans.get(verdict.name, []))
+        violated = verdict.status is CertificateStatus.VIOLATED
+        much = f"by {verdict.excess:.6g} {verdict.unit}" if violated else "by what could not be decided"
+        lines.append(f"{verdict.name}: {verdict.where}, {much}" + (f"; {when}" if when else ""))
+    return tuple(lines)
+
+
+def _conclusion(checked: Plan, best: Plan | None, to_move: tuple[str, ...]) -> tuple[str, ...]:
+    if best is not None:
+        return (f"repaired: {best.duration:.6g} s in place of {checked.duration:.6g} s, proven",)
+    return ("time alone does not help; on this path would have to give way:", *to_move)
