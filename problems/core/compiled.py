@@ -48,10 +48,7 @@ class CompiledCore(Core):
             *_whole_numbers(one.joint, one.first),
             *_numbers(one.weights, one.by_time, one.bound),
         ]
-        whole, squared = (
-            [*_whole_numbers(rows.first), *_numbers(rows.weights, rows.by_time, rows.bound, rows.price)]
-            for rows in (program.whole, squares)
-        )
+        whole, squared = map(_parts, (program.whole, squares))
         box = _numbers(program.lower, program.upper, *(() if program.cost is None else (program.cost,)))
         steps = self._library.core_program(
             reach, k, n, len(one.bound), *(part.ctypes.data for part in single),
@@ -61,6 +58,11 @@ class CompiledCore(Core):
             tau.ctypes.data,
         )  # fmt: skip
         return (x, float(tau[0])) if steps > 0 else None
+
+
+def _parts(rows: WholeRows) -> list[NDArray[Any]]:
+    """Of rows of all joints, as the core reads them."""
+    return [*_whole_numbers(rows.first), *_numbers(rows.weights, rows.by_time, rows.bound, rows.price)]
 
 
 def _whole_numbers(*parts: NDArray[np.intp]) -> list[NDArray[np.int32]]:

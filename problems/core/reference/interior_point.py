@@ -263,7 +263,7 @@ class Squares:
         if self.none:
             return np.zeros_like(y)
         away = self._weight * self._away(y)
-        return np.append(self._transposed @ away, _sum(self._block.by_time, away))
+        return np.append(np.asarray(self._transposed @ away), _sum(self._block.by_time, away))
 
     def value(self, y: FloatArray) -> float:
         """The half sum."""
@@ -274,7 +274,7 @@ class Squares:
         if not self.none:
             self._block.add_squares(self._weight, band)
             by_time = self._weight * self._block.by_time
-            border += np.append(self._transposed @ by_time, _sum(self._block.by_time, by_time))
+            border += np.append(np.asarray(self._transposed @ by_time), _sum(self._block.by_time, by_time))
 
 
 @dataclass(frozen=True, eq=False)
