@@ -340,7 +340,7 @@ class WeightedSum(Parametric, Objective):
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
         """The sum of theirs."""
-        return np.sum([weight * objective.lower_bound(moves) for weight, objective in self.terms], axis=0)
+        return np.asarray(np.sum([weight * objective.lower_bound(moves) for weight, objective in self.terms], axis=0))
 
     def integrand(self, samples: Samples) -> Integrand | None:
         """The weighted sum of theirs; None where one of them does not know."""
