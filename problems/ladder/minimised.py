@@ -167,9 +167,9 @@ def _mapped(function: ca.Function, *arguments: FloatArray) -> list[FloatArray]:
     found = [np.empty((n, function.numel_out(number))) for number in range(function.n_out())]
     buffer, evaluate = mapped.buffer()
     for number, part in enumerate(given):
-        buffer.set_arg(number, memoryview(part))  # type: ignore[arg-type, call-arg]
+        buffer.set_arg(number, part.data)  # type: ignore[call-arg]
     for number, part in enumerate(found):
-        buffer.set_res(number, memoryview(part))  # type: ignore[arg-type, call-arg]
+        buffer.set_res(number, part.data)  # type: ignore[call-arg]
     evaluate()
     return found
 
