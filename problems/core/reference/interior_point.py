@@ -249,7 +249,7 @@ class Squares:
         )
         self._weight = rows.price[order]
         columns, m = self._block.columns, len(order)
-        matrix = csr_array(
+        matrix = scipy.sparse.csr_array(
             (self._block.weights.ravel(), (np.repeat(np.arange(m), columns.shape[1]), columns.ravel())),
             shape=(m, len(box.low) - 1),
         )
