@@ -1,7 +1,15 @@
 """Everything put together: a statement, a motion, an encoding, limits and an objective make a problem."""
 
 from problems.assembly.criteria import Criteria, Stage, joint_following, recorded_motion
-from problems.assembly.encoding import Decoded, Encoding, FeasibilityFirst, PaperCost, SearchedTimeScale, Variable
+from problems.assembly.encoding import (
+    LARGEST_TIME_SCALE,
+    Decoded,
+    Encoding,
+    FeasibilityFirst,
+    PaperCost,
+    SearchedTimeScale,
+    Variable,
+)
 from problems.assembly.path_timing import GRID_ALLOWANCE, LocalTimeScale, PathTiming, step_limits
 from problems.assembly.problem import Approach, Model, Problem, objective_named
 from problems.assembly.sample_loop import PLACES, CostSteps, peak_loop, statements_of
@@ -9,6 +17,7 @@ from problems.assembly.sequence import SequenceCriteria
 
 __all__ = [
     "GRID_ALLOWANCE",
+    "LARGEST_TIME_SCALE",
     "PLACES",
     "Approach",
     "CostSteps",

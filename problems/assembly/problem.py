@@ -115,8 +115,8 @@ class Problem(Criteria, ABC, Generic[P]):
 
     @property
     def least_bound(self) -> float:
-        """No motion between postures that are looked at takes less, s; 0 where nothing is known, by default."""
-        return 0.0
+        """A lower bound of the objective between postures that are looked at; minus infinity where none is known."""
+        return -np.inf
 
     @property
     def is_descended(self) -> bool:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.core.description import RobotNumbers, described
 from problems.core.interface import Core, CoreWorld, Kept, Moving, Nearby, ProofAsked, ProofFound, Search
-from problems.core.rows import ProgramData
+from problems.core.rows import ProgramData, WholeRows
 from problems.robots import Bounds, SpatialArm, Steps
 
 MOST_STOPS = 1_000  # postures of a way for which there is room at first
@@ -39,25 +39,30 @@ class CompiledCore(Core):
         return CompiledSteps(self._library, geometry)
 
     def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
-        """The solution of a linear program."""
+        """The solution of a program."""
         n, k = program.lower.shape
         x, tau = np.empty((n, k)), np.empty(1)
-        one, every = program.single, program.whole
+        one, reach = program.single, program.single.weights.shape[1]
+        squares = WholeRows.none(reach, k) if program.squares is None else program.squares
         single: list[NDArray[Any]] = [
             *_whole_numbers(one.joint, one.first),
             *_numbers(one.weights, one.by_time, one.bound),
         ]
-        whole: list[NDArray[Any]] = [
-            *_whole_numbers(every.first),
-            *_numbers(every.weights, every.by_time, every.bound, every.price),
-        ]
+        whole, squared = map(_parts, (program.whole, squares))
         box = _numbers(program.lower, program.upper, *(() if program.cost is None else (program.cost,)))
         steps = self._library.core_program(
-            one.weights.shape[1], k, n, len(one.bound), *(part.ctypes.data for part in single),
-            len(every.bound), *(part.ctypes.data for part in whole), *(part.ctypes.data for part in box),
-            *((None,) if program.cost is None else ()), *program.times, x.ctypes.data, tau.ctypes.data,
+            reach, k, n, len(one.bound), *(part.ctypes.data for part in single),
+            len(program.whole.bound), *(part.ctypes.data for part in whole),
+            len(squares.bound), *(part.ctypes.data for part in squared), *(part.ctypes.data for part in box),
+            *((None,) if program.cost is None else ()), program.time_cost, *program.times, x.ctypes.data,
+            tau.ctypes.data,
         )  # fmt: skip
         return (x, float(tau[0])) if steps > 0 else None
+
+
+def _parts(rows: WholeRows) -> list[NDArray[Any]]:
+    """Of rows of all joints, as the core reads them."""
+    return [*_whole_numbers(rows.first), *_numbers(rows.weights, rows.by_time, rows.bound, rows.price)]
 
 
 def _whole_numbers(*parts: NDArray[np.intp]) -> list[NDArray[np.int32]]:

@@ -57,7 +57,17 @@ SIGNATURES = {
         (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, *(POINTER,) * 3, COUNT, POINTER),
     ),
     "core_reach": (None, (*(POINTER,) * 4, COUNT, POINTER, POINTER, COUNT, COUNT, POINTER, POINTER)),
-    "core_program": (COUNT, (*(COUNT,) * 4, *(POINTER,) * 5, COUNT, *(POINTER,) * 8, NUMBER, NUMBER, *(POINTER,) * 2)),
+    "core_program": (
+        COUNT,
+        (
+            *(COUNT,) * 4,
+            *(POINTER,) * 5,
+            *(COUNT, *(POINTER,) * 5) * 2,
+            *(POINTER,) * 3,
+            *(NUMBER,) * 3,
+            *(POINTER,) * 2,
+        ),
+    ),
 }
 
 

@@ -1,4 +1,4 @@
-"""Linear programs: of control points and a change of the duration by the core, any of them by HiGHS."""
+"""Programs of control points and a change of the duration by the core, linear ones by HiGHS as well."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class LinearProgram(ProgramData):
         return core().minimised(self)
 
     def by_highs(self) -> tuple[FloatArray, float] | None:
-        """The same by HiGHS, which is accurate to each number, not to a share of the sum."""
+        """The same by HiGHS, which is accurate to each number, not to a share of the sum; where it is linear."""
         n, k = self.lower.shape
         one, all_ = self.single, self.whole
         wide, first, soft = one.weights.shape[1], n * k, np.flatnonzero(np.isfinite(all_.price))
@@ -71,7 +71,10 @@ class LinearProgram(ProgramData):
         matrix = scipy.sparse.csr_array(
             (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(m + p, width)
         )
-        costs = np.concatenate([np.zeros(first) if self.cost is None else self.cost.ravel(), [1.0], all_.price[soft]])
+        costs = np.concatenate([
+            np.zeros(first) if self.cost is None else self.cost.ravel(), [self.time_cost],
+            all_.price[soft],
+        ])  # fmt: skip
         box = np.concatenate([
             np.column_stack([self.lower.ravel(), self.upper.ravel()]), [self.times],
             np.column_stack([np.zeros(soft.size), np.full(soft.size, np.inf)]),

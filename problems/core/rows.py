@@ -1,4 +1,4 @@
-"""Rows and bounds of linear programs of control points and a change of the duration.
+"""Rows and bounds of programs of control points and a change of the duration.
 
 A row touches a few neighbouring control points: those of one joint, or of all.
 """
@@ -43,7 +43,7 @@ class WholeRows:
         weights: (m, w, k).
         by_time: (m,).
         bound: (m,).
-        price: of each sigma, (m,).
+        price: of each sigma, (m,); of squares their weights.
     """
 
     first: NDArray[np.intp]
@@ -70,7 +70,9 @@ def joined(parts: Sequence[R]) -> R:
 
 @dataclass(frozen=True, eq=False)
 class ProgramData:
-    """What a linear program says: minimise tau, what is paid, and the cost of control points.
+    """What a program says: minimise what tau and control points cost, what is paid, and half the squares.
+
+    It is linear where there are no squares, else convex and quadratic.
 
     Attributes:
         single: rows of one joint each; of ``w`` control points, 2, 4 or 5.
@@ -79,6 +81,8 @@ class ProgramData:
         upper: likewise.
         times: bounds of tau.
         cost: of the control points, (n, k); none where None.
+        time_cost: of tau.
+        squares: rows of all joints whose differences from their bounds are squared and weighted; none where None.
     """
 
     single: SingleRows
@@ -87,3 +91,5 @@ class ProgramData:
     upper: FloatArray
     times: tuple[float, float]
     cost: FloatArray | None = None
+    time_cost: float = 1.0
+    squares: WholeRows | None = None

@@ -1,9 +1,10 @@
-"""Least time among obstacles, what costs least first: direct, at the bound, polished from ways that were found."""
+"""Motions among obstacles, what costs least first: direct, at a bound, polished from ways that were found."""
 
 from problems.ladder.climb import GOOD_ENOUGH, Climb, gentler, joint_box
 from problems.ladder.descent import DeviationPolish
 from problems.ladder.deviation import Deviations, Rates
 from problems.ladder.goals import postures_around
+from problems.ladder.minimised import Integrals, Minimised
 from problems.ladder.own_limits import OwnLimits
 from problems.ladder.passages import Passages, postures_on_the_way
 from problems.ladder.rephasing import at_the_bound, everywhere
@@ -13,6 +14,8 @@ __all__ = [
     "Climb",
     "DeviationPolish",
     "Deviations",
+    "Integrals",
+    "Minimised",
     "OwnLimits",
     "Passages",
     "Rates",

@@ -1,4 +1,4 @@
-"""From a start to a goal in the least time: ways that were found, polished, proven, the best of a few."""
+"""From a start to a goal in the best way: ways that were found, polished, proven, the best of a few."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from problems.base import FloatArray
 from problems.core import Schedule, World
 from problems.ladder.descent import DeviationPolish, Reached
 from problems.ladder.deviation import Deviations, direct_motion
+from problems.ladder.minimised import Minimised
 from problems.ladder.own_limits import OwnLimits
 from problems.ladder.passages import Passages
 from problems.limits import looks
@@ -30,9 +31,11 @@ FIRST_PROGRAMS, MORE_PROGRAMS = 25, 6
 WAYS, MOST_WAYS = 10, 40  # by RRT-Connect, besides the straight one; where none leads to a motion
 FEW_WAYS = 3  # to one of several goals, where a motion to another is known
 MOST_FAILED = 2  # searches for a way: there is probably none
-AGREED, SAME = 2, 1.002  # so many ways lead to the same duration, about: no other is tried
+AGREED, SAME = 2, 1.002  # so many ways lead to motions that are worth the same, about: no other is tried
+SAME_WAY = 6  # digits of control points in rad that two ways have in common that are one
+BEND = 0.7  # rad, the standard deviation of how far a way is bent
 LOOKS, ENDS, GENTLEST = 200, 0.1, 2.0  # of the direct motion: times, share of it at either end, time scale
-GOOD_ENOUGH = 1.002  # of the bound: what is as fast needs no other beginning
+GOOD_ENOUGH = 1.002  # of the bound: what is as good needs no other beginning
 LONGER, LONG, LONGEST = (
     1.25,
     5.0,
@@ -103,6 +106,7 @@ class Climb:
     Args:
         world: the robot and what is around.
         motions: between the two.
+        minimised: of these.
         box: lower and upper bounds of what is tried, (2, dof), rad.
         torques: of the robot; None where they are not limited.
         own: limits that are expressions; None where there are none.
@@ -114,6 +118,7 @@ class Climb:
 
     world: World
     motions: Deviations
+    minimised: Minimised
     box: FloatArray
     torques: JointTorques | None = None
     own: OwnLimits | None = None
@@ -138,19 +143,31 @@ class Climb:
         return np.stack([self.motions.start, *self.through, self.motions.goal])
 
     def _ways(self, seed: int) -> Iterator[Way]:
-        """What to begin with: the straight way, then ways that were found."""
+        """What to begin with: the straight way, then ways that were found.
+
+        Where the nearest of several best motions need not be the best of all, one of two is the straight way bent.
+        """
         straight = np.zeros((self.motions.free, self.motions.dof))
         fitted = self.motions.fitted(self._stops) if len(self.through) else straight
         yield Way(fitted, self.motions.direct.duration)
-        failed, runs = 0, self._runs
+        failed, runs, rng = 0, self._runs, np.random.default_rng(seed)
         for number in range(MOST_WAYS):
             run = runs[number % len(runs)] if runs else Run(0.0, self.motions.direct.duration)
+            if self.minimised.has_several:
+                yield Way(self._bent(fitted, rng), run.end)
             path = self._connected(MOST_WAYS * seed + number, run)
             failed += path is None
             if path is not None:
                 yield Way(self.motions.fitted(path, run.begin / run.end), run.end)
             elif failed >= max(MOST_FAILED, len(runs)):
                 return
+
+    def _bent(self, x: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """A way moved sideways, most in the middle, within the box."""
+        u = self.motions.parameters()
+        theta = self.motions.postures(u).values(self.motions.padded(x))
+        bend = 4.0 * (u * (1.0 - u))[:, None] * rng.normal(0.0, BEND, self.motions.dof)
+        return x + self.motions.fit @ (np.clip(theta + bend, *self.box) - theta)
 
     @cached_property
     def _runs(self) -> list[Run]:
@@ -182,32 +199,37 @@ class Climb:
         return np.concatenate(parts)
 
     def __call__(self, seed: int, to_beat: float = np.inf) -> Trajectory | None:
-        """The fastest motion that was proven to be clear; None where there is none that beats a duration in s.
+        """The best motion that was proven to be clear; None where there is none that beats a value of the objective.
 
         Where no other motion is known, it goes on without time until there is one.
         """
         best: Reached | None = None
-        durations: list[float] = []
+        to_beat *= self.minimised.scale
+        values: list[float] = []
+        known: dict[tuple[bytes, float], Reached | None] = {}  # what ways lead to, some of which are the same
         for number, way in enumerate(self._ways(seed)):
             if number > self._most(best is not None, to_beat):
                 break
-            limit = to_beat if best is None else min(to_beat, best.duration)
-            found = self._proven(way, limit, self.running_out if limit < np.inf else never)
-            durations += [] if found is None else [found.duration]
-            if found is not None and found.duration < limit:
+            limit = to_beat if best is None else min(to_beat, best.value)
+            key = (np.round(way.x, SAME_WAY) + 0.0).tobytes(), way.duration
+            if key not in known:
+                known[key] = self._proven(way, limit, self.running_out if limit < np.inf else never)
+            found = known[key]
+            values += [] if found is None else [found.value]
+            if found is not None and found.value < limit:
                 best = found
-            if best is not None and best.duration <= GOOD_ENOUGH * self.motions.bound:
+            if best is not None and best.value <= GOOD_ENOUGH * self.minimised.bound:
                 break
             if best is not None and self.running_out():
                 break
-            if sum(each <= SAME * min(durations) for each in durations) >= AGREED:
+            if sum(each <= SAME * min(values) for each in values) >= AGREED:
                 break
         return None if best is None else self._made(best)
 
     def _made(self, reached: Reached) -> Trajectory:
-        """The motion, as long as it has to be where obstacles move."""
-        at_least = reached.duration if self.world.moves else 0.0
-        return self.motions.trajectory(reached.x, reached.duration, at_least)
+        """The motion, as long as it has to be where obstacles move or that is chosen."""
+        chosen = self.world.moves or self.minimised.chooses_duration
+        return self.motions.trajectory(reached.x, reached.duration, reached.duration if chosen else 0.0)
 
     def _is_clear(self, trajectory: Trajectory) -> bool:
         """Whether a motion is proven to be, and the goal after it."""
@@ -229,14 +251,16 @@ class Climb:
     def _proven(self, way: Way, to_beat: float, running_out: Callable[[], bool] = never) -> Reached | None:
         """What a polish makes of a beginning, mended where it comes too near between the postures looked at."""
         polish = DeviationPolish(
-            self.motions, self.world, self._spare, self.motions.parameters(), self.torques, self.own, self.passages,
-            running_out, self.stay,
+            self.motions, self.minimised, self.world, self._spare, self.motions.parameters(), self.torques, self.own,
+            self.passages, running_out, self.stay,
         )  # fmt: skip
         x, near = polish.kept(way.x), way.duration
+        if self.minimised.chooses_duration and not self.world.moves:
+            near = self.minimised.best_duration(x, self.motions.least_duration(x, near))
         for number in range(MENDED + 1):
             programs = MORE_PROGRAMS if number else FIRST_PROGRAMS
             reached = self._passing(polish, polish(x, to_beat, programs, near))
-            if reached is None or reached.duration > SAME * to_beat or not reached.is_clear:
+            if reached is None or reached.value > SAME * to_beat or not reached.is_clear:
                 return None
             between = polish.between(reached.x, reached.duration)
             if not between.size and self._is_clear(self._made(reached)):

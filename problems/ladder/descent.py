@@ -1,8 +1,9 @@
-"""The polish: from one motion to a faster one that keeps clear, by one linear program after the other.
+"""The polish: from one motion to a better one that keeps clear, by one program after the other.
 
-Each program is linear in the control points and in the duration, around the motion that is known: limits of speed,
-acceleration and jerk are linear in the first already, clearances are to first order, and so are torques. It pays for
-clearance that is missing, so that a motion through an obstacle is a beginning as good as any other.
+The rows of each program are linear in the control points and in the duration, around the motion that is known: limits
+of speed, acceleration and jerk are linear in the first already, clearances are to first order, and so are torques. It
+pays for clearance that is missing, so that a motion through an obstacle is a beginning as good as any other. What is
+minimised is linear as well where that is the duration, else convex and quadratic.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
 from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
+from problems.ladder.minimised import Minimised, Nearly
 from problems.ladder.own_limits import OwnLimits
 from problems.ladder.passages import PASSAGE_PRICE, Passage, Passages
 from problems.limits import looks
@@ -24,7 +26,6 @@ from problems.sequential import JointTorques
 
 CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing
 FIRST_TRUST, LEAST_TRUST, LARGEST_TRUST = 0.25, 2e-3, 0.4  # rad, how far a control point may move
-FASTER, SLOWER = 0.4, 1.0  # shares of the duration that a program may save or add
 GROWS, SHRINKS = 2.0, 0.35
 GOOD, POOR = 0.6, 0.15  # shares of the promised gain
 PROGRAMS = 25
@@ -59,7 +60,8 @@ class Reached:
 
     Attributes:
         x: free control points, (free, k), rad.
-        duration: the least that its joints' limits allow, s.
+        duration: the least that its joints' limits allow, or a longer one that is better, s.
+        value: what is minimised, s.
         near: what comes near in its postures.
         own: own limits in its postures, and by how much of what is kept there they miss it, (n, m), of the scale.
         passages: where it comes nearest to the places on its way.
@@ -70,6 +72,7 @@ class Reached:
 
     x: FloatArray
     duration: float
+    value: float
     near: Nearby
     own: FloatArray
     passages: list[Passage]
@@ -79,19 +82,20 @@ class Reached:
     @property
     def cost(self) -> float:
         """What programs minimise, s."""
-        return self.duration + CLEARANCE_PRICE * self.missing
+        return self.value + CLEARANCE_PRICE * self.missing
 
     def better_than(self, other: Reached) -> bool:
-        """Clear, and faster."""
+        """Clear, and worth less."""
         return (not self.is_clear, self.cost) < (not other.is_clear, other.cost)
 
 
 @dataclass(frozen=True, eq=False)
 class DeviationPolish:
-    """Sequential linear programs.
+    """Sequential programs, linear or convex and quadratic.
 
     Args:
         motions: among which the best is sought.
+        minimised: of them.
         world: what is around, and the robot.
         spare: kept of obstacles and of each other on top of what must be, where postures are looked at, m, (2,).
         u: parameters of these postures, (n,).
@@ -103,6 +107,7 @@ class DeviationPolish:
     """
 
     motions: Deviations
+    minimised: Minimised
     world: World
     spare: FloatArray
     u: FloatArray
@@ -194,7 +199,8 @@ class DeviationPolish:
             if self._done(best, number, to_beat) or self.running_out():
                 break
             own, passed = self._own_rows(best, trust), self._passed_rows(best)
-            step = self._program(best, trust, own, passed).solved()
+            nearly = self.minimised.nearly(best.x, best.duration)
+            step = self._program(best, trust, nearly, own, passed).solved()
             if step is None:
                 trust *= SHRINKS
                 if trust < LEAST_TRUST:
@@ -202,15 +208,15 @@ class DeviationPolish:
                 continue
             change, saved = step[0], -step[1]
             other = self._stepped(best.x + change, min(GROWS * trust, LARGEST_TRUST), best.duration - saved)
-            gain, promised = best.cost - other.cost, self._promised(best, change, saved, own, passed)
+            gain, promised = best.cost - other.cost, self._promised(best, change, saved, nearly, own, passed)
             if gain > 0.0:
                 share = gain / max(promised, gain, 1e-12)
-                idle = idle + 1 if gain < LEAST_GAIN * best.duration else 0
+                idle = idle + 1 if gain < LEAST_GAIN * abs(best.value) else 0
                 trust = min(trust * (GROWS if share > GOOD else SHRINKS if share < POOR else 1.0), LARGEST_TRUST)
                 best = other
             else:
                 trust *= SHRINKS
-            if idle == PATIENCE or trust < LEAST_TRUST or promised < LEAST_GAIN * best.duration * 0.1:
+            if idle == PATIENCE or trust < LEAST_TRUST or promised < LEAST_GAIN * abs(best.value) * 0.1:
                 break
         return best
 
@@ -230,7 +236,7 @@ class DeviationPolish:
         return x + self.motions.fit @ (self.own.projected(theta, self.own_spare) - theta)
 
     def _done(self, best: Reached, number: int, to_beat: float) -> bool:
-        if best.is_clear and best.duration <= AT_BOUND * self.motions.bound:
+        if best.is_clear and best.value <= AT_BOUND * self.minimised.bound:
             return True
         return number >= HOPELESS_AFTER and best.cost > HOPELESS * to_beat
 
@@ -260,7 +266,8 @@ class DeviationPolish:
         Args:
             x: control points.
             trust: how far they may move next.
-            near: where an end moves, the duration that is looked for is near this one; where obstacles do, no less.
+            near: the duration that is wanted, where that may be chosen; where an end moves, one that is near this;
+                where obstacles do, no less.
         """
         duration = self.motions.least_duration(x, near, near if self.world.moves else 0.0)
         padded = self.motions.padded(x, duration)
@@ -271,21 +278,24 @@ class DeviationPolish:
         own = np.empty((0, 0))
         if self.own is not None:
             duration *= max(1.0, self.own.time_scale(_state_of(self._own_moving, padded, duration)))
-            own = self.own.values(_state_of(self._own_moving, padded, duration)) + self.own_spare
+        duration = self.minimised.duration(duration, near)
         padded = self.motions.padded(x, duration)
+        if self.own is not None:
+            own = self.own.values(_state_of(self._own_moving, padded, duration)) + self.own_spare
         below, times = self.spare.max() + self.reach(trust), self._times(duration)
         errors = self._errors(self._rates, padded, duration)
         nearby = self.world.nearby(self._postures.values(padded), below, times, errors)
         kept = self.spare[nearby.own.astype(int)]
         lacking, outside = kept - nearby.rooms, self._outside(padded)
         is_clear = outside == 0.0 and bool((lacking <= (1.0 - ENOUGH) * kept).all())
+        is_clear = is_clear and self.minimised.in_time(duration)
         is_clear = is_clear and bool((own <= (1.0 - ENOUGH) * self.own_spare + OWN_ROUNDING).all())
         missing = float(np.maximum(lacking, 0.0).sum()) + RANGE_PRICE / CLEARANCE_PRICE * outside
         missing += OWN_PRICE / CLEARANCE_PRICE * float(np.maximum(own, 0.0).sum())
         passages = [] if self.passages is None else self.passages.nearest(padded)
         if self.passages is not None:
             missing += PASSAGE_PRICE / CLEARANCE_PRICE * self.passages.missing(passages)
-        return Reached(x, duration, nearby, own, passages, missing, is_clear)
+        return Reached(x, duration, self.minimised.value(x, duration), nearby, own, passages, missing, is_clear)
 
     def _outside(self, padded: FloatArray) -> float:
         """By how much angles are out of the joints' ranges, together, rad."""
@@ -301,7 +311,13 @@ class DeviationPolish:
         return _state_of(self._moving, padded, duration)
 
     def _promised(
-        self, around: Reached, change: FloatArray, saved: float, own: WholeRows | None, passed: WholeRows | None
+        self,
+        around: Reached,
+        change: FloatArray,
+        saved: float,
+        nearly: Nearly,
+        own: WholeRows | None,
+        passed: WholeRows | None,
     ) -> float:
         """What a program promises to save, s, with what it leaves missing itself: clearance, own limits, places."""
         near = around.near
@@ -312,7 +328,8 @@ class DeviationPolish:
         )  # fmt: skip
         left = self.spare[near.own.astype(int)] - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
         left += near.rates * self._passed[near.samples] * saved
-        gained = saved + CLEARANCE_PRICE * (around.missing - float(np.maximum(left, 0.0).sum()))
+        gained = -nearly.change(self.motions.changed(change, -saved), -saved)
+        gained += CLEARANCE_PRICE * (around.missing - float(np.maximum(left, 0.0).sum()))
         if own is not None:
             padded = self.motions.changed(change, -saved)[own.first[:, None] + AT_REST + np.arange(4)]
             moved = np.einsum("mak,mak->m", own.weights, padded) - own.by_time * saved
@@ -321,9 +338,11 @@ class DeviationPolish:
             gained -= PASSAGE_PRICE * self.passages.left(passed, change)
         return gained
 
-    def _program(self, around: Reached, trust: float, own: WholeRows | None, passed: WholeRows | None) -> LinearProgram:
+    def _program(
+        self, around: Reached, trust: float, nearly: Nearly, own: WholeRows | None, passed: WholeRows | None
+    ) -> LinearProgram:
         motions, longest = self.motions, self._longest(trust)
-        faster, slower = min(FASTER * around.duration, longest), min(SLOWER * around.duration, longest)
+        faster, slower = (min(share, longest) for share in self.minimised.reach(around.duration, trust))
         padded = motions.padded(around.x, around.duration)
         parts = [
             self._limit(rows, bound, padded, around.duration, trust, faster)
@@ -335,7 +354,9 @@ class DeviationPolish:
         whole = [self._clearances(around, trust), *self._torques(padded, around.duration)]
         whole += [rows for rows in (own, passed) if rows is not None]
         single, every = motions.with_ends(joined(parts)), motions.with_ends(joined(whole))
-        return LinearProgram(single, every, -box, box, (least, slower))
+        squares = None if nearly.squares is None else motions.with_ends(nearly.squares)
+        cost, time_cost = motions.cost_with_ends(nearly.cost, nearly.time_cost)
+        return LinearProgram(single, every, -box, box, (least, slower), cost, time_cost, squares)
 
     def _limit(
         self, rows: JointRows, bound: FloatArray, padded: FloatArray, duration: float, trust: float, faster: float

@@ -223,6 +223,12 @@ class Deviations:
         moved = (rows.weights * points).sum(axis=tuple(range(1, rows.weights.ndim)))
         return replace(rows, by_time=rows.by_time + moved)
 
+    def cost_with_ends(self, cost: FloatArray | None, time_cost: float) -> tuple[FloatArray | None, float]:
+        """Costs of free control points, (free, k), and of the duration, by those of all, (pieces + 3, k)."""
+        if cost is None:
+            return None, time_cost
+        return cost[AT_REST:-AT_REST], time_cost + float((cost * self.at_ends).sum())
+
     def _base(self, u: FloatArray, order: int) -> FloatArray:
         """Derivatives of the direct motion by u, (m, k)."""
         return self.direct.at(u * self.direct.duration, order) * self.direct.duration**order

@@ -2,10 +2,19 @@
 
 from problems.objectives.catalogue import Energy, ExecutionTime, JointRotation, TipTravel, Work
 from problems.objectives.expression import ExpressionObjective
-from problems.objectives.objective import MotionBounds, Objective, WeightedSum
+from problems.objectives.integrals import Integrand
+from problems.objectives.objective import DirectMoves, MotionBounds, Objective, WeightedSum
 
 OBJECTIVES: dict[str, Objective] = {
     objective.name: objective for objective in (ExecutionTime(), JointRotation(), TipTravel(), Energy(), Work())
 }
 
-__all__ = ["OBJECTIVES", "ExpressionObjective", "MotionBounds", "Objective", "WeightedSum"]
+__all__ = [
+    "OBJECTIVES",
+    "DirectMoves",
+    "ExpressionObjective",
+    "Integrand",
+    "MotionBounds",
+    "Objective",
+    "WeightedSum",
+]

@@ -10,7 +10,8 @@ import numpy as np
 
 from problems.base import FloatArray, Matrix, as_array, total
 from problems.motions import Samples, Trajectory
-from problems.objectives.objective import MotionBounds, Objective, integral, usual_state
+from problems.objectives.integrals import Integrand, integral
+from problems.objectives.objective import DirectMoves, MotionBounds, Objective, usual_state
 from problems.robots import Robot
 
 
@@ -23,6 +24,7 @@ class ExecutionTime(Objective):
     unit: ClassVar[str] = "s"
     sooner_is_better: ClassVar[bool] = True
     is_duration: ClassVar[bool] = True
+    direct_is_least: ClassVar[bool] = True
 
     def terminal(self, duration: Matrix) -> Matrix:
         """The duration itself."""
@@ -36,6 +38,14 @@ class ExecutionTime(Objective):
         """The longest duration."""
         return bounds.duration
 
+    def lower_bound(self, moves: DirectMoves) -> FloatArray:
+        """The least duration."""
+        return moves.durations
+
+    def integrand(self, samples: Samples) -> Integrand:
+        """Nothing besides."""
+        return Integrand()
+
 
 class JointRotation(Objective):
     """(9), (20): sum over joints and time steps of the absolute angular displacement; rad.
@@ -44,6 +54,7 @@ class JointRotation(Objective):
     """
 
     name: ClassVar[str] = "rotation"
+    direct_is_least: ClassVar[bool] = True
     symbol: ClassVar[str] = "F_q"
     equation: ClassVar[str] = "(9)"
     unit: ClassVar[str] = "rad"
@@ -63,6 +74,14 @@ class JointRotation(Objective):
     def upper_bound(self, bounds: MotionBounds) -> float:
         """How far all joints together can turn."""
         return bounds.rotation
+
+    def lower_bound(self, moves: DirectMoves) -> FloatArray:
+        """How far they have to."""
+        return moves.rotations
+
+    def integrand(self, samples: Samples) -> Integrand:
+        """The absolute values of the joints' speeds."""
+        return Integrand(lengths=tuple(ca.horzsplit(samples.speed)))
 
     def slack_count(self, robot: Robot, steps: int) -> int:
         """One for each joint and step."""
@@ -132,6 +151,17 @@ class TipTravel(Objective):
         """The tip moves no farther than the farthest it can be from the base times what the joints turn."""
         return bounds.radius * bounds.rotation
 
+    def lower_bound(self, moves: DirectMoves) -> FloatArray:
+        """The straight line."""
+        return moves.distances
+
+    def integrand(self, samples: Samples) -> Integrand:
+        """The tip's velocity."""
+        robot = samples.moving
+        theta, rates = ca.SX.sym("theta", robot.dof), ca.SX.sym("rates", robot.dof)
+        velocity = ca.Function("velocity", [theta, rates], [ca.jtimes(robot.tool(theta.T).T, theta, rates)])
+        return Integrand(lengths=(velocity(samples.theta.T, samples.speed.T).T,))
+
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The same with corners rounded off by ``SMOOTHING_LENGTH``."""
         before, after = samples.steps
@@ -151,18 +181,26 @@ class TorqueIntegral(Objective):
     is_integral: ClassVar[bool] = True
 
     @abstractmethod
-    def rate(self, torque: Matrix, speed: Matrix) -> Matrix:
-        """What is integrated, of each joint, (n, dof); not negative.
+    def of_joints(self, torque: Matrix, speed: Matrix) -> Integrand:
+        """What is integrated, a column for each joint; not negative.
 
         Args:
             torque: (n, dof), N m or N.
             speed: (n, dof), rad/s or m/s.
         """
 
+    def integrand(self, samples: Samples) -> Integrand:
+        """Of the joints of a motion."""
+        return self.of_joints(samples.torque, samples.derivative_or_zero(1))
+
+    def lower_bound(self, moves: DirectMoves) -> FloatArray:
+        """Nothing."""
+        return np.zeros_like(moves.durations)
+
     def at(self, samples: Samples) -> Matrix:
         """Each sample's weight times what is integrated."""
         assert samples.weights is not None
-        return samples.weights * ca.sum2(self.rate(samples.torque, samples.derivative_or_zero(1)))
+        return samples.weights * ca.sum2(self.integrand(samples).values)
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The integral without kinks."""
@@ -172,14 +210,14 @@ class TorqueIntegral(Objective):
 
     def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:
         """What is integrated, without kinks, (n, dof)."""
-        return self.rate(torque, speed)
+        return self.of_joints(torque, speed).values
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
         """To 1e-9 of it: kinks, and jumps of Coulomb friction where joints turn back, included."""
         joints = robot.dof
         theta, speed, acceleration = (ca.SX.sym(name, joints) for name in ("theta", "speed", "acceleration"))
         torque = robot.inverse_dynamics(theta.T, speed.T, acceleration.T)
-        rate = ca.Function("rate", [theta, speed, acceleration], [ca.sum2(self.rate(torque, speed.T))])
+        rate = ca.Function("rate", [theta, speed, acceleration], [ca.sum2(self.of_joints(torque, speed.T).values)])
 
         def at(moments: FloatArray) -> FloatArray:
             return as_array(rate(*(trajectory.at(moments, order).T for order in range(3)))).ravel()
@@ -190,7 +228,7 @@ class TorqueIntegral(Objective):
         """That of a second at a tenth of speed and acceleration limits, in the middle of the joint ranges."""
         theta, speed, acceleration = (ca.DM(values).T for values in usual_state(robot))
         torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)
-        return float(ca.sum2(self.rate(torque, speed)))
+        return float(ca.sum2(self.of_joints(torque, speed).values))
 
 
 class Energy(TorqueIntegral):
@@ -203,9 +241,9 @@ class Energy(TorqueIntegral):
     symbol: ClassVar[str] = "E"
     unit: ClassVar[str] = "N^2 m^2 s"
 
-    def rate(self, torque: Matrix, speed: Matrix) -> Matrix:
+    def of_joints(self, torque: Matrix, speed: Matrix) -> Integrand:
         """tau_i^2."""
-        return torque * torque
+        return Integrand(squares=torque)
 
 
 SMOOTHING = 1e-2  # of the usual power of a joint: rounds the corner where it changes its sign
@@ -221,9 +259,9 @@ class Work(TorqueIntegral):
     symbol: ClassVar[str] = "W"
     unit: ClassVar[str] = "J"
 
-    def rate(self, torque: Matrix, speed: Matrix) -> Matrix:
+    def of_joints(self, torque: Matrix, speed: Matrix) -> Integrand:
         """|tau_i dq_i/dt|."""
-        return ca.fabs(torque * speed)
+        return Integrand(lengths=tuple(ca.horzsplit(torque * speed)))
 
     def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:
         """The same with corners rounded off downwards."""

@@ -9,7 +9,8 @@ import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, as_array, total
 from problems.motions import SAMPLED_ORDERS, SampleFunction, Samples, Trajectory
-from problems.objectives.objective import Objective, integral, usual_state
+from problems.objectives.integrals import Integrand, integral
+from problems.objectives.objective import Objective, usual_state
 from problems.robots import Robot
 
 FLOOR = 1e-15  # in the unit of the integral: what nobody notices
@@ -91,6 +92,10 @@ class ExpressionObjective(Parametric, Objective):
             return None
         assert samples.weights is not None
         return samples.weights * self.rate.at(samples, smooth=isinstance(samples.weights, ca.SX))
+
+    def integrand(self, samples: Samples) -> Integrand:
+        """The rate."""
+        return Integrand(rest=None if self.rate is None else self.rate.at(samples, smooth=True))
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The same over Gauss's points, where there are any."""

@@ -1,25 +1,49 @@
-"""What an objective is: contributions of the duration, of samples and of steps; bounds of itself; weighted sums.
-
-All cells that are left are evaluated at once: SciPy's ``cubature``, which settles one after the other, takes twenty
-times as long here.
-"""
+"""What an objective is: contributions of the duration, of samples and of steps; bounds of itself; weighted sums."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, total
+from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, as_array, total
 from problems.motions import Samples, Trajectory
+from problems.objectives.integrals import Integrand
 from problems.robots import Robot
 
 UNKNOWN_UPPER_BOUND = 1e12  # for objectives that state none; no motion within limits comes near it
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DirectMoves:
+    """From a posture to each of several others, and what is known of all motions between them.
+
+    Attributes:
+        robot: that moves.
+        start: (dof,), rad.
+        goals: (n, dof), rad.
+        durations: that no motion takes less than, (n,), s.
+    """
+
+    robot: Robot
+    start: FloatArray
+    goals: FloatArray
+    durations: FloatArray
+
+    @property
+    def rotations(self) -> FloatArray:
+        """How far all joints together turn at least, (n,), rad."""
+        return np.asarray(np.abs(self.goals - self.start).sum(axis=1))
+
+    @property
+    def distances(self) -> FloatArray:
+        """How far the tool moves at least, (n,), m."""
+        tool = as_array(self.robot.tool(ca.DM(np.vstack([self.start, self.goals]))))
+        return np.asarray(np.linalg.norm(tool[1:] - tool[0], axis=1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +174,27 @@ class Objective(ABC):
         """An upper bound over all motions within the bounds; a huge number where none is known."""
         return UNKNOWN_UPPER_BOUND
 
+    @property
+    def direct_is_least(self) -> bool:
+        """Whether nothing between two postures beats a motion in the least duration in which no joint turns back."""
+        return False
+
+    def lower_bound(self, moves: DirectMoves) -> FloatArray:
+        """A lower bound over all motions of each of several moves, (n,); minus infinity where none is known."""
+        return np.full_like(moves.durations, -np.inf)
+
+    def integrand(self, samples: Samples) -> Integrand | None:
+        """What is integrated: a motion's value is ``terminal(T)`` and the integral of this over time.
+
+        None where that is not known to say all, as by default where :attr:`is_integral` is not set.
+
+        Args:
+            samples: with everything that is known of an instant.
+        """
+        if not self.is_integral or self.between(samples, samples) is not None:
+            return None
+        return Integrand(rest=self.at(replace(samples, weights=ca.DM.ones(samples.count, 1))))
+
     def size(self, robot: Robot) -> float:
         """A value of the usual size, by which a nonlinear program divides; 1 by default."""
         return 1.0
@@ -179,43 +224,6 @@ def usual_state(robot: Robot) -> tuple[FloatArray, FloatArray, FloatArray]:
     speed, acceleration, *_ = robot.limits.by_order
     middle = [sum(bounds) / 2.0 for bounds in robot.limits.position or ((0.0, 0.0),) * robot.dof]
     return np.array(middle), USUAL_SHARE * speed, USUAL_SHARE * acceleration
-
-
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-RELATIVE_TOLERANCE = 1e-11  # of the integral of |f|, shared among the cells by their lengths
-MAX_HALVINGS = 48
-MAX_CELLS = 20_000  # at once; more are only left where the integrand is nothing but rounding
-
-
-def integral(f: Callable[[FloatArray], FloatArray], edges: FloatArray, floor: float) -> float:
-    """The integral of f from the first edge to the last; to 1e-9, kinks between the edges included.
-
-    Args:
-        f: values (n,) at arguments (n,).
-        edges: increasing, (m,): where f may have kinks that need no search.
-        floor: what is too small to matter, in the unit of the integral.
-    """
-    starts, ends = edges[:-1], edges[1:]
-    coarse, settled = _gauss(f, starts, ends), 0.0
-    allowed = (RELATIVE_TOLERANCE * np.abs(coarse).sum() + floor) / (edges[-1] - edges[0])
-    for _ in range(MAX_HALVINGS):
-        middles = (starts + ends) / 2.0
-        halves = np.array([_gauss(f, starts, middles), _gauss(f, middles, ends)])
-        fine = halves.sum(axis=0)
-        left = np.abs(fine - coarse) > allowed * (ends - starts)
-        settled += float(fine[~left].sum())
-        if not left.any() or 2 * left.sum() > MAX_CELLS:
-            return settled + float(fine[left].sum())
-        coarse = halves[:, left].ravel()
-        starts, ends = np.append(starts[left], middles[left]), np.append(middles[left], ends[left])
-    return settled + float(coarse.sum())
-
-
-def _gauss(f: Callable[[FloatArray], FloatArray], starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """The integral over each cell, by one rule."""
-    half = (ends - starts)[:, None] / 2.0
-    points = (starts + ends)[:, None] / 2.0 + half * NODES
-    return np.asarray((f(points.ravel()).reshape(points.shape) * half) @ WEIGHTS)
 
 
 @dataclass(frozen=True)
@@ -324,6 +332,22 @@ class WeightedSum(Parametric, Objective):
     def upper_bound(self, bounds: MotionBounds) -> float:
         """The sum of theirs."""
         return sum(weight * objective.upper_bound(bounds) for weight, objective in self.terms)
+
+    @property
+    def direct_is_least(self) -> bool:
+        """Whether that holds for each of them."""
+        return all(objective.direct_is_least for objective in self.objectives)
+
+    def lower_bound(self, moves: DirectMoves) -> FloatArray:
+        """The sum of theirs."""
+        return np.asarray(np.sum([weight * objective.lower_bound(moves) for weight, objective in self.terms], axis=0))
+
+    def integrand(self, samples: Samples) -> Integrand | None:
+        """The weighted sum of theirs; None where one of them does not know."""
+        parts = [(weight, objective.integrand(samples)) for weight, objective in self.terms]
+        return None if any(part is None for _, part in parts) else Integrand.sum_of(
+            [part.weighted(weight) for weight, part in parts if part is not None]
+        )  # fmt: skip
 
     def size(self, robot: Robot) -> float:
         """The sum of theirs."""

@@ -1,4 +1,4 @@
-"""Plans without a search: at the lower bound of the duration, else polished from ways that were found."""
+"""Plans without a search: at a lower bound of what is minimised, else polished from ways that were found."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Planning
 
 LOG = logging.getLogger(__name__)
-ABOUT_AS_FAST = 1.002
+ABOUT_AS_GOOD = 1.002
 MOST_PROOFS = 20  # of motions that are clear where they were looked at
 MOST_APPROACHES = 8  # postures at the goal whose ways are polished, where one leads to a plan
 APART = 0.4  # rad, of some joint: postures at the goal that are less are much the same
@@ -41,7 +41,7 @@ def _climbed_from_the_bound(problem: Problem[Any], planning: Planning) -> Search
     if found is None or planning.settings.first or not found.problem.ends_may_move:
         return found or climbed(problem, planning, None)
     least = min(branch.least_bound for branch in problem.branches or (problem,))
-    return found if found.trajectory.duration <= ABOUT_AS_FAST * least else climbed(problem, planning, found)
+    return found if found.objective <= ABOUT_AS_GOOD * least else climbed(problem, planning, found)
 
 
 def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
@@ -64,10 +64,10 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | 
 
 
 def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | None) -> SearchedMotion | None:
-    """The fastest certified motion that ways to postures at the goal lead to, or the one that is known; None for none.
+    """The best certified motion that ways to postures at the goal lead to, or the one that is known; None for none.
 
-    Postures are tried in the order in which they can be reached, until none can be reached sooner than by the best
-    motion; of those that lie together one is.
+    Postures are tried in the order of their bounds, until none can lead to better than the best motion; of those that
+    lie together one is.
     """
     began = time.perf_counter()
     planning.progress.phase("polishing ways around")
@@ -75,7 +75,7 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
     approaches = [(branch, each) for branch in problem.branches or (problem,) for each in branch.approaches()]
     tried: list[FloatArray] = []
     for branch, approach in sorted(approaches, key=lambda one: one[1].bound):
-        to_beat = np.inf if best is None else best[0].trajectory.duration
+        to_beat = np.inf if best is None else best[0].objective
         if WORTH_TRYING * approach.bound >= to_beat:
             break
         if any(np.abs(approach.goal - other).max() < APART for other in tried):

@@ -1,27 +1,29 @@
-// A linear program whose unknowns are the control points x of a spline (n points of k joints) and one number tau:
+// A convex program whose unknowns are the control points x of a spline (n points of k joints) and one number tau:
 //
-//     minimise  tau + cost x + sum of price * sigma    subject to    G y - sigma <= h,  sigma >= 0,  lower <= y <= upper,
+//     minimise  f(y) + sum of price * sigma    subject to    G y - sigma <= h,  sigma >= 0,  lower <= y <= upper,
 //
-// where y = (x, tau). A row of G reaches REACH consecutive control points, of one joint or of all, and tau. Hard rows
-// have no sigma. Bounds of y are rows of G too from here on.
+// where y = (x, tau) and f(y) = tau_cost tau + cost x + half a sum of weighted squares of rows; a linear program where
+// there are none of these. A row of G reaches REACH consecutive control points, of one joint or of all, and tau. Hard
+// rows have no sigma. Bounds of y are rows of G too from here on.
 //
 // Mehrotra's predictor-corrector method with slacks s >= 0 and multipliers z >= 0, where v = price - z >= 0 belongs to
-// sigma. Newton's step towards s z = q and sigma v = p solves, with D = 1 / (s / z + sigma / v),
+// sigma. Newton's step towards s z = q and sigma v = p solves, with D = 1 / (s / z + sigma / v) and f's derivatives,
 //
-//     G'DG dy = -(c + G'z) - G'D e,    e = G y - h + q / z - p / v,    dz = D (G dy + e),
+//     (f'' + G'DG) dy = -(f' + G'z) - G'D e,    e = G y - h + q / z - p / v,    dz = D (G dy + e),
 //     dsigma = (p + sigma dz) / v - sigma,    ds = dsigma - G dy - (G y + s - sigma - h).
 //
 // The predictor has q = p = 0. The corrector has q = mu - ds dz and p = mu + dsigma dz with the predictor's steps;
 // mu is the mean product times the cube of the share that the predictor leaves of it. Gondzio's correctors follow while
 // steps are short: the factor is what costs most, and they use it again.
 //
-// G'DG is banded in x and has a border for tau.
+// Where f is linear, unknowns and multipliers go steps of their own lengths; else of the same, which keeps f' + G'z
+// shrinking. f'' + G'DG is banded in x and has a border for tau.
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "rows.hpp"
+#include "squares.hpp"
 
 namespace core {
 
@@ -63,8 +65,8 @@ INLINE Lanes correction(Lanes product, double mu) {
 template <int REACH>
 class Solver {
 public:
-    Solver(const Given& given, const Box& box)
-        : given(given), box(box), rows(given, box), matrix(rows.tiles(), rows.depth()), slots(rows.slots), soft(rows.soft),
+    Solver(const Given& given, const Given& squared, const Box& box)
+        : given(given), box(box), rows(given, box), squares(squared, box), matrix(rows.tiles(), rows.depth()), slots(rows.slots), soft(rows.soft),
           y(rows.tiles() + 1), dual(y), s(slots), z(s), sigma(soft), v(sigma), excess(s), weight(s), e(s), q(s),
           p(sigma), step{y, s, s, s, sigma, sigma, 0.0, 0.0}, trial(step) {}
 
@@ -94,10 +96,11 @@ private:
     const Given& given;
     const Box& box;
     Rows<REACH> rows;
+    Squares<REACH> squares;
     Banded matrix;
     int slots, soft;
     double products = 0.0;            // how many pairs s z and sigma v there are
-    Vector y, dual;                   // dual: c + G'z
+    Vector y, dual;                   // dual: f' + G'z
     Vector s, z, sigma, v;            // the last two in soft slots only, with sigma = 0 and v = 1 in hard lanes
     Vector excess, weight, e, q, p;   // G y - h, D and what the formulas above call so
     Step step, trial;
@@ -141,9 +144,10 @@ private:
     // The greatest error of a row and of the stationarity.
     double residual() {
         rows.transpose(z, dual);
-        dual[rows.tiles()][0] += box.fixed(box.tau) ? 0.0 : 1.0;
+        dual[rows.tiles()][0] += box.fixed(box.tau) ? 0.0 : given.tau_cost;
         if (given.cost)
             for (int i = 0; i < box.count; ++i) dual[i / LANES][i % LANES] += box.fixed(i) ? 0.0 : given.cost[i];
+        squares.add_gradient(y, dual);
         Lanes worst = {};
         for (const Lanes& d : dual) worst = most(worst, size(d));
         for (int i = 0; i < slots; ++i)
@@ -157,11 +161,12 @@ private:
         double along = 0.0;
         if (given.cost)
             for (int i = 0; i < box.count; ++i) along += given.cost[i] * value(i);
-        return y[rows.tiles()][0] + along + sum(total);
+        return given.tau_cost * y[rows.tiles()][0] + along + sum(total) + (squares.none ? 0.0 : squares.value());
     }
 
     void weigh() {
         for (int i = 0; i < slots; ++i) weight[i] = i < soft ? 1.0 / (s[i] / z[i] + sigma[i] / v[i]) : z[i] / s[i];
+        squares.begin(matrix);
         rows.weigh(weight, matrix);
         matrix.factor();
     }
@@ -218,7 +223,8 @@ private:
     }
 
     void advance() {
-        const double primal = std::min(1.0, NEARLY_ALL * step.primal), dual = std::min(1.0, NEARLY_ALL * step.dual);
+        double primal = std::min(1.0, NEARLY_ALL * step.primal), dual = std::min(1.0, NEARLY_ALL * step.dual);
+        if (!squares.none) primal = dual = std::min(primal, dual);
         for (size_t i = 0; i < y.size(); ++i) y[i] += primal * step.y[i];
         for (int i = 0; i < slots; ++i) {
             excess[i] += primal * step.along[i];

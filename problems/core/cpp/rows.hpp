@@ -90,11 +90,11 @@ public:
         }
     }
 
+    // Adds G'DG to a matrix.
     void weigh(const Vector& weight, Banded& matrix) const {
-        matrix.clear();
         Lanes corner = {};
         for (int slot = 0; slot < bounds; ++slot) corner += weight[slot] * time[slot] * time[slot];
-        matrix.corner = sum(corner);
+        matrix.corner += sum(corner);
         for (const Group& group : groups) weigh_group(group, weight, matrix);
         const Lanes* w = joints.data();
         for (const Block& block : blocks) {

@@ -6,7 +6,7 @@
 
 namespace core {
 
-// What core_program() is called with.
+// What core_program() is called with: rows of one joint, rows of all joints, bounds of the points, costs.
 struct Given {
     int k, n, m1;
     const int *joint, *first;
@@ -14,6 +14,7 @@ struct Given {
     int m2;
     const int* first2;
     const double *weights2, *by_time2, *bound2, *price2, *lower, *upper, *cost;
+    double tau_cost;
 };
 
 // The unknowns in Lanes; tau begins the last.

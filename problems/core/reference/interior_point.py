@@ -1,4 +1,4 @@
-"""Mehrotra's method for linear programs of control points, in NumPy.
+"""Mehrotra's method for linear and convex quadratic programs of control points, in NumPy.
 
 :file:`problems/core/cpp/interior_point.hpp` states program, steps and rules; the matrix of Newton's steps is banded in
 the control points and has a border for tau.
@@ -216,8 +216,8 @@ class Rows:
         """G'z."""
         return np.asarray(self._transposed @ z)
 
-    def weighed(self, weight: FloatArray) -> Bordered | None:
-        """G'DG of weights (m,), factored; None where that cannot be."""
+    def weighed(self, weight: FloatArray, squares: Squares) -> Bordered | None:
+        """G'DG of weights (m,) and what squares add to it, factored; None where that cannot be."""
         band = np.zeros((self._depth, self._matrix.shape[1] - 1))
         begin = 0
         for block in self._blocks:
@@ -227,10 +227,54 @@ class Rows:
         diagonal[self._up] += weight[self.bounds : self.bounds + self._up.size]
         diagonal[self._down] += weight[self.bounds + self._up.size :]
         band[0] += diagonal[:-1]
-        band[0, band[0] == 0.0] = 1.0  # an unknown that no row touches
         by_time = weight[: self.bounds] * self._time
         border = self.transpose(np.append(by_time, np.zeros(len(weight) - self.bounds)))
+        squares.add_to(band, border)
+        band[0, band[0] == 0.0] = 1.0  # an unknown that no row touches
         return Bordered.of(band, border[:-1], float(border[-1]) + float(diagonal[-1]))
+
+
+class Squares:
+    """Half the sum of weights times squares of what rows are away from their bounds."""
+
+    def __init__(self, program: ProgramData, box: Unknowns) -> None:
+        rows, (n, k) = program.squares, program.lower.shape
+        self.none = rows is None or not len(rows.bound)
+        if rows is None or self.none:
+            return
+        order = np.argsort(rows.first, kind="stable")
+        joints = np.repeat(np.arange(k)[None], len(order), axis=0)
+        self._block = Block.of(
+            rows.first[order], joints, rows.weights[order], rows.by_time[order], rows.bound[order], n, box
+        )
+        self._weight = rows.price[order]
+        columns, m = self._block.columns, len(order)
+        matrix = scipy.sparse.csr_array(
+            (self._block.weights.ravel(), (np.repeat(np.arange(m), columns.shape[1]), columns.ravel())),
+            shape=(m, len(box.low) - 1),
+        )
+        self._matrix, self._transposed = matrix, matrix.T.tocsr()
+
+    def _away(self, y: FloatArray) -> FloatArray:
+        return np.asarray(self._matrix @ y[:-1] + self._block.by_time * y[-1] - self._block.bound)
+
+    def gradient(self, y: FloatArray) -> FloatArray:
+        """First derivatives, (n k + 1,)."""
+        if self.none:
+            return np.zeros_like(y)
+        away = self._weight * self._away(y)
+        return np.append(np.asarray(self._transposed @ away), _sum(self._block.by_time, away))
+
+    def value(self, y: FloatArray) -> float:
+        """The half sum."""
+        return 0.0 if self.none else 0.5 * _sum(self._weight, self._away(y) ** 2)
+
+    def add_to(self, band: FloatArray, border: FloatArray) -> None:
+        """Second derivatives to a lower band, (depth, n k), and its border with the corner, (n k + 1,)."""
+        if not self.none:
+            self._block.add_squares(self._weight, band)
+            by_time = self._weight * self._block.by_time
+            border += np.append(np.asarray(self._transposed @ by_time), _sum(self._block.by_time, by_time))
 
 
 @dataclass(frozen=True, eq=False)
@@ -313,7 +357,8 @@ class Solver:
     def __init__(self, program: ProgramData, box: Unknowns) -> None:
         self.rows = Rows(program, box)
         cost = np.zeros(len(box.low)) if program.cost is None else np.append(program.cost.ravel(), 0.0)
-        cost[-1] = 1.0
+        cost[-1] = program.time_cost
+        self._squares = Squares(program, box)
         self._cost, self._free_cost = cost, np.where(box.fixed, 0.0, cost)
         rows, soft = self.rows, self.rows.soft
         self.y = box.inside(np.zeros(len(cost)), 0.1)
@@ -332,7 +377,7 @@ class Solver:
         """The unknowns, or None."""
         rows, products = self.rows, len(self.s) + len(self.sigma)
         for _ in range(MOST_ITERATIONS):
-            dual = rows.transpose(self.z) + self._free_cost
+            dual = rows.transpose(self.z) + self._free_cost + self._squares.gradient(self.y)
             error, gap = self._error(dual), _sum(self.s, self.z) + _sum(self.sigma, self.v)
             if not (error < 1e100 and gap < 1e100):
                 return None
@@ -341,7 +386,7 @@ class Solver:
             soft = rows.soft
             weight = self.z / self.s
             weight[:soft] = 1.0 / (self.s[:soft] / self.z[:soft] + self.sigma / self.v)
-            matrix = rows.weighed(weight)
+            matrix = rows.weighed(weight, self._squares)
             if matrix is None:
                 return None
             newton = Newton(self, weight, dual, matrix)
@@ -358,7 +403,7 @@ class Solver:
         return float(np.max([np.abs(dual).max(), np.abs(missing).max(initial=0.0)]))
 
     def _value(self) -> float:
-        return _sum(self._cost, self.y) + _sum(self.rows.price, self.sigma)
+        return _sum(self._cost, self.y) + _sum(self.rows.price, self.sigma) + self._squares.value(self.y)
 
     def _complement(self, step: Step, primal: float, dual: float) -> float:
         """The sum of all products after shares of a step."""
@@ -381,6 +426,8 @@ class Solver:
 
     def _advance(self, step: Step) -> None:
         primal, dual = (min(1.0, NEARLY_ALL * share) for share in (step.primal, step.dual))
+        if not self._squares.none:  # which keeps the error of the stationarity shrinking
+            primal = dual = min(primal, dual)
         self.y = self.y + primal * step.y
         self.excess = self.excess + primal * step.along
         self.s, self.sigma = self.s + primal * step.s, self.sigma + primal * step.sigma
@@ -394,8 +441,8 @@ class Newton:
     Attributes:
         at: the point.
         weight: D, (m,).
-        dual: c + G'z.
-        matrix: G'DG.
+        dual: f' + G'z.
+        matrix: f'' + G'DG.
     """
 
     at: Solver

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.assembly import Approach, LocalTimeScale, SearchedTimeScale, objective_named
+from problems.assembly import LARGEST_TIME_SCALE, Approach, LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.core import World
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
@@ -28,6 +28,8 @@ from problems.ladder import (
     GOOD_ENOUGH,
     Climb,
     Deviations,
+    Integrals,
+    Minimised,
     OwnLimits,
     Passages,
     Rates,
@@ -50,7 +52,7 @@ from problems.limits import (
     stay_matters,
 )
 from problems.motions import JointPath, PathSpline, TimedPath, Trajectory
-from problems.objectives import Objective
+from problems.objectives import DirectMoves, Objective
 from problems.robots import JointLimits, Robot
 from problems.scene import standing
 from problems.sequential import JointTorques, Polish, can_be_polished, limits_can_be_polished
@@ -351,11 +353,8 @@ class MoveProblem(SplineProblem):
     @cached_property
     def _has_polish(self) -> bool:
         """Whether sequential linear programs know all that is asked for."""
-        return self._is_least_time and can_be_polished(self.task, self.limits)
-
-    @property
-    def _is_least_time(self) -> bool:
-        return self.objective.is_time_dependent and self.objective.sooner_is_better
+        least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
+        return least_time and can_be_polished(self.task, self.limits)
 
     @cached_property
     def _has_ladder(self) -> bool:
@@ -365,7 +364,9 @@ class MoveProblem(SplineProblem):
         known = [limit for limit in self.limits if not OwnLimits.know(limit)]
         free = self.task.passes_nothing and self._own is None and self.task.total_time is None
         between_two_states = free and self.robot.limits.jerk is not None
-        return self._is_least_time and limits_can_be_polished(known) and (self.task.at_rest or between_two_states)
+        if not (limits_can_be_polished(known) and (self.task.at_rest or between_two_states)):
+            return False
+        return self._integrals is not None
 
     @property
     def is_polished(self) -> bool:
@@ -388,8 +389,8 @@ class MoveProblem(SplineProblem):
         return self._polish(start) if needed and self._has_polish else iter(())
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
-        """Where nothing but time counts; of a pose the postures around the branch's, the soonest first."""
-        if self._has_ladder and self.task.passes_nothing and self.task.at_rest:
+        """Where nothing beats the direct motion; of a pose the postures around the branch's, the best first."""
+        if self.objective.direct_is_least and self._has_ladder and self.task.passes_nothing and self.task.at_rest:
             goals, _ = self._goals
             around, start = Surroundings(self.robot, self.obstacles), branch_posture(self.robot, self.task.start)
             if self._allowed(start[None]).all():
@@ -417,7 +418,7 @@ class MoveProblem(SplineProblem):
         return torques is None or torques.time_scale_of(trajectory, times) <= 1.0
 
     def approaches(self) -> Sequence[Approach]:
-        """The postures at the goal that are clear, the soonest reached first."""
+        """The postures at the goal that are clear, the most promising first."""
         world = World.of(self.robot, self.obstacles) if self._has_ladder else None
         start = branch_posture(self.robot, self.task.start)
         if world is None or not self._allowed(start[None]).all():
@@ -454,15 +455,29 @@ class MoveProblem(SplineProblem):
             if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
             box = joint_box(self.robot, start, *through, goal)
-            climb = Climb(world, motions, box, self._torques, self._own, passages, through, running_out, self.task.stay)
+            climb = Climb(
+                world, motions, self._minimised(motions), box, self._torques, self._own, passages, through, running_out,
+                self.task.stay,
+            )  # fmt: skip
             found = climb(seed, to_beat)
             if found is not None:
-                yield from map(self._in_time, (found, *self._timed_anew(found, bound)))
-                to_beat = found.duration
+                yield from map(self._in_time, (found, *self._timed_anew(found, motions.bound)))
+                to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
 
-    def _timed_anew(self, found: Trajectory, bound: float) -> Iterator[Trajectory]:
+    def _minimised(self, motions: Deviations) -> Minimised:
+        assert self._integrals is not None
+        longest = LARGEST_TIME_SCALE * motions.direct.duration
+        bounds = self.task.total_time
+        return Minimised(motions, self._integrals, (0.0, longest) if bounds is None else bounds)
+
+    @cached_property
+    def _integrals(self) -> Integrals | None:
+        """What is minimised, where enough is known of it."""
+        return Integrals.of(self.objective, self.robot)
+
+    def _timed_anew(self, found: Trajectory, least: float) -> Iterator[Trajectory]:
         """A motion past vias along its own path, which may take less than what programs hold to be the least."""
-        if self.task.vias and found.duration > GOOD_ENOUGH * bound:
+        if self.objective.sooner_is_better and self.task.vias and found.duration > GOOD_ENOUGH * least:
             with suppress(InvalidProblem):
                 yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)
 
@@ -472,16 +487,22 @@ class MoveProblem(SplineProblem):
 
     @property
     def least_bound(self) -> float:
-        """That of the posture at the goal that can be reached soonest, of those that are known."""
+        """That of the most promising posture at the goal, of those that are known."""
         return float(self._goals[1][0])
 
     @cached_property
     def _goals(self) -> tuple[FloatArray, FloatArray]:
-        """Postures at the goal, the soonest reached first, (n, dof), rad, and when at the earliest, (n,), s."""
+        """Postures at the goal, (n, dof), rad, and lower bounds of the objective there, (n,).
+
+        The least bound comes first; of those that are equal, what is reached soonest.
+        """
         start, found = branch_posture(self.robot, self.task.start), postures_around(self.robot, self.task.goals[0])
         durations = least_durations(found - start, self.robot.limits).max(axis=1)
-        soonest = np.argsort(durations, kind="stable")
-        return found[soonest], durations[soonest]
+        bounds = self.objective.lower_bound(
+            DirectMoves(robot=self.robot, start=start, goals=found, durations=durations)
+        )
+        first = np.lexsort((durations, bounds))
+        return found[first], bounds[first]
 
     @property
     def _torques(self) -> JointTorques | None:

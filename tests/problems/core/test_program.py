@@ -111,6 +111,85 @@ def test_programs_of_planners_cost_as_little_as_with_highs(shape: Shape) -> None
     check(planned(shape))
 
 
+def curved(shape: Shape) -> LinearProgram:
+    """The same with squares, costs of points and another cost of the time."""
+    program, rng = planned(shape), np.random.default_rng(shape.seed + 1)
+    n, k = program.lower.shape
+    u = rng.uniform(0.0, 1.0, 3 * shape.pieces)
+    weights, first = of_four(shape.pieces, u, 0)
+    squares = WholeRows(
+        first=first,
+        weights=weights[:, :, None] * rng.normal(size=(u.size, 1, k)),
+        by_time=np.where(rng.random(u.size) < 0.5, rng.normal(size=u.size), 0.0),
+        bound=0.1 * rng.normal(size=u.size),
+        price=10.0 ** rng.uniform(-3.0, 1.0, u.size),
+    )
+    return replace(program, squares=squares, cost=0.1 * rng.normal(size=(n, k)), time_cost=rng.normal())
+
+
+def tangent(program: LinearProgram, x: np.ndarray, tau: float) -> LinearProgram:
+    """The linear program that costs no more anywhere, and at a point as much but for a constant."""
+    rows, padded = program.squares, np.pad(x, ((WIDTH, WIDTH), (0, 0)))
+    assert rows is not None and program.cost is not None
+    near = rows.first[:, None] + np.arange(WIDTH) + WIDTH
+    away = (rows.weights * padded[near]).sum(axis=(1, 2)) + rows.by_time * tau - rows.bound
+    slopes = np.zeros_like(padded)
+    np.add.at(slopes, near, rows.weights * (rows.price * away)[:, None, None])
+    by_time = program.time_cost + float(rows.price @ (away * rows.by_time))
+    return replace(program, squares=None, cost=program.cost + slopes[WIDTH:-WIDTH], time_cost=by_time)
+
+
+def check_curved(program: LinearProgram, found: tuple[np.ndarray, float] | None) -> None:
+    """What has to be kept is kept, and no point costs less: by HiGHS, of the tangent there."""
+    assert found is not None
+    alone, together = left_of(program, *found)
+    assert max(alone.max(initial=0.0), together[np.isinf(program.whole.price)].max(initial=0.0)) <= HARD
+    assert (program.lower <= found[0]).all() and (found[0] <= program.upper).all()
+    linear = tangent(program, *found)
+    least = linear.by_highs()
+    assert least is not None and linear.cost is not None
+
+    def cost(x: np.ndarray, tau: float) -> float:
+        return cost_of(linear, x, tau) + (linear.time_cost - 1.0) * tau + float((linear.cost * x).sum())
+
+    assert cost(*found) == pytest.approx(cost(*least), abs=5.0 * COST)
+
+
+@settings(max_examples=30)
+@given(shapes)
+def test_nothing_costs_less_where_squares_count(shape: Shape) -> None:
+    program = curved(shape)
+    check_curved(program, program.solved())
+
+
+def test_a_square_by_hand() -> None:
+    """tau + 8 (tau - 0.5)^2 / 2 is least at tau = 0.375; 2 (x_1 - 1)^2 at the bound of x_1, 0.5."""
+    squares = WholeRows(
+        first=np.array([0, 0]),
+        weights=np.array([np.zeros((WIDTH, 2)), [[0.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]]]),
+        by_time=np.array([1.0, 0.0]),
+        bound=np.array([0.5, 1.0]),
+        price=np.array([8.0, 4.0]),
+    )
+    program = replace(nothing(2, 5), squares=squares)
+    found = program.solved()
+    assert found is not None
+    assert found[1] == pytest.approx(0.375, abs=1e-6)
+    assert found[0][1, 1] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_a_time_that_costs_nothing_is_where_squares_are_least() -> None:
+    squares = WholeRows(np.array([0]), np.zeros((1, WIDTH, 3)), np.ones(1), np.array([0.2]), np.ones(1))
+    program = replace(nothing(3, 4), squares=squares, time_cost=0.0)
+    found = program.solved()
+    assert found is not None and found[1] == pytest.approx(0.2, abs=1e-6)
+
+
+def test_what_contradicts_itself_has_no_solution_with_squares_either() -> None:
+    rows = [(0, 0, (1.0, 0.0, 0.0, 0.0), 0.0, -0.2), (0, 0, (-1.0, 0.0, 0.0, 0.0), 0.0, -0.2)]
+    assert replace(with_single(nothing(2, 6), rows), squares=curved(Shape(2, 9, 2, 5, 1)).squares).solved() is None
+
+
 @settings(max_examples=15)
 @given(shapes, st.floats(0.05, 1.0))
 def test_unknowns_whose_bounds_are_one_number_are_that_number(shape: Shape, share: float) -> None:

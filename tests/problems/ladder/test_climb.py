@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from helpers.core_robots import robot_of
+from helpers.minimised import minimised
 
 from problems.core import World
 from problems.ladder import Climb, DeviationPolish, Deviations, gentler, joint_box
@@ -21,9 +22,9 @@ WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 
 
 def climb(arm: SpatialArm, *obstacles: Box) -> Climb:
-    world = World.of(arm, obstacles)
+    world, motions = World.of(arm, obstacles), Deviations(START, GOAL, arm.limits)
     assert world is not None
-    return Climb(world, Deviations(START, GOAL, arm.limits), joint_box(arm, START, GOAL))
+    return Climb(world, motions, minimised(motions, arm), joint_box(arm, START, GOAL))
 
 
 def test_a_way_around_a_wall_is_proven_and_found_again() -> None:
@@ -54,8 +55,9 @@ def test_what_is_slower_than_a_known_motion_is_not_returned() -> None:
 def test_no_time_is_no_motion_but_the_beginning() -> None:
     found = climb(robot_of("upright"), WALL)
     polish = DeviationPolish(
-        found.motions, found.world, np.full(2, 1e-3), found.motions.parameters(), running_out=lambda: True
-    )
+        found.motions, found.minimised, found.world, np.full(2, 1e-3), found.motions.parameters(),
+        running_out=lambda: True,
+    )  # fmt: skip
     x = np.zeros((found.motions.free, found.motions.dof))
     np.testing.assert_array_equal(polish(x).x, x)
 
@@ -80,7 +82,7 @@ def test_motors_that_are_too_weak_for_the_bound_are_given_time() -> None:
     eased = gentler(start, goal, arm.limits, torques)
     assert eased is not None and max(eased.acceleration) < max(arm.limits.acceleration)
     motions = Deviations(start, goal, arm.limits, gentler=eased)
-    trajectory = Climb(world, motions, joint_box(arm, start, goal), torques)(1)
+    trajectory = Climb(world, motions, minimised(motions, arm), joint_box(arm, start, goal), torques)(1)
     assert trajectory is not None and trajectory.duration > motions.bound
     times = trajectory.times(500)
     state = np.concatenate([trajectory.at(times, order) for order in range(3)], axis=1)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.core_robots import robot_of
+from helpers.minimised import minimised
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
@@ -87,7 +88,7 @@ def test_a_moving_arm_is_led_around_a_wall() -> None:
     world, between = World.of(arm, (WALL,)), motions()
     assert world is not None
     assert world.prove(between.direct).status is False
-    found = Climb(world, between, joint_box(arm, START, GOAL))(1)
+    found = Climb(world, between, minimised(between, arm), joint_box(arm, START, GOAL))(1)
     assert found is not None and world.prove(found).status
     ends = np.array([0.0, found.duration])
     np.testing.assert_allclose(found.at(ends, 1), [LEAVING, ARRIVING], atol=1e-10)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from helpers.core_robots import robot_of
+from helpers.minimised import minimised
 
 from problems import Joints, Move, move
 from problems.core import World
@@ -23,7 +24,7 @@ def climb(arm: SpatialArm, *obstacles: Obstacle, stay: float = 0.0, at_least: fl
     world = World.of(arm, obstacles)
     assert world is not None
     motions = Deviations(START, GOAL, arm.limits, at_least=at_least)
-    return Climb(world, motions, joint_box(arm, START, GOAL), stay=stay)
+    return Climb(world, motions, minimised(motions, arm), joint_box(arm, START, GOAL), stay=stay)
 
 
 def is_clear(world: World, trajectory: Trajectory, after: float = 0.0) -> bool:

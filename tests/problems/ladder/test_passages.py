@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from helpers.core_robots import robot_of
+from helpers.minimised import minimised
 from scipy.optimize import minimize_scalar
 
 import tpbso_casadi as tp
@@ -112,7 +113,9 @@ def test_ways_around_a_wall_lead_through_stops(goal: FloatArray) -> None:
     world, motions = World.of(arm, (WALL,)), Deviations(START, goal, arm.limits)
     assert world is not None
     box, through = joint_box(arm, START, ASIDE, goal), ASIDE[None]
-    climb = Climb(world, motions, box, passages=Passages(motions, arm, (via,)), through=through)
+    climb = Climb(
+        world, motions, minimised(motions, arm), box, passages=Passages(motions, arm, (via,)), through=through
+    )
     trajectory = climb(1)
     assert trajectory is not None and world.prove(trajectory).status
     theta = trajectory.at(np.array([0.0, trajectory.duration]))

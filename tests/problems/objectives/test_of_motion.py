@@ -12,7 +12,7 @@ from scipy.integrate import quad
 
 from problems import OBJECTIVES, InvalidProblem, PlanarArm, Trajectory
 from problems.base import FloatArray
-from problems.objectives.objective import integral
+from problems.objectives.integrals import integral
 
 ARM = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0))
 TWO_ROWS = np.array([0.0, 1.0])  # of a table that shows next to nothing

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
+from problems.objectives import OBJECTIVES
 from problems.timing import least_durations
 
 START, GOAL = [0.0, -0.8, 0.0, -2.2, 0.0, 1.5, 0.8], [0.9, -0.3, 0.2, -1.8, 0.3, 1.7, 0.2]
@@ -91,9 +92,33 @@ def test_a_search_has_no_first_plan(what: dict[str, Any]) -> None:
         tp.plan("panda", **ENDS, first=True, **what)
 
 
-def test_other_objectives_have_no_such_bound() -> None:
-    plan = tp.plan("panda", **ENDS, objective="rotation", evaluations=200)
-    assert plan.search is not None and plan.search.evaluations == 200
+def test_no_joint_turns_farther_than_it_has_to_at_the_bound() -> None:
+    plan = tp.plan("panda", **ENDS, objective="rotation")
+    assert plan.certified and plan.search is not None
+    assert (plan.search.evaluations, plan.search.stop_reason) == (0, "target")
+    assert plan.result.objective.value == pytest.approx(np.abs(np.array(GOAL) - START).sum(), rel=1e-9)
+
+
+WALL = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
+
+
+@pytest.mark.parametrize("objective", [*OBJECTIVES, {"time": 1.0, "energy": 0.01}], ids=str)
+def test_every_objective_is_planned_around_a_wall_without_a_search(objective: Any) -> None:
+    plan = tp.plan("panda", **ENDS, obstacles=[WALL], objective=objective)
+    assert plan.certified and plan.search is not None and plan.search.evaluations == 0
+    quickest = tp.plan("panda", **ENDS, obstacles=[WALL])
+    criteria, motion = plan.motion.criteria, quickest.motion
+    assert plan.result.objective.value <= criteria.objective_value(motion.trajectory, motion.times) * (1.0 + 1e-6)
+
+
+def test_the_total_time_is_kept_where_more_would_be_better() -> None:
+    free = tp.plan("panda", **ENDS, objective="energy")
+    short, long = (tp.plan("panda", **ENDS, objective="energy", total_time=(0.1, most)) for most in (0.7, 1.0))
+    assert short.certified and long.certified
+    assert short.duration <= 0.7 and long.duration <= 1.0
+    assert short.result.objective.value >= long.result.objective.value >= free.result.objective.value * (1.0 - 1e-2)
+    late = tp.plan("panda", **ENDS, objective="energy", total_time=(2.5, 3.0))
+    assert late.certified and 2.5 <= late.duration <= 3.0
 
 
 def test_it_is_stored_and_starts_another(tmp_path: Any) -> None:
