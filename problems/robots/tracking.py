@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem, Operand, check_within
 
@@ -94,7 +94,9 @@ def _least(error: FloatArray, speed: FloatArray, acceleration: FloatArray, const
         if missing.max() <= TOLERANCE:
             break
         kept = np.union1d(kept, np.argsort(-missing)[:ROWS])  # few of many rows are tight
-        found = linprog(cost, A_ub=-rows[kept], b_ub=-wanted[kept], bounds=(0.0, None), method="highs-ds")
+        found = scipy.optimize.linprog(
+            cost, A_ub=-rows[kept], b_ub=-wanted[kept], bounds=(0.0, None), method="highs-ds"
+        )
         shares = np.maximum(np.asarray(found.x, dtype=np.float64), 0.0)
     shares[0] += max(0.0, float((wanted - rows @ shares).max()))  # what tolerances leave
     return np.asarray(most * shares / scale)
