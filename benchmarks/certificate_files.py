@@ -18,6 +18,7 @@ import sys
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
@@ -302,7 +303,20 @@ def measure(options: argparse.Namespace) -> None:
     counts: Counter[str] = Counter()
     refused: dict[str, Counter[bool]] = defaultdict(Counter)
     figures: list[tuple[float, ...]] = []
-    kinds, slack = list(CHANGES), []
+    slack: list[float] = []
+    with suppress(KeyboardInterrupt):  # what there is by then is printed
+        _count(options, counts, refused, figures, slack)
+    _print(counts, refused, np.array(figures), np.array(slack))
+
+
+def _count(
+    options: argparse.Namespace,
+    counts: Counter[str],
+    refused: dict[str, Counter[bool]],
+    figures: list[tuple[float, ...]],
+    slack: list[float],
+) -> None:
+    kinds = list(CHANGES)
     for found in plans(options):
         if counts["plans"] == options.count:
             break
@@ -336,7 +350,6 @@ def measure(options: argparse.Namespace) -> None:
             slack += [share for share in [_slack(case)] if share is not None]
         if counts["plans"] % 50 == 0:
             print(counts["plans"], file=sys.stderr, flush=True)
-    _print(counts, refused, np.array(figures), np.array(slack))
 
 
 def _slack(case: Case) -> float | None:
