@@ -44,11 +44,12 @@ the robot follows the motion, every joint to its tracking_error"""
 
 # The form of a file: objects, [lists], lines of text, whole numbers, and arrays: (None, 3) are any number of rows of 3.
 VECTOR, MATRIX, POINTS, SOME, PAIRS = (3,), (9,), (None, 3), (None,), (None, 2)
-OPTIONAL = {"range", *RATES, "dynamics"}  # or null
+OPTIONAL = {"range", *RATES, "dynamics"}  # of a joint or of the robot: may be null
 JOINT = {"name": str, "turns": bool, "rotation": MATRIX, "translation": VECTOR, "axis": VECTOR, "range": (2,)}
+JOINT |= dict.fromkeys(RATES, ())
 DYNAMICS = {"gravity": VECTOR, "damping": SOME, "friction": SOME, "bodies": (None, 14)}
 ROBOT = {"name": str, "base": {"rotation": MATRIX, "translation": VECTOR}, "dynamics": DYNAMICS, "own_pairs": PAIRS}
-ROBOT |= {"joints": [JOINT | dict.fromkeys(RATES, ())], "links": [{"name": str, "body": int, "balls": (None, 5)}]}
+ROBOT |= {"joints": [JOINT], "links": [{"name": str, "body": int, "balls": (None, 5)}]}
 ROBOT |= {"tracking_error": SOME, "margin": (), "own_margin": ()}
 OBSTACLE = {"name": str, "shape": str, "sizes": SOME, "rotation": MATRIX, "center": VECTOR, "velocity": VECTOR}
 OBSTACLE |= {"growth": (), "points": POINTS, "normals": POINTS, "edges": PAIRS}
@@ -97,7 +98,8 @@ def formed(value: Any, form: Any, where: str) -> Any:
     """A part of a file that has a form, arrays being arrays."""
     if isinstance(form, dict):
         need(isinstance(value, dict) and set(value) == set(form), where, f"an object with the keys {', '.join(form)}")
-        given = {key: part for key, part in value.items() if not (part is None and key in OPTIONAL)}
+        optional = OPTIONAL if form in (JOINT, ROBOT) else ()
+        given = {key: part for key, part in value.items() if not (part is None and key in optional)}
         return value | {key: formed(part, form[key], f"{where}.{key}") for key, part in given.items()}
     if isinstance(form, list):
         need(isinstance(value, list) and len(form) in (1, len(value)), where, "a list")
@@ -120,7 +122,10 @@ def _array(value: Any, shape: tuple[int | None, ...], where: str) -> Array:
         need(isinstance(entry, list) and shape[depth] in (None, len(entry)), where, f"a list of {shape[depth]}")
         return [leaf(part, depth + 1) for part in entry]
 
-    found = np.array(leaf(value, 0), dtype=np.float64)  # a ValueError where rows are of different lengths
+    try:
+        found = np.array(leaf(value, 0), dtype=np.float64)
+    except ValueError:
+        raise NoCertificateError(f"{where}: rows of one length are needed") from None
     return found if found.size else found.reshape([n or 0 for n in shape])
 
 

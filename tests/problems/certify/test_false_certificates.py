@@ -172,6 +172,21 @@ def test_keys_are_those_of_the_format_and_no_others(content: Content, path: tupl
         assert "an object with the keys" in outcome(less)
 
 
+def _leaves(part: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Where all values are, objects and lists themselves included."""
+    inner = part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ()
+    return [path, *(leaf for key, value in inner for leaf in _leaves(value, (*path, key)))]
+
+
+def test_whatever_stands_anywhere_nothing_else_is_raised(content: Content) -> None:
+    rng, places = np.random.default_rng(7), _leaves(content)[1:]
+    outer = [path for path in places if len(path) <= 3]
+    chosen = [*outer, *(places[k] for k in rng.integers(len(places), size=200))]
+    values = [None, "x", [], {}, -1, 1e9, 0, True, [[]], [0.0], 3, 10**400]
+    said = [outcome(changed(content, *path, value=values[rng.integers(len(values))])) for path in chosen]
+    assert sum(line.startswith("NoCerti: ") for line in said) > 0.7 * len(said)
+
+
 REFUSALS: list[tuple[tuple[Any, ...], Any, str]] = [
     (("robot", "links", 2, "balls", 0, 3), lambda r: 0.9 * r, "is not within ball 0"),
     (("robot", "links", 2, "balls", 1, 0), lambda x: x + 0.4, "is not within ball 0"),
