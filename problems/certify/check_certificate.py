@@ -706,7 +706,7 @@ class Certificate:
         print(f"links: {', '.join(robot.links) or 'none'}, in {balls} balls; obstacles: {names or 'none'}")
         print("proven: start and goal, continuity, and for all t joint ranges, where they are stated, and")
         for name, joints in zip(RATES, free, strict=True):
-            print(f"  {name} within limits; none is stated for {', '.join(joints) or 'no joint'}")
+            print(f"  {name} within limits" + (f"; none is stated for {', '.join(joints)}" if joints else ""))
         print(f"  clearance of {robot.margins[0]:g} m from obstacles; not of {', '.join(near) or 'none'}")
         print(f"  self clearance of {robot.margins[1]:g} m: {', '.join(own) or 'of nothing'}")
         print("\n".join(f"assumed: {line}" for line in ASSUMED.splitlines()))
