@@ -84,7 +84,7 @@ class _Statement:
             "name": robot.chain.name,
             "base": {"rotation": _flat(robot.base_frame.rotation), "translation": _flat(robot.base_translation)},
             "joints": [self._joint(number) for number in range(robot.dof)],
-            "tracking_error": [0.0] * robot.dof,
+            "tracking_error": [0.0] * robot.dof if robot.tracking is None else _flat(robot.tracking.constant),
             "margin": float(robot.margin),
             "own_margin": float(robot.self_margin if robot.is_covered else robot.margin),
             "links": _links(self._numbers),
@@ -168,6 +168,9 @@ class _Statement:
         for number, obstacle in enumerate(criteria.obstacles, start=1):
             if number not in self._obstacles:
                 yield f"clearance from {obstacle.label(number)}, of a shape or motion that no certificate knows"
+        tracking = self._robot.tracking
+        if tracking is not None and any((*tracking.speed, *tracking.acceleration)):
+            yield "the parts of the tracking error that grow with speeds and accelerations"
         if criteria.task.stay:
             yield f"that the robot stays clear for {criteria.task.stay:g} s after its arrival"
         if criteria.task.duration_bounds is not None:
