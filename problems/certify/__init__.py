@@ -1,6 +1,7 @@
 """Proofs about a finished motion, for all t."""
 
 from problems.certify.breaches import broken_spans, first_broken, verdicts_with_first_times
+from problems.certify.check_certificate import FORMAT, VERSION, NoCertificateError, RefusedError
 from problems.certify.clearance import (
     ClearanceProof,
     ClosestApproach,
@@ -10,6 +11,7 @@ from problems.certify.clearance import (
     prove_clearance,
 )
 from problems.certify.covers import closest_cover, prove_covers
+from problems.certify.division import divided
 from problems.certify.structure import freedom, jacobian_pattern, structure_of
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, peak_near, verdict
 from problems.certify.verification import (
@@ -25,12 +27,16 @@ from problems.certify.verification import (
 from problems.certify.worlds import prove_among
 
 __all__ = [
+    "FORMAT",
     "ROUNDING_ALLOWANCE",
     "TOLERANCE",
+    "VERSION",
     "AtGoal",
     "CertificateStatus",
     "ClearanceProof",
     "ClosestApproach",
+    "NoCertificateError",
+    "RefusedError",
     "Travel",
     "Verdict",
     "WorstIs",
@@ -38,6 +44,7 @@ __all__ = [
     "broken_spans",
     "closest_approach",
     "closest_cover",
+    "divided",
     "exact_time_scale",
     "first_broken",
     "freedom",

@@ -4,13 +4,13 @@ It is compiled where it can be; else NumPy does the same.
 """
 
 from problems.core.arm import steps_of
-from problems.core.description import drifts_of
+from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
 from problems.core.dynamics import Dynamics
 from problems.core.implementation import core
 from problems.core.interface import Kept, Nearby, Schedule
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.rows import SingleRows, WholeRows, joined
-from problems.core.world import MOST_ITEMS, Proof, Where, World
+from problems.core.world import MOST_ITEMS, Proof, Where, World, known_robot
 
 __all__ = [
     "MOST_ITEMS",
@@ -19,6 +19,7 @@ __all__ = [
     "LinearProgram",
     "Nearby",
     "Proof",
+    "RobotNumbers",
     "Schedule",
     "SingleRows",
     "Where",
@@ -27,6 +28,8 @@ __all__ = [
     "core",
     "drifts_of",
     "joined",
+    "known_robot",
     "minimizer",
+    "obstacle_numbers",
     "steps_of",
 ]

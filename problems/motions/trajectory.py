@@ -237,7 +237,7 @@ class Trajectory:
             rest = np.zeros((2, self.coefficients.shape[2]))
             stated = {1: end_velocities, 2: end_accelerations}
             outside = {order: rest if values is None else values for order, values in stated.items()}
-            relative = [self._jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]
+            relative = [self.jump(n, outside.get(n)) / self._jump_scale(n) for n in range(smooth_orders)]
         return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
 
     def jump_times(self, order: int, end_accelerations: FloatArray | None = None) -> FloatArray:
@@ -269,7 +269,7 @@ class Trajectory:
 
     def jumps_inside(self, order: int) -> bool:
         """Whether a derivative jumps between the ends by more than rounding; relative as in :meth:`largest_jump`."""
-        most = self._jump(order, None)
+        most = self.jump(order, None)
         return most > JUMP * LEAST_JUMP_SCALE and most > JUMP * self._jump_scale(order)
 
     def _accelerations_along_ends(self, outside: FloatArray | None = None) -> tuple[float, float]:
@@ -285,7 +285,7 @@ class Trajectory:
         ]
         return float(np.abs(along[0]).max()), float(np.abs(along[1]).max())
 
-    def _jump(self, order: int, outside: FloatArray | None) -> float:
+    def jump(self, order: int, outside: FloatArray | None = None) -> float:
         """The largest jump of a derivative, rad / s^order; also to its values before and after the motion, (2, k)."""
         before, after = self._sides(order)
         jumps = np.abs(after[1:] - before[:-1])

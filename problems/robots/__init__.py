@@ -5,7 +5,7 @@ from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint
 from problems.robots.description import RobotDescription
 from problems.robots.dynamics import RigidChain, RigidJoint, time_scales, time_scales_of_arrays
-from problems.robots.inertia import MASSLESS, Payload, planar_payload
+from problems.robots.inertia import MASSLESS, Payload, moved_inertia, planar_payload
 from problems.robots.inverse_kinematics import (
     LONGEST_STEP,
     Bounds,
@@ -103,6 +103,7 @@ __all__ = [
     "looks_text",
     "matrix_of",
     "most_held",
+    "moved_inertia",
     "numbers_of",
     "payload_of",
     "planar_payload",

@@ -239,9 +239,16 @@ class Move(Task):
     @property
     def start_posture(self) -> FloatArray | None:
         """The joint angles at the start, where they leave no choice."""
-        if self.start.chosen_by_inverse_kinematics or self.start.choices(self.robot):
+        return self._posture_of(self.start)
+
+    def goal_posture(self, theta: FloatArray) -> FloatArray | None:
+        """Those of the goal that a posture misses least, where they leave no choice."""
+        return self._posture_of(self.reached_goal(theta))
+
+    def _posture_of(self, place: Place) -> FloatArray | None:
+        if place.chosen_by_inverse_kinematics or place.choices(self.robot):
             return None
-        return as_array(self.start.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]).ravel()
+        return as_array(place.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]).ravel()
 
     @property
     def last_places(self) -> tuple[Place, ...]:

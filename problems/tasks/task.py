@@ -185,6 +185,10 @@ class Task(Parametric, ABC):
         """The joint angles at the start, (dof,), rad, where they are given; None where they are not."""
         return None
 
+    def goal_posture(self, theta: FloatArray) -> FloatArray | None:
+        """The joint angles of the goal that a posture (dof,), rad, reaches; None where they are not given."""
+        return None
+
     @property
     def last_places(self) -> tuple[Place, ...]:
         """The places of which one is the end, where the motion rests at one and nothing else is asked; else none."""

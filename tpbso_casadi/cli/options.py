@@ -112,6 +112,16 @@ def is_silent(options: argparse.Namespace) -> bool:
     return bool(options.quiet or options.verbose)
 
 
+def add_certificate(group: Group) -> None:
+    """The option of every command that has a motion to prove."""
+    group.add_argument(
+        "--certificate",
+        type=path,
+        metavar="FILE",
+        help=defaulting("a certificate that others can check, JSON, or zipped as .gz", "none"),
+    )
+
+
 def add_outside_files(group: Group) -> None:
     """The option of every command that reads scenario files."""
     group.add_argument(

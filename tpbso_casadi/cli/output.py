@@ -14,6 +14,7 @@ from typing import Self
 
 from solvers import Interruption
 from tpbso_casadi.cli.options import (
+    add_certificate,
     add_figures_option,
     add_json,
     add_no_plots,
@@ -37,9 +38,12 @@ from tpbso_casadi.storage import (
     OutputError,
     Writer,
     add_to_plan,
+    check_file,
     check_run_folder,
+    check_writable,
     export_motion,
     stored_content,
+    write_certificate,
     write_plan,
 )
 
@@ -70,6 +74,7 @@ def add_output_options(parser: argparse.ArgumentParser, default: str) -> None:
     output.add_argument(
         "--rate", type=positive_number(HIGHEST_RATE), default=DEFAULT_RATE, metavar="HZ", help="of these steps, Hz"
     )
+    add_certificate(output)
     output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
     add_quiet(output)
 
@@ -85,6 +90,7 @@ class Output:
         formats: of the figures; none where none are drawn.
         exports: their kinds, keys of ``EXPORTS``.
         rate: of their rows, Hz.
+        certificate: file for a certificate; None where none is written.
         film: animation file; None where there is none. It may lie in the run folder.
         title: of the animation.
     """
@@ -94,6 +100,7 @@ class Output:
     formats: Sequence[str]
     exports: Sequence[str]
     rate: float
+    certificate: Path | None
     film: Path | None
     title: str
 
@@ -117,6 +124,7 @@ class Output:
             formats=figure_formats(options),
             exports=options.export,
             rate=options.rate,
+            certificate=options.certificate,
             film=options.animate,
             title=title,
         )
@@ -132,6 +140,9 @@ class Output:
             check_run_folder(folder)
         elif self.exports:
             raise OutputError("--export: needs a run folder; say --out DIR too")
+        if self.certificate is not None:
+            check_writable(self.certificate.parent)
+            check_file(self.certificate)
         if self.film is not None:
             from tpbso_casadi.animation.write import check_animation  # noqa: PLC0415 (loads matplotlib)
 
@@ -164,6 +175,9 @@ class Output:
         Raises:
             OutputError: they cannot be written.
         """
+        if self.certificate is not None and plan.feasible:
+            progress.phase("dividing the proof")
+            write_certificate(self.certificate, plan.motion)
         exports = [partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports]
         further: list[Writer] = [*exports, *figure_writers(plan, self.formats)]
         is_inside = folder is not None and self.film is not None and self._place_in(folder) is not None

@@ -22,7 +22,16 @@ from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import Motion, PlannedMotion
 from tpbso_casadi.scenario import Scenario
-from tpbso_casadi.storage import DEFAULT_RATE, RunResult, StoredRun, replace_folder, result_of, table_of, tables_of
+from tpbso_casadi.storage import (
+    DEFAULT_RATE,
+    RunResult,
+    StoredRun,
+    replace_folder,
+    result_of,
+    table_of,
+    tables_of,
+    write_certificate,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -275,6 +284,24 @@ class Plan:
         formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
         write_run(place, self.planned, bool(formats), exports, formats=formats)
         return place
+
+    def certificate(self, path: str | Path) -> Path:
+        """Write a certificate that others can check with NumPy alone: ``python check_certificate.py FILE``.
+
+        Args:
+            path: of the file, JSON; zipped where it ends with ``.gz``.
+
+        Returns:
+            The path of the file.
+
+        Raises:
+            TypeError: it is no path.
+            OutputError: the plan is not certified, there is no certificate of such plans (those of planar arms, and
+                sequences), or the file cannot be written.
+        """
+        file = file_path("path", path)
+        with in_words_of_python():
+            return write_certificate(file, self.motion)
 
     def audit(self) -> RunAudit:
         """The certificate of the plan, constraint by constraint, and what holds it back; takes seconds.

@@ -1,6 +1,7 @@
 """Files of a run: run folders, exports, and how they are read and audited."""
 
 from tpbso_casadi.plain import BrokenSeal, check_seal, sealed
+from tpbso_casadi.storage.certificate import write_certificate
 from tpbso_casadi.storage.exporting import (
     DEFAULT_RATE,
     EXPORTS,
@@ -84,6 +85,7 @@ __all__ = [
     "stored_content",
     "table_of",
     "tables_of",
+    "write_certificate",
     "write_csv",
     "write_motion",
     "write_plan",

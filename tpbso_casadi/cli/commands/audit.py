@@ -12,6 +12,7 @@ from problems.evaluation import InvalidEvaluation
 from tpbso_casadi.audit_report import audit_run, audit_scenario, impossible
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
+    add_certificate,
     add_figures_option,
     add_json,
     add_outside_files,
@@ -26,7 +27,7 @@ from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.plain import as_json
 from tpbso_casadi.scenario import TITLES, Scenario, ScenarioError, is_folder, load, named, plugin_failures_named
-from tpbso_casadi.storage import OutputError, check_writable, read_run
+from tpbso_casadi.storage import OutputError, check_writable, read_run, write_certificate
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -48,6 +49,7 @@ def parser() -> OneLineParser:
     add_outside_files(problem_group(command_line))
     output = output_group(command_line)
     add_json(output)
+    add_certificate(output)
     output.add_argument(
         "--plots",
         type=path,
@@ -76,6 +78,8 @@ def of_run(folder: Path, options: argparse.Namespace) -> int:
     run = read_run(folder)
     with plugin_failures_named(run.scenario):
         content = audit_run(run)
+        if options.certificate is not None:
+            write_certificate(options.certificate, run.motion)
     if options.json:
         sys.stdout.write(as_json(content))
     else:
@@ -85,6 +89,8 @@ def of_run(folder: Path, options: argparse.Namespace) -> int:
 
 def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
     """Audit a scenario's structure; returns the exit status."""
+    if options.certificate is not None:
+        raise ScenarioError(f"--certificate: {options.what} is a scenario; say the folder of a run")
     if options.plots is not None:
         check_writable(options.plots)
     with named(options.what), plugin_failures_named(scenario, OutputError, InvalidEvaluation):

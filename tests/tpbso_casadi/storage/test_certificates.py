@@ -1,0 +1,100 @@
+"""Certificates of plans as files: from Python, from the command line, of a run that is read back."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from helpers.space_scenarios import space_scenario
+
+import tpbso_casadi as tp
+from problems.certify import check_certificate as checker
+from tpbso_casadi.cli.commands import audit, solve
+from tpbso_casadi.facade.plan import Plan
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.storage import OutputError
+
+TOWARD = {"goal": {"joints": [0.4, 0.9, 0.5]}}
+HALTS = {"shape": "box", "center": [0.4, 0.0, 0.62], "size": [0.1, 0.1, 0.1]}
+
+
+def planned(**tables: Any) -> Plan:
+    content = space_scenario(task=TOWARD, obstacles=[], solver={"name": "ladder", "evaluations": None}, **tables)
+    return Plan(plan(parse_scenario(content)))
+
+
+@pytest.fixture(scope="module")
+def scenario_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    content = space_scenario()
+    folder = tmp_path_factory.mktemp("scenario")
+    (folder / "short.urdf").write_text(content["robot"]["urdf_text"])
+    (folder / "spheres.toml").write_text(content["robot"]["spheres_text"])
+    path = folder / "short.toml"
+    path.write_text(
+        '[robot]\nurdf = "short.urdf"\nspheres = "spheres.toml"\nmax_acceleration = 8.0\n'
+        '[task]\nkind = "point-to-point"\nstart = { joints = [-0.5, 0.8, 0.6] }\ngoal = { joints = [0.4, 0.9, 0.5] }\n'
+        '[[obstacles]]\nshape = "box"\ncenter = [0.0, 0.7, 0.6]\nsize = [0.1, 0.1, 0.1]\nname = "crate"\n'
+    )
+    return path
+
+
+def test_a_plan_writes_one_that_is_accepted(tmp_path: Path) -> None:
+    found = planned()
+    path = found.certificate(tmp_path / "new" / "motion.json.gz")
+    assert checker.main([str(path)]) == 0
+    content = json.loads(gzip.decompress(path.read_bytes()))
+    assert content["motion"]["breakpoints"] == found.trajectory.breakpoints.tolist()
+    assert content["ends"]["goal"]["position"] == TOWARD["goal"]["joints"]
+    assert "limit: torque" not in content["not_covered"]
+    again = found.certificate(str(tmp_path / "again.json.gz"))
+    assert again.read_bytes() == path.read_bytes()
+
+
+def test_the_command_line_writes_one_and_an_audit_of_the_run_the_same(
+    tmp_path: Path, scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one, two, folder = tmp_path / "one.json", tmp_path / "two.json", tmp_path / "run"
+    options = ["--no-plots", "--quiet", "--certificate"]
+    assert solve.main([str(scenario_file), "--out", str(folder), *options, str(one)]) == 0
+    assert audit.main([str(folder), "--quiet", "--certificate", str(two)]) == 0
+    assert one.read_bytes() == two.read_bytes()
+    capsys.readouterr()
+    assert checker.main([str(one)]) == 0
+    assert "obstacles: crate\n" in capsys.readouterr().out
+
+
+def test_what_is_not_claimed_is_listed(tmp_path: Path) -> None:
+    content = space_scenario(task={"goal": {"position": [0.3, 0.3, 0.6]}}, obstacles=[])
+    found = Plan(plan(parse_scenario(content)))
+    path = found.certificate(tmp_path / "motion.json")
+    assert "condition: goal" in json.loads(path.read_text())["not_covered"]
+    assert checker.main([str(path)]) == 0
+
+
+def test_a_plan_that_is_not_certified_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = tp.plan("obstacle-3", evaluations=60, seed=1)
+    with pytest.raises(OutputError, match=r"arms in space|not certified"):
+        found.certificate(tmp_path / "motion.json")
+    assert not (tmp_path / "motion.json").exists()
+
+
+def test_planar_arms_and_sequences_have_none_so_far(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="certificates of arms in space alone"):
+        tp.plan("time-3", evaluations=300, seed=1).certificate(tmp_path / "motion.json")
+
+
+def test_a_scenario_has_no_certificate(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert audit.main([str(scenario_file), "--certificate", "c.json"]) == 2
+    assert "--certificate" in capsys.readouterr().err
+
+
+def test_the_place_is_checked_before_the_search(
+    tmp_path: Path, scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert solve.main([str(scenario_file), "--out", str(tmp_path / "run"), "--certificate", str(tmp_path)]) == 2
+    assert "is a folder" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
