@@ -258,6 +258,7 @@ class Work(TorqueIntegral):
     name: ClassVar[str] = "work"
     symbol: ClassVar[str] = "W"
     unit: ClassVar[str] = "J"
+    polish_suffices: ClassVar[bool] = False  # slow motions are best, of many kinds: 20.0 J where a search found 11.8 J
 
     def of_joints(self, torque: Matrix, speed: Matrix) -> Integrand:
         """|tau_i dq_i/dt|."""

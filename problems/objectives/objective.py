@@ -179,6 +179,11 @@ class Objective(ABC):
         """Whether nothing between two postures beats a motion in the least duration in which no joint turns back."""
         return False
 
+    @property
+    def polish_suffices(self) -> bool:
+        """Whether convex programs from a few ways end as near the best motion as a search of a population does."""
+        return True
+
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
         """A lower bound over all motions of each of several moves, (n,); minus infinity where none is known."""
         return np.full_like(moves.durations, -np.inf)
@@ -337,6 +342,11 @@ class WeightedSum(Parametric, Objective):
     def direct_is_least(self) -> bool:
         """Whether that holds for each of them."""
         return all(objective.direct_is_least for objective in self.objectives)
+
+    @property
+    def polish_suffices(self) -> bool:
+        """Whether it does for each of them."""
+        return all(objective.polish_suffices for objective in self.objectives)
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
         """The sum of theirs."""

@@ -366,7 +366,7 @@ class MoveProblem(SplineProblem):
         between_two_states = free and self.robot.limits.jerk is not None
         if not (limits_can_be_polished(known) and (self.task.at_rest or between_two_states)):
             return False
-        return self._integrals is not None
+        return self.objective.polish_suffices and self._integrals is not None
 
     @property
     def is_polished(self) -> bool:

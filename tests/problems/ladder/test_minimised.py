@@ -14,10 +14,12 @@ from scipy.integrate import quad
 
 import tpbso_casadi as tp
 from problems.base import FloatArray, as_array
+from problems.families.splines import move
 from problems.ladder import Deviations, Integrals, Minimised
 from problems.motions import MotionView, traced
 from problems.objectives import OBJECTIVES, ExpressionObjective, Objective, WeightedSum
 from problems.robots import SpatialArm
+from problems.tasks import Joints, Move
 
 START, GOAL = np.array([0.0, -0.8, 0.0, -2.2, 0.0, 1.5, 0.8]), np.array([0.9, -0.3, 0.2, -1.8, 0.3, 1.7, 0.2])
 
@@ -157,3 +159,10 @@ def test_objectives_that_are_not_integrals_are_not_known() -> None:
     assert Integrals.of(Bumps(), panda()) is None
     both = WeightedSum((1.0, 1.0), (OBJECTIVES["time"], Bumps()))
     assert Integrals.of(both, panda()) is None
+
+
+def test_what_a_search_does_better_is_left_to_it() -> None:
+    task = Move(panda(), Joints(tuple(START.tolist())), (Joints(tuple(GOAL.tolist())),))
+    assert move(task, "energy").approaches()
+    assert not move(task, "work").approaches()
+    assert not move(task, WeightedSum((1.0, 1.0), (OBJECTIVES["energy"], OBJECTIVES["work"]))).approaches()
