@@ -66,7 +66,7 @@ def test_a_jerk_limit_does_not_mind_the_acceleration_at_the_start() -> None:
     trajectory = problem.trajectory(problem.quintics(3)[1])
     assert named(problem, trajectory, "jerk").satisfied
     still = replace(problem, task=stated(robot=smooth, start_acceleration=()))
-    assert "jumps, t = 0 s" in named(still, trajectory, "jerk").where
+    assert "accelerations jump, t = 0 s" in named(still, trajectory, "jerk").where
 
 
 def test_a_feasible_candidate_costs_its_duration_and_keeps_its_limits_at_the_samples() -> None:

