@@ -229,7 +229,13 @@ class Criteria:
     @property
     def not_judged(self) -> tuple[str, ...]:
         """What no verdict speaks of, although it is or may be there, a line each."""
-        return self.robot.unjudged
+        if self.robot.is_exact:
+            return self.robot.unjudged
+        planned = dict.fromkeys(limit.name for limit in self.judged_limits if not limit.within_tracking)
+        return (
+            *self.robot.unjudged,
+            f"{', '.join(planned)}, and the path of the tool, of joints that are off the plan",
+        )
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing."""

@@ -49,6 +49,7 @@ class CoverLimit(Limit):
         looks: postures in which the nearest is looked for before a proof.
     """
 
+    within_tracking: ClassVar[bool] = True
     proof_gap: ClassVar[float] = 0.1
     looks: ClassVar[int] = 100
 

@@ -118,6 +118,7 @@ class JointRange(Limit):
 
     name: ClassVar[str] = "joint range"
     order: ClassVar[int | None] = 0
+    within_tracking: ClassVar[bool] = True
 
     robot: Robot
 

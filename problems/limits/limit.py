@@ -162,11 +162,14 @@ class Limit(Parametric, ABC):
         order: which derivative of the joint angles it bounds (0: the angles), so that its extremes over all t are found
             exactly, and proven; None where it is about something else.
         bends: whether it may bend much between two samples, so that nonlinear programs need short, even pieces.
+        within_tracking: whether its verdict holds for all motions within the robot's tracking error, not for the
+            planned one alone.
     """
 
     name: ClassVar[str]
     order: ClassVar[int | None] = None
     bends: ClassVar[bool] = False
+    within_tracking: ClassVar[bool] = False
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:

@@ -239,6 +239,8 @@ class Proximity(Limit):
             the length; None where no such pair is known.
     """
 
+    within_tracking: ClassVar[bool] = True
+
     robot: Robot
     pairs: tuple[Pair, ...]
     around: tuple[Pair, float] | None = None

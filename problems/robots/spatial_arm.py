@@ -435,8 +435,7 @@ class SpatialArm(Robot):
     @property
     def unjudged(self) -> tuple[str, ...]:
         """The lines of ``left_out``, and contacts that are allowed."""
-        off = () if self.tracking is None else ("speeds, accelerations and torques of joints that are off the plan",)
-        return (*self.left_out, *super().unjudged, *off)
+        return (*self.left_out, *super().unjudged)
 
     @property
     def body_names(self) -> tuple[str, ...]:

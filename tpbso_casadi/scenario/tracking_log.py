@@ -69,7 +69,11 @@ def read_tracking_log(folder: InputFolder, name: str) -> TrackingLog:
     if len(rows) < LEAST_ROWS:
         raise ScenarioError(f"{place}: {len(rows)} rows; {LEAST_ROWS} at least are needed")
     table = np.array(rows)
-    return TrackingLog.of(table[:, 0], table[:, 1 : 1 + joints], table[:, 1 + joints :])
+    with np.errstate(all="ignore"):
+        log = TrackingLog.of(table[:, 0], table[:, 1 : 1 + joints], table[:, 1 + joints :])
+    if not all(np.isfinite(part).all() for part in (log.errors, log.speed, log.acceleration)):
+        raise ScenarioError(f"{place}: times are too close to each other, or numbers too large, for speeds")
+    return log
 
 
 def _joints(place: str, line: str) -> int:

@@ -28,7 +28,19 @@ def test_one_number_is_a_constant_of_every_joint_and_takes_from_the_ranges() -> 
     shrunk = np.array(exact.limits.position) - np.array(found.limits.position)
     np.testing.assert_allclose(shrunk, np.tile([-0.01, 0.01], (7, 1)), atol=1e-12)
     assert found.assumed == "within a tracking error of 0.01 rad" and exact.assumed == ""
-    assert any("off the plan" in line for line in found.unjudged)
+
+
+def test_what_holds_for_the_plan_alone_is_listed() -> None:
+    start = tp.Joints((0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785))
+    goal, slow = tp.Joints((1.2, -0.3, 0.1, -2.0, 0.1, 1.6, 0.5)), [tp.ToolSpeed(max=1.5)]
+    exact, loose = (
+        tp.plan(tp.robot("panda", tracking_error=error), start=start, goal=goal, constraints=slow)
+        for error in (None, 0.01)
+    )
+    assert not any("off the plan" in line for line in exact.not_judged)
+    (line,) = (line for line in loose.not_judged if "off the plan" in line)
+    limits = {"speed", "acceleration", "jerk", "torque", "tool speed", "and the path of the tool"}
+    assert set(line.removesuffix(", of joints that are off the plan").split(", ")) == limits
 
 
 def test_shares_of_speed_and_acceleration_count_at_their_limits_for_ranges() -> None:

@@ -17,6 +17,7 @@ from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.options import path, positive_number
 from tpbso_casadi.scenario import InputFolder, ScenarioError, TrackingLog, read_tracking_log
 
+LEAST = 1e-12  # rad, m, s or s^2: no robot follows as closely
 DIGITS = 4  # of what is printed, rounded up
 
 
@@ -82,6 +83,7 @@ def _up(value: float) -> float:
     """The least number with few digits that is no smaller."""
     if value == 0.0:
         return 0.0
+    value = max(value, LEAST)
     unit = 10.0 ** (math.floor(math.log10(value)) + 1 - DIGITS)
     found = float(f"{math.ceil(value / unit) * unit:.{DIGITS}g}")
     return found if found >= value else float(f"{(math.ceil(value / unit) + 1) * unit:.{DIGITS}g}")
