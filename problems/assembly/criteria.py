@@ -229,13 +229,13 @@ class Criteria:
     @property
     def not_judged(self) -> tuple[str, ...]:
         """What no verdict speaks of, although it is or may be there, a line each."""
-        if self.robot.is_exact:
-            return self.robot.unjudged
-        planned = dict.fromkeys(limit.name for limit in self.judged_limits if not limit.within_tracking)
-        return (
-            *self.robot.unjudged,
-            f"{', '.join(planned)}, and the path of the tool, of joints that are off the plan",
-        )
+        found = [*self.robot.unjudged]
+        if self.robot.dim == 3 and any(obstacle.moves for obstacle in self.obstacles):
+            found.append("clearance of what no joint moves from obstacles that move")
+        if not self.robot.is_exact:
+            planned = dict.fromkeys(limit.name for limit in self.judged_limits if not limit.within_tracking)
+            found.append(f"{', '.join(planned)}, and the path of the tool, of joints that are off the plan")
+        return tuple(found)
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing."""

@@ -38,6 +38,7 @@ from tpbso_casadi.storage import (
     OutputError,
     Writer,
     add_to_plan,
+    check_certificate_file,
     check_file,
     check_run_folder,
     check_writable,
@@ -143,6 +144,7 @@ class Output:
         if self.certificate is not None:
             check_writable(self.certificate.parent)
             check_file(self.certificate)
+            check_certificate_file(self.certificate)
         if self.film is not None:
             from tpbso_casadi.animation.write import check_animation  # noqa: PLC0415 (loads matplotlib)
 
@@ -175,9 +177,12 @@ class Output:
         Raises:
             OutputError: they cannot be written.
         """
-        if self.certificate is not None and plan.feasible:
+        if self.certificate is not None:
             progress.phase("dividing the proof")
-            write_certificate(self.certificate, plan.motion)
+            if plan.feasible:
+                write_certificate(self.certificate, plan.motion)
+            else:
+                self.certificate.unlink(missing_ok=True)  # it would be taken for one of this motion
         exports = [partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports]
         further: list[Writer] = [*exports, *figure_writers(plan, self.formats)]
         is_inside = folder is not None and self.film is not None and self._place_in(folder) is not None

@@ -130,12 +130,17 @@ def certified_scenario(
     if scene is not None:
         around, robot = _in_scene(Path(scene), around, robot), None
     stated = dict(model or {})
-    if constraints is not None:
+    if constraints is not None or stated.get("limits"):
         arm = scenario_around(STANDS, around, robot, payload=payload)
-        own = constraints_table(constraints, arm.robot_table.build())
-        before = around.get("model", {}).get("constraints", [])
-        further = [*(stated.get("limits") or []), *own["limits"]]
-        stated |= {"constraints": [*before, *own["constraints"]], "limits": further or None}
+        known = arm.model_dump()["model"]
+        own: dict[str, list[Any]] = {"constraints": [], "limits": []}
+        if constraints is not None:
+            own = constraints_table(constraints, arm.robot_table.build())
+        further = [*(known.get("limits") or []), *(stated.get("limits") or []), *own["limits"]]
+        stated |= {
+            "constraints": [*(known.get("constraints") or []), *own["constraints"]] or None,
+            "limits": list(dict.fromkeys(further)) or None,
+        }
     return scenario_around(motion, around, robot, model=stated, beside=beside, payload=payload)
 
 

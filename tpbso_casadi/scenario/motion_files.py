@@ -11,6 +11,7 @@ import json
 import math
 import re
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import PurePath
@@ -195,9 +196,21 @@ def _numbers_of(key: str, array: Any) -> list[Any]:
         raise BadRow(
             f"{key}: an array of numbers of {dimensions} dimensions is needed, not {array.dtype} {array.shape}"
         )
-    if not (np.abs(array) <= (np.inf if key == "coefficients" else LARGEST_STATE)).all():
+    if not (np.abs(array.astype(np.float64)) <= (np.inf if key == "coefficients" else LARGEST_STATE)).all():
         raise BadRow(f"{key}: a number is not finite, or larger than {LARGEST_STATE:g}")
     return list(array.astype(np.float64).tolist())
+
+
+NO_ARRAYS = (
+    ValueError,
+    OSError,
+    KeyError,
+    EOFError,
+    zipfile.BadZipFile,
+    zlib.error,
+    RuntimeError,
+    MemoryError,
+)  # what NumPy raises of files that are none; an encrypted one is a RuntimeError
 
 
 def _arrays(content: bytes) -> dict[str, Any]:
@@ -208,10 +221,13 @@ def _arrays(content: bytes) -> dict[str, Any]:
         if size > LARGEST_ARRAYS:
             raise BadRow(f"its arrays are larger than {LARGEST_ARRAYS / 1e6:g} MB")
         with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}
+            found = {name: arrays[name] for name in arrays.files}
+        if not all(isinstance(each, np.ndarray) for each in found.values()):
+            raise BadRow("is no NPZ of arrays of numbers")
+        return found
     except BadRow:
         raise
-    except (ValueError, OSError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError, MemoryError) as error:
+    except NO_ARRAYS as error:
         raise BadRow(f"is no NPZ of arrays of numbers: {error}") from error
 
 

@@ -3,13 +3,34 @@
 from __future__ import annotations
 
 import gzip
+import io
 import json
+import zlib
+from contextlib import suppress
 from pathlib import Path
 
 from problems.assembly import certificate_of
 from problems.base import InvalidProblem
+from problems.certify import FORMAT
 from tpbso_casadi.planning import Motion
 from tpbso_casadi.storage.files import OutputError, write_with, writing
+
+HEAD, ZIPPED = 200, b"\x1f\x8b"  # bytes at the beginning: of a certificate, which say what it is; of a zipped file
+
+
+def check_certificate_file(path: Path) -> None:
+    """Make sure that nothing else than a certificate would be written over.
+
+    Raises:
+        OutputError: there is another file.
+    """
+    if not path.is_file():
+        return
+    data = path.read_bytes()[:HEAD]
+    with suppress(OSError, EOFError, zlib.error):
+        data = gzip.GzipFile(fileobj=io.BytesIO(path.read_bytes())).read(HEAD) if data[:2] == ZIPPED else data
+    if FORMAT.encode() not in data:
+        raise OutputError(f"{path}: is there already, and is no certificate")
 
 
 def write_certificate(path: Path, motion: Motion) -> Path:
@@ -20,9 +41,11 @@ def write_certificate(path: Path, motion: Motion) -> Path:
         motion: that is certified.
 
     Raises:
-        OutputError: it is not certified, there is no certificate of such a motion, or the file cannot be written.
+        OutputError: it is not certified, so that a certificate that was there is removed; there is none of such a
+            motion, or the file cannot be written.
     """
     if not motion.feasible:
+        path.unlink(missing_ok=True)  # it would be taken for one of this motion
         raise OutputError(f"{path}: no certificate: the motion is not certified")
     try:
         content = certificate_of(motion.criteria, motion.trajectory)

@@ -257,3 +257,13 @@ def test_an_export_is_judged_like_its_plan(
             if not name.endswith("clearance"):
                 assert abs(judged(again)[name][1]) == pytest.approx(abs(worst), abs=1e-5, rel=1e-5)
     assert json.loads(plan.result.to_json())["scenario"]["task"]["kind"] == "recorded-motion"
+
+
+def test_constraints_and_limits_hold_besides_those_of_the_file(in_an_empty_folder: None) -> None:
+    Path("arm.toml").write_text(
+        "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 2.0\nmax_acceleration = 10.0\n"
+        '[[model.constraints]]\nname = "slow"\nkind = "tool speed"\nmax = 1e-3\n'
+    )
+    beside = tp.Constraint(lambda m: m.tool[1], upper=10.0, name="mine", unit="m")
+    for own in ({}, {"constraints": beside}):
+        assert judged(tp.certify((TIMES, *states()), "arm.toml", **own))["slow"][0] == str(VIOLATED)

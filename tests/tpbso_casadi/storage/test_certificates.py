@@ -98,3 +98,18 @@ def test_the_place_is_checked_before_the_search(
     assert solve.main([str(scenario_file), "--out", str(tmp_path / "run"), "--certificate", str(tmp_path)]) == 2
     assert "is a folder" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+def test_no_other_file_is_written_over_and_none_of_another_motion_stays(
+    tmp_path: Path, scenario_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place, mine = tmp_path / "c.json.gz", tmp_path / "mine.csv"
+    mine.write_text("t,q1\n")
+    assert solve.main([str(scenario_file), "--quiet", "--json", "--certificate", str(mine)]) == 2
+    assert "mine.csv: is there already, and is no certificate" in capsys.readouterr().err
+    assert mine.read_text() == "t,q1\n"
+    found = planned()
+    assert found.certificate(place) == found.certificate(place)
+    with pytest.raises(OutputError, match="not certified"):
+        tp.certify(([0.0, 0.1], [[0.0] * 7, [1.0] * 7]), "panda").certificate(place)
+    assert not place.exists()

@@ -126,6 +126,8 @@ def repaired(scenario: Scenario, name: str, options: argparse.Namespace) -> int:
         return Exit.INFEASIBLE
     place = Path(f"{options.out or Path('runs') / name}-repaired")
     console.say(f"written to {found.plan.save(place, figures=figure_formats(options))}")
+    if options.certificate is not None:
+        console.say(f"certificate of the repaired motion: {found.plan.certificate(options.certificate)}")
     return Exit.FEASIBLE
 
 
@@ -139,8 +141,9 @@ def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
 
 def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     """Judge all trajectories of a folder, print and write their table; returns the exit status."""
-    if options.repair:
-        raise ScenarioError("--repair: of one trajectory; a folder of them is judged alone")
+    for option in ("repair", "certificate", "animate", "export"):
+        if getattr(options, option):
+            raise ScenarioError(f"--{option}: of one trajectory; a folder of them is judged alone")
     if options.robot is None and options.scene is None:
         raise ScenarioError(f"{folder}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
     files = trajectory_files(folder)
