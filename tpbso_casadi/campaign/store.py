@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -74,9 +74,7 @@ class Store:
             self._opened = opened.pop_all()
 
     def _open(self, opened: ExitStack) -> None:
-        with self._transaction():
-            if self._pragma("schema_version") == 0:
-                self._create()
+        self._transact(self._create)
         with self._named():
             self._check()
             opened.enter_context(closing(_locked(self.path)))
@@ -95,6 +93,8 @@ class Store:
             raise StoreError(f"{self.path}: {reason}, as its runs were made with that; take another folder")
 
     def _create(self) -> None:
+        if self._pragma("schema_version"):
+            return
         for statement in filter(str.strip, SCHEMA.split(";")):
             self._connection.execute(statement)
         self._connection.execute(f"PRAGMA application_id = {APPLICATION}")
@@ -117,12 +117,12 @@ class Store:
         except (OverflowError, UnicodeError) as error:
             raise StoreError(f"{self.path}: cannot hold a value: {error}") from error
 
-    @contextmanager
-    def _transaction(self) -> Iterator[None]:
+    def _transact(self, work: Callable[[], object]) -> None:
+        """Do all of this or nothing; Ctrl-C may come at any place of it, which a generator would not see at each."""
         with self._named():
             try:
                 self._connection.execute("BEGIN IMMEDIATE")
-                yield
+                work()
                 self._connection.execute("COMMIT")
             except BaseException:
                 if self._connection.in_transaction:
@@ -147,9 +147,12 @@ class Store:
         finished = datetime.now(UTC).isoformat(timespec="milliseconds")
         labels = run.key, run.case, run.solver, run.seed
         values = *labels, finished, outcome.seconds, outcome.error, outcome.details, outcome.result
-        with self._transaction():
+
+        def replace() -> None:
             self._connection.execute("DELETE FROM runs WHERE key = ? AND error <> ''", (run.key,))
             self._connection.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", values)
+
+        self._transact(replace)
 
     def done(self, failed_too: bool = True) -> set[str]:
         """The keys of the stored runs."""
@@ -217,8 +220,8 @@ class Store:
 
     def keep(self, name: str, value: Any) -> None:
         """Store a measurement, plain data, under a name."""
-        with self._transaction():
-            self._connection.execute("INSERT OR REPLACE INTO measurements VALUES (?, ?)", (name, json.dumps(value)))
+        row = name, json.dumps(value)
+        self._transact(lambda: self._connection.execute("INSERT OR REPLACE INTO measurements VALUES (?, ?)", row))
 
 
 def _locked(path: Path) -> sqlite3.Connection:

@@ -8,12 +8,14 @@ from __future__ import annotations
 import inspect
 import json
 import re
+import signal
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, InitVar, fields
 from math import radians
 from pathlib import Path
-from types import UnionType
+from threading import current_thread, main_thread
+from types import FrameType, UnionType
 from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -43,11 +45,44 @@ NEEDED = {  # by what pydantic calls an error
     "json_invalid": "nested too deeply, or not text in UTF-8",
 }
 
+DEFERRED = signal.SIGINT, signal.SIGTERM
+
 
 class StrictModel(BaseModel):
     """A table of a file: unknown keys and NaN or infinite numbers are errors, types are not guessed."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+    def model_dump(self, **options: Any) -> dict[str, Any]:
+        """As pydantic's; Ctrl-C waits for its end."""
+        with _signals_deferred():
+            return super().model_dump(**options)
+
+    def model_dump_json(self, **options: Any) -> str:
+        """As pydantic's; Ctrl-C waits for its end."""
+        with _signals_deferred():
+            return super().model_dump_json(**options)
+
+
+@contextmanager
+def _signals_deferred() -> Iterator[None]:
+    """Pydantic takes what is raised in a serializer for an error, or for a reason to try another one: Ctrl-C too."""
+    if current_thread() is not main_thread():  # in which no handler runs
+        yield
+        return
+    received: list[tuple[int, FrameType | None]] = []
+    handlers: dict[int, Callable[[int, FrameType | None], object]] = {
+        number: handler for number in DEFERRED if callable(handler := signal.getsignal(number))
+    }
+    for number in handlers:
+        signal.signal(number, lambda *arguments: received.append(arguments))
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number, frame in received:
+            handlers[number](number, frame)
 
 
 class NestedError(ValueError):

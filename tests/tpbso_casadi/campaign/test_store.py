@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 import sqlite3
+import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -126,6 +129,37 @@ def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatc
     monkeypatch.undo()
     with Store(path) as store:
         assert store.done() == set()
+
+
+def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path) -> None:
+    def add_interrupted(store: Store, seed: int, lines: int) -> bool:
+        """Add a run, with Ctrl-C at a line; returns whether there were so many lines."""
+
+        def trace(frame: FrameType, event: str, _: object) -> Any:
+            nonlocal lines
+            lines -= 1
+            if not lines:
+                signal.raise_signal(signal.SIGINT)
+            return trace
+
+        before = sys.gettrace()
+        sys.settrace(trace)
+        try:
+            store.add(run(seed), Outcome("{}", 1.0))
+        except KeyboardInterrupt:
+            sys.settrace(before)
+            store.add(run(seed + 1), Outcome("{}", 1.0))  # while what is on the stack is alive
+            return True
+        finally:
+            sys.settrace(before)
+        return False
+
+    with Store(path) as store:
+        places = 0
+        while add_interrupted(store, 2 * places, places + 1):
+            places += 1
+            assert run(2 * places - 1).key in store.done()
+        assert places > 20
 
 
 def companions(path: Path) -> set[str]:

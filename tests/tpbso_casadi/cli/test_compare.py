@@ -246,8 +246,8 @@ def test_an_interruption_keeps_what_was_done(send: Callable[[int, int], None], n
     wait_for_rows(process, STORE, 1)
     send(process.pid, number)  # Ctrl-C as a terminal does: to the workers too
     _, errors = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
-    assert errors == "error: interrupted; completed runs are stored, and the same command resumes\n"
+    expected = "error: interrupted; completed runs are stored, and the same command resumes\n"
+    assert (process.returncode, errors) == (130, expected)
     with closing(sqlite3.connect(STORE)) as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         kept = connection.execute("SELECT error FROM runs").fetchall()
