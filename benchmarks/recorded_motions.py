@@ -274,7 +274,8 @@ def by_ruckig(setting: Setting, problem: MotionProblem, seed: int, seconds: floa
     given.max_velocity, given.max_acceleration = list(limits.speed), list(limits.acceleration)
     given.max_jerk = list(limits.jerk or ())
     Ruckig(7).calculate(given, found)
-    return exact_pieces(found), 0.0
+    pieces = exact_pieces(found)
+    return pieces and pieces[0], 0.0
 
 
 def of_planner(setting: Setting, planner: str, problem: MotionProblem, seed: int, seconds: float) -> dict[str, object]:
