@@ -24,6 +24,7 @@ class RecordedMotion(Task):
         obstacles: to keep clear of; their clock is that of the motion.
         joined: how it was made of what was stated, in words.
         remarks: what is known of the statement that no verdict speaks of, a line each.
+        without: names of limits by which it is not judged.
 
     Raises:
         InvalidProblem: the motion is of another number of joints, or has a number that is none.
@@ -34,6 +35,7 @@ class RecordedMotion(Task):
     obstacles: tuple[Obstacle, ...] = ()
     joined: str = "polynomial pieces"
     remarks: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -59,6 +59,7 @@ def certify(
     margin: float | None = None,
     self_collision: bool | None = None,
     payload: float | None = None,
+    without: Iterable[str] | str = (),
 ) -> Plan:
     """Judge a motion that is given in time, whoever made it, for all t: nothing of it is changed.
 
@@ -79,6 +80,7 @@ def certify(
         margin: what the robot keeps from obstacles, m.
         self_collision: whether its own bodies must not touch.
         payload: what the tool carries, a mass at its own origin, kg.
+        without: names of limits by which it is not judged, such as ``jerk``; they stand beside the status.
 
     Returns:
         The motion with a verdict on every constraint: proven, violated (when first, when worst, by how much, which
@@ -92,7 +94,8 @@ def certify(
         further = None if limits is None else several("limits", limits, "kinds of limits")
         model: Content = {"margin": margin, "self_collision": self_collision, "limits": further}
         beside = {"obstacles": None if obstacles is None else obstacle_tables(obstacles)}
-        task = {"interpolation": interpolation, "joint_names": joint_names}
+        left_out = [without] if isinstance(without, str) else several("without", without, "names of limits")
+        task = {"interpolation": interpolation, "joint_names": joint_names, "without": left_out or None}
         scenario = certified_scenario(
             trajectory, robot, task, scene=scene, model=model, beside=beside, payload=payload, constraints=constraints
         )
@@ -115,7 +118,7 @@ def certified_scenario(
     Args:
         trajectory: as of :func:`certify`.
         robot: likewise.
-        task: ``interpolation`` and ``joint_names``; None of what is not stated, as of the other tables.
+        task: ``interpolation``, ``joint_names`` and ``without``; None of what is not stated, as of the other tables.
         scene: as of :func:`certify`.
         model: keys of [model].
         beside: tables in place of those of the robot's file, of the scene or of the plan.
@@ -192,9 +195,8 @@ def file_content(file: Path, given: Content) -> Content:
     """
     rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name)
     if rows.breakpoints and given.get("interpolation", "auto") == "auto":
-        names = given.get("joint_names", rows.joint_names)
         pieces = {"breakpoints": rows.breakpoints, "coefficients": rows.coefficients}
-        return {**STANDS, "shape": "pieces", **pieces, "joint_names": names}
+        return {**STANDS, "shape": "pieces", **pieces, "joint_names": rows.joint_names, **_of_pieces(given)}
     return {**STANDS, **rows_table(rows), **given}
 
 
@@ -216,7 +218,7 @@ def _of_pieces(given: Content) -> Content:
     """
     if given.get("interpolation", "auto") != "auto":
         raise ScenarioError("interpolation: the motion is complete between its rows; it is for rows")
-    return {"joint_names": given["joint_names"]} if "joint_names" in given else {}
+    return {key: given[key] for key in ("joint_names", "without") if key in given}
 
 
 def _rows_content(rows: Any) -> Content:

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from problems import InvalidProblem, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria, recorded_motion
@@ -14,7 +14,7 @@ from problems.base import FloatArray
 from problems.motions import MotionRows, RowInterpolation
 from problems.tasks import RecordedMotion
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.model import ModelSection, TaskSection
+from tpbso_casadi.scenario.model import ModelSection, TaskSection, without_empty
 from tpbso_casadi.scenario.motion_files import (
     MOST_MOTION_ROWS,
     as_columns,
@@ -22,7 +22,7 @@ from tpbso_casadi.scenario.motion_files import (
     read_recorded,
 )
 from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
-from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError, Word, read_table
+from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, ScenarioError, Word, read_table
 
 Row = Annotated[list[float], Field(max_length=MOST_LINKS)]
 Rows = Annotated[list[Row], Field(max_length=MOST_MOTION_ROWS)]
@@ -34,6 +34,12 @@ class StatedMotionTask(TaskSection):
     is_searched: ClassVar[bool] = False
     has_solver: ClassVar[bool] = False
     motions: ClassVar[tuple[str, ...]] = ("spline",)
+
+    without: Annotated[list[Word], Field(max_length=MOST_EXPRESSIONS)] = Field(default_factory=list)
+
+    @model_serializer(mode="wrap")
+    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_empty(serialize(self), "without")
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The motion of a robot's joints among obstacles.
@@ -86,7 +92,7 @@ class MotionRowsTask(StatedMotionTask):
             raise ScenarioError(f"task.file: {self.file!r} has not been read; only a scenario file can name a file")
         rows = self._rows(robot)
         late = (f"how the arm gets to the first row, which is at {rows.times[0]:.6g} s",) if rows.times[0] else ()
-        return RecordedMotion(robot, rows.trajectory, obstacles, rows.said, late)
+        return RecordedMotion(robot, rows.trajectory, obstacles, rows.said, late, tuple(self.without))
 
     def _rows(self, robot: Robot) -> MotionRows:
         widths = {len(row) for row in self.positions}
@@ -129,7 +135,8 @@ class MotionPiecesTask(StatedMotionTask):
             known = iter((robot.joint_identifiers, robot.joint_names))
             coefficients = coefficients[:, :, joint_order(self.joint_names, known, "task.joint_names")]
         motion = Trajectory(breakpoints - breakpoints[0], coefficients)
-        return RecordedMotion(robot, motion, obstacles, f"{breakpoints.size - 1} polynomial pieces")
+        said = f"{breakpoints.size - 1} polynomial pieces"
+        return RecordedMotion(robot, motion, obstacles, said, without=tuple(self.without))
 
 
 def rows_table(rows: Any) -> dict[str, Any]:

@@ -32,6 +32,7 @@ from tpbso_casadi.facade.certifying import certified_scenario, surrounding_scena
 from tpbso_casadi.facade.certifying_many import Statement, certificates, trajectory_files
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.repairing import repair
+from tpbso_casadi.facade.surroundings import given_keys
 from tpbso_casadi.plain import as_json
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, in_words, is_folder, named
@@ -82,6 +83,14 @@ def parser() -> OneLineParser:
     )
     add_row_interpolation(problem, get_args(RowInterpolation), joined)
     add_payload(problem)
+    problem.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        metavar="LIMIT",
+        help="a limit by which it is not judged, such as jerk or 'self clearance'; may be said several times; what was "
+        "left out stands beside the status",
+    )
     problem.add_argument(
         "--repair",
         action="store_true",
@@ -135,7 +144,7 @@ def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
     """The scenario of a motion with the robot and the surroundings of the options."""
     if options.robot is None and options.scene is None and not is_folder(options.trajectory):
         raise ScenarioError(f"{trajectory}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
-    task = {"interpolation": options.interpolation}
+    task = {"interpolation": options.interpolation, "without": options.without or None}
     return certified_scenario(trajectory, options.robot, task, scene=options.scene, payload=options.payload)
 
 
@@ -149,7 +158,7 @@ def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     files = trajectory_files(folder)
     if not files:
         raise ScenarioError(f"{folder}: holds no result.json, and no {in_words([f'*{ending}' for ending in READERS])}")
-    task = {} if options.interpolation is None else {"interpolation": options.interpolation}
+    task = given_keys({"interpolation": options.interpolation, "without": options.without or None})
     statement = Statement(surrounding_scenario(options.robot, options.scene, options.payload), task)
     place = Path(options.out or Path("runs") / f"{folder.resolve().name}-certified")
     table = CertificateTable(place / "certificates.csv", statement)
