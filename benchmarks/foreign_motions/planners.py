@@ -6,6 +6,7 @@ import itertools
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from benchmarks.motion_bench_maker.planner_collision import PlannerCollision
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.setting import Setting
 from benchmarks.peers.space.planners import PLANNERS as CAREFUL
+from benchmarks.peers.space.planners import Answer
 from problems import Trajectory
 from problems.base import FloatArray
 from problems.robots import JointLimits
@@ -165,17 +167,21 @@ def ompl_and_ruckig(synchronization: str) -> Callable[[Setting, MotionProblem, f
     return make
 
 
+@lru_cache(maxsize=1024)
+def _optimized(setting: Setting, problem: MotionProblem, seconds: float) -> Answer:
+    return CAREFUL["drake"](setting, problem, 1, seconds)
+
+
 def by_drake(setting: Setting, problem: MotionProblem, seconds: float) -> Made | None:
     """KinematicTrajectoryOptimization, as it comes out."""
-    answer = CAREFUL["drake"](setting, problem, 1, seconds)
-    return made(answer.trajectory)
+    return made(_optimized(setting, problem, seconds).trajectory)
 
 
 def by_drake_and_toppra(setting: Setting, problem: MotionProblem, seconds: float) -> Made | None:
     """The same, timed anew along its path by Drake's Toppra on the grid that Drake proposes."""
     from benchmarks.peers.space.drake_trajectory import retimed  # noqa: PLC0415 (an extra)
 
-    answer = CAREFUL["drake"](setting, problem, 1, seconds)
+    answer = _optimized(setting, problem, seconds)
     if answer.trajectory is None:
         return None
     return made(retimed(setting, problem, answer.details["knots"], answer.details["control_points"]))

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, Parametric, PiecewisePolynomial, bernstein, real_roots, within
+from problems.base import FloatArray, Matrix, Parametric, PiecewisePolynomial, bernstein, real_roots, unproven_part
 from problems.motions.samples import SAMPLED_ORDERS, Samples
 from problems.robots import Robot
 
@@ -307,8 +307,16 @@ class Trajectory:
 
     def stays_within(self, derivative: int, lower: FloatArray, upper: FloatArray) -> bool:
         """Whether bounds (k,) of angles (0), speeds (1) or accelerations (2) are proven for all t."""
-        curve = self._derivatives[derivative]
-        return within(bernstein(np.asarray(curve.c), np.diff(self.breakpoints)), lower, upper)
+        return self.unproven_cell(derivative, lower, upper) is None
+
+    def unproven_cell(self, derivative: int, lower: FloatArray, upper: FloatArray) -> tuple[float, float] | None:
+        """Start and end, s, of a cell of time in which such bounds are not proven; None where they are for all t."""
+        lengths = np.diff(self.breakpoints)
+        part = unproven_part(bernstein(np.asarray(self._derivatives[derivative].c), lengths), lower, upper)
+        if part is None:
+            return None
+        start, length = float(self.breakpoints[part.piece]), float(lengths[part.piece])
+        return start + part.start * length, start + part.end * length
 
     def time_scaled(self, factor: float) -> Trajectory:
         """The same path run ``factor`` times slower."""
