@@ -75,8 +75,14 @@ class ForeignPlanner:
 
 def made(motion: Any) -> Made | None:
     """A motion of another library, or ours."""
-    pieces = motion if motion is None or isinstance(motion, Trajectory) else exact_pieces(motion)
+    pieces = motion if motion is None or isinstance(motion, Trajectory) else _pieces(motion)
     return None if pieces is None else Made(pieces, Rows.of(pieces))
+
+
+def _pieces(motion: Any) -> Trajectory:
+    exact = exact_pieces(motion)
+    assert exact is not None
+    return exact[0]
 
 
 def by_ompl(setting: Setting, problem: MotionProblem, seconds: float) -> Made | None:
@@ -148,9 +154,7 @@ def by_ruckig(path: FloatArray, limits: JointLimits, synchronization: str = "Tim
         given.current_position, given.target_position = start.tolist(), goal.tolist()
         leg = RuckigTrajectory(joints)
         Ruckig(joints).calculate(given, leg)
-        pieces = exact_pieces(leg)
-        assert pieces is not None
-        legs.append(pieces)
+        legs.append(_pieces(leg))
     starts = np.cumsum([0.0, *(leg.duration for leg in legs)])
     times = [leg.breakpoints[:-1] + start for leg, start in zip(legs, starts, strict=False)]
     coefficients = np.concatenate([leg.coefficients for leg in legs], axis=1)

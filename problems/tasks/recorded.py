@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from problems.base import FloatArray, InvalidProblem, check_fields
+from problems.base import TIMES, FloatArray, InvalidProblem, check_fields, check_within
 from problems.limits import Constraint
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -24,6 +24,7 @@ class RecordedMotion(Task):
         obstacles: to keep clear of; their clock is that of the motion.
         joined: how it was made of what was stated, in words.
         remarks: what is known of the statement that no verdict speaks of, a line each.
+        stay: how long after its end the robot, which stands then, has to stay clear of obstacles that move, s.
         without: names of limits by which it is not judged.
 
     Raises:
@@ -35,6 +36,7 @@ class RecordedMotion(Task):
     obstacles: tuple[Obstacle, ...] = ()
     joined: str = "polynomial pieces"
     remarks: tuple[str, ...] = ()
+    stay: float = 0.0
     without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -44,6 +46,7 @@ class RecordedMotion(Task):
             raise InvalidProblem("joints", f"a motion of {joints} joints for a robot of {self.robot.dof}")
         if not self.motion.is_finite:
             raise InvalidProblem("motion", "a number of it, or of its derivatives, is too large to compute with")
+        check_within("stay", (self.stay,), (0.0, TIMES[1]), "s")
         check_obstacles(self.robot, self.obstacles)
 
     @property

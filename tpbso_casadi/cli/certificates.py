@@ -14,9 +14,10 @@ from rich.text import Text
 
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.facade.certifying_many import Certificate, Statement
-from tpbso_casadi.scenario import ScenarioError, read_text
-from tpbso_casadi.storage import check_file, check_writable, write_csv, writing
+from tpbso_casadi.scenario import read_text
+from tpbso_casadi.storage import OutputError, check_file, check_writable, write_csv, writing
 
+TABLE = "certificates.csv"
 LISTED = 40  # certificates on the terminal, those that are not proven first
 LARGEST_TABLE = 100_000_000  # bytes
 
@@ -37,16 +38,20 @@ class CertificateTable:
         """Make sure before anything is judged that it can be written.
 
         Raises:
-            OutputError: it cannot.
+            OutputError: it cannot, or there is another one.
+            ScenarioError: what is there cannot be read.
         """
         check_writable(self.path.parent)
         check_file(self.path)
+        content = read_text(self.path, LARGEST_TABLE) if self.path.exists() else ""
+        if content.strip() and content.partition("\n")[0].strip() != ",".join(Certificate.columns()):
+            raise OutputError(f"{self.path}: is no table of certificates; --out says where else it is to be")
 
     def known(self, files: Sequence[Path]) -> dict[str, Certificate]:
         """What it says already of files that have not changed, by their names."""
         try:
             rows = list(csv.DictReader(read_text(self.path, LARGEST_TABLE).splitlines())) if self.path.exists() else []
-        except (ScenarioError, csv.Error):
+        except csv.Error:
             return {}
         stored = {each.file: each for each in _read(rows)}
         digests = {file.name: self.statement.digest_of(file) for file in files if file.name in stored}

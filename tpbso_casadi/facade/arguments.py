@@ -31,7 +31,7 @@ from tpbso_casadi.scenario import (
 )
 from tpbso_casadi.storage import OutputError
 
-KEY = re.compile(r"^(?:task|model|solver|arm|robot)\.(?:settings\.)?(\w+)")
+KEY = re.compile(r"^(?:task|model|solver|arm|robot)\.(?:settings\.)?(?!(?:toml|json|csv|npz|ya?ml):)(\w+)")
 ENTRY = re.compile(r"^(\w+)((?:\.\d+)+)\.?")  # of a list, or of a list in it
 NUMBER = re.compile(r"\.(\d+)")
 OPTION = re.compile(r"^--")

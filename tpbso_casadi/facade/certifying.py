@@ -19,6 +19,7 @@ from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.statement import obstacle_tables
 from tpbso_casadi.facade.surroundings import (
     AROUND_TABLES,
+    MODEL_KEYS,
     OWN_TABLES,
     Content,
     around_tables,
@@ -74,7 +75,8 @@ def certify(
             alone are joined by straight lines, with velocities by cubics, with accelerations too by quintics.
         joint_names: of the columns; those of the robot in its own order where they are left out.
         obstacles: to keep clear of, as for :func:`plan`, in place of all others.
-        scene: a TOML file with what is around the robot, or a scene file of MoveIt (``.scene``).
+        scene: a TOML file with what is around the robot, or a scene file of MoveIt (``.scene``): each of its tables and
+            keys holds in place of the robot's, and what it does not state is kept.
         constraints: of your own, to be kept at every time, as for :func:`plan`.
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
         margin: what the robot keeps from obstacles, m.
@@ -160,10 +162,14 @@ def _in_scene(file: Path, around: Content, robot: AnyRobot | None) -> Content:
     if robot is None and any(key in tables for key in OWN_TABLES):
         return tables
     whole = scenario_around(STANDS, around, robot)
-    kept = whole.model.model_dump(include={"margin", "self_collision"} & whole.model.model_fields_set)
-    own = {key: value for key, value in whole.model_dump().items() if key in OWN_TABLES}
-    others = {key: tables[key] for key in AROUND_TABLES if key in tables}
-    return own | others | {"model": kept | tables["model"]}
+    kept = whole.model.model_dump(include=set(MODEL_KEYS) & whole.model.model_fields_set)
+    own = {key: value for key, value in whole.model_dump().items() if key in (*OWN_TABLES, *AROUND_TABLES)}
+    others = {key: tables[key] for key in AROUND_TABLES if tables.get(key)}
+    merged = own | others | {"model": kept | tables["model"]}
+    if others.get("may_touch"):  # whose names are those of links
+        with named(file):
+            scenario_around(STANDS, merged, None).built()
+    return merged
 
 
 def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Content]:
@@ -176,14 +182,16 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Cont
     Raises:
         ScenarioError: it is no motion.
     """
+    if isinstance(trajectory, str) and not trajectory:
+        raise ScenarioError("trajectory: the name of a file or a folder is needed, not ''")
     if isinstance(trajectory, str | Path) and not Path(trajectory).is_dir():
         return file_content(Path(trajectory), given), {}
     if isinstance(trajectory, str | Path | Plan):
         run = trajectory.as_run() if isinstance(trajectory, Plan) else read_run(Path(trajectory))
         return _run_content(run, trajectory, given)
-    pieces = trajectory if isinstance(trajectory, Trajectory) else exact_pieces(trajectory)
+    pieces = (trajectory, 0.0) if isinstance(trajectory, Trajectory) else exact_pieces(trajectory)
     if pieces is not None:
-        return motion_table(pieces) | _of_pieces(given), {}
+        return motion_table(*pieces) | _of_pieces(given), {}
     return _rows_content(trajectory) | given, {}
 
 
@@ -196,7 +204,8 @@ def file_content(file: Path, given: Content) -> Content:
     rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name)
     if rows.breakpoints and given.get("interpolation", "auto") == "auto":
         pieces = {"breakpoints": rows.breakpoints, "coefficients": rows.coefficients}
-        return {**STANDS, "shape": "pieces", **pieces, "joint_names": rows.joint_names, **_of_pieces(given)}
+        stated = {"joint_names": rows.joint_names, "remarks": rows.remarks}
+        return {**STANDS, "shape": "pieces", **pieces, **stated, **_of_pieces(given)}
     return {**STANDS, **rows_table(rows), **given}
 
 
@@ -207,7 +216,8 @@ def _run_content(run: StoredRun, trajectory: AnyMotion, given: Content) -> tuple
             raise ScenarioError("a sequence is judged stage by stage, with what it carries; say tpbso audit")
         if run.motion.criteria.task.end_velocities.any():
             raise ScenarioError("it begins or ends in motion, as its task says; say tpbso audit")
-    return motion_table(run.motion.trajectory) | _of_pieces(given), around_tables(run.scenario.model_dump())
+    motion = motion_table(run.motion.trajectory, task=run.motion.criteria.task)
+    return motion | _of_pieces(given), around_tables(run.scenario.model_dump())
 
 
 def _of_pieces(given: Content) -> Content:
@@ -249,6 +259,8 @@ DIMENSIONS = {"times": 1}  # others have 2
 
 
 def _array(key: str, value: Any) -> FloatArray:
+    if np.ma.is_masked(value) or np.iscomplexobj(value):
+        raise ScenarioError(f"{key}: an array of numbers is needed, none of them masked or complex")
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:

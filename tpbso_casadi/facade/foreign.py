@@ -22,8 +22,10 @@ SAME = 1e-9  # of the largest value; allows for rounding only
 SLIVER = 1e-12  # s: a piece that is shorter than what rounding leaves of the crossing of two breakpoints
 
 
-def exact_pieces(motion: Any) -> Trajectory | None:
-    """The pieces of a motion of another library, from t = 0; None where it is nothing of that kind.
+def exact_pieces(motion: Any) -> tuple[Trajectory, float] | None:
+    """The pieces of a motion of another library, and the time at which they begin there, s.
+
+    None where it is nothing of that kind.
 
     Raises:
         ScenarioError: it is, but its pieces are not those of joints over time, or do not give what it evaluates to; or
@@ -42,8 +44,10 @@ def exact_pieces(motion: Any) -> Trajectory | None:
     return None
 
 
-def _checked(motion: Any, found: scipy.interpolate.PPoly, evaluate: Callable[[Any, float], Any]) -> Trajectory:
-    """The motion from t = 0, if it is one of joints and evaluates to the same as the object.
+def _checked(
+    motion: Any, found: scipy.interpolate.PPoly, evaluate: Callable[[Any, float], Any]
+) -> tuple[Trajectory, float]:
+    """The motion, and when it begins, if it is one of joints and evaluates to the same as the object.
 
     Raises:
         ScenarioError: it is none, or does not.
@@ -63,7 +67,7 @@ def _checked(motion: Any, found: scipy.interpolate.PPoly, evaluate: Callable[[An
     away = np.abs(trajectory.at(at - times[0]) - expected).max()
     if not away <= SAME * max(1.0, float(np.abs(expected).max())):
         raise ScenarioError(f"trajectory: the pieces of this {name} are {away:.2g} away from what it evaluates to")
-    return trajectory
+    return trajectory, float(times[0])
 
 
 def _lasting(motion: Any, usual: float) -> float:

@@ -69,7 +69,8 @@ def _slowed(checked: Plan) -> tuple[Plan | None, float, str]:
     if not factor > LEAST_SLOWING:
         return None, 1.0, "slower all along: no factor helps, as nothing that time restores is broken by its haste"
     motion = checked.trajectory.time_scaled(factor)
-    task = motion_table(motion) | {"without": getattr(checked.scenario.task, "without", [])}
+    left_out = {"without": getattr(checked.scenario.task, "without", [])}
+    task = motion_table(motion, task=checked.motion.criteria.task) | left_out
     plan, said = _attempt(f"slower all along by {factor:.6g}", lambda: _planned(checked, task))
     return plan, factor, said
 

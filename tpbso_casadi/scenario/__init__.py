@@ -13,12 +13,13 @@ from tpbso_casadi.scenario.input_files import (
 )
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
-from tpbso_casadi.scenario.motion_files import READERS, RecordedRows, joint_order, read_recorded
+from tpbso_casadi.scenario.motion_files import READERS, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection, built, stated_place
+from tpbso_casadi.scenario.recorded_rows import RecordedRows, joint_order
 from tpbso_casadi.scenario.recorded_tasks import motion_table, read_motion, rows_table
 from tpbso_casadi.scenario.robots import (
     BESIDE,

@@ -215,7 +215,7 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def is_folder(name: str) -> bool:
+def is_folder(name: str | Path) -> bool:
     """Whether there is a folder of that name; False for what cannot be a name."""
     try:
         return Path(name).is_dir()

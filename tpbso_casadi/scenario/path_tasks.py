@@ -29,6 +29,7 @@ from problems.tasks import Elbow, JointFollowing, PathTracing, SpaceTracing
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.input_files import MOST_ROWS, InputFolder, PathPoints, read_joint_rows, read_points
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
+from tpbso_casadi.scenario.recorded_rows import LARGEST_COEFFICIENT
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_JOINT_POINTS,
@@ -172,7 +173,10 @@ def trajectory_pieces(breakpoints: list[float], coefficients: list[list[list[flo
     parameters = np.array(breakpoints)
     if not (np.diff(parameters) > 0.0).all():
         raise InvalidProblem("breakpoints", "increasing parameters are needed")
-    return parameters, np.array(coefficients)
+    powers = np.array(coefficients)
+    if not (np.abs(powers) <= LARGEST_COEFFICIENT).all():
+        raise InvalidProblem("coefficients", f"a number is not finite, or larger than {LARGEST_COEFFICIENT:g}")
+    return parameters, powers
 
 
 def pieces_table(path: JointPath) -> dict[str, Any]:

@@ -12,18 +12,16 @@ from problems import InvalidProblem, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria, recorded_motion
 from problems.base import FloatArray
 from problems.motions import MotionRows, RowInterpolation
-from problems.tasks import RecordedMotion
+from problems.tasks import RecordedMotion, Task
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.model import ModelSection, TaskSection, without_empty
-from tpbso_casadi.scenario.motion_files import (
-    MOST_MOTION_ROWS,
-    as_columns,
-    joint_order,
-    read_recorded,
-)
+from tpbso_casadi.scenario.motion_files import read_recorded
 from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
-from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, ScenarioError, Word, read_table
+from tpbso_casadi.scenario.recorded_rows import MOST_MOTION_ROWS, RATES, as_columns, joint_order
+from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, NotNegative, ScenarioError, Word, read_table
 
+MOST_REMARKS, LONGEST_REMARK = 100, 500  # characters
+Remark = Annotated[str, Field(max_length=LONGEST_REMARK)]
 Row = Annotated[list[float], Field(max_length=MOST_LINKS)]
 Rows = Annotated[list[Row], Field(max_length=MOST_MOTION_ROWS)]
 
@@ -34,7 +32,8 @@ class StatedMotionTask(TaskSection):
     is_searched: ClassVar[bool] = False
     has_solver: ClassVar[bool] = False
     motions: ClassVar[tuple[str, ...]] = ("spline",)
-
+    remarks: Annotated[list[Remark], Field(max_length=MOST_REMARKS)] = Field(default_factory=list)
+    stay: NotNegative = 0.0
     without: Annotated[list[Word], Field(max_length=MOST_EXPRESSIONS)] = Field(default_factory=list)
 
     @model_serializer(mode="wrap")
@@ -60,6 +59,15 @@ class StatedMotionTask(TaskSection):
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
         """What the motion is judged by."""
         return recorded_motion(self.stated(robot, obstacles), model.further_limits)
+
+    def _recorded(
+        self, robot: Robot, motion: Trajectory, obstacles: tuple[Obstacle, ...], joined: str, begins: float
+    ) -> RecordedMotion:
+        """A motion, and what is left open: how the arm gets to one that does not begin at t = 0, nobody knows."""
+        late = [f"how the arm gets to where the motion begins, at {begins:.6g} s"] if begins else []
+        return RecordedMotion(
+            robot, motion, obstacles, joined, (*self.remarks, *late), self.stay, without=tuple(self.without)
+        )
 
 
 class MotionRowsTask(StatedMotionTask):
@@ -87,12 +95,11 @@ class MotionRowsTask(StatedMotionTask):
         return self.model_copy(update=rows_table(rows) | {"file": None})
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
-        """The pieces between the rows; how the arm gets to a first row that is not at t = 0, nobody knows."""
+        """The pieces between the rows."""
         if self.file is not None:
             raise ScenarioError(f"task.file: {self.file!r} has not been read; only a scenario file can name a file")
         rows = self._rows(robot)
-        late = (f"how the arm gets to the first row, which is at {rows.times[0]:.6g} s",) if rows.times[0] else ()
-        return RecordedMotion(robot, rows.trajectory, obstacles, rows.said, late, tuple(self.without))
+        return self._recorded(robot, rows.trajectory, obstacles, rows.said, rows.times[0])
 
     def _rows(self, robot: Robot) -> MotionRows:
         widths = {len(row) for row in self.positions}
@@ -116,9 +123,6 @@ class MotionRowsTask(StatedMotionTask):
         return joint_order(self.joint_names, known, "task.joint_names")
 
 
-RATES = ("velocities", "accelerations")
-
-
 class MotionPiecesTask(StatedMotionTask):
     """Polynomial pieces, exactly: rad / s^n."""
 
@@ -136,7 +140,7 @@ class MotionPiecesTask(StatedMotionTask):
             coefficients = coefficients[:, :, joint_order(self.joint_names, known, "task.joint_names")]
         motion = Trajectory(breakpoints - breakpoints[0], coefficients)
         said = f"{breakpoints.size - 1} polynomial pieces"
-        return RecordedMotion(robot, motion, obstacles, said, without=tuple(self.without))
+        return self._recorded(robot, motion, obstacles, said, breakpoints[0])
 
 
 def rows_table(rows: Any) -> dict[str, Any]:
@@ -154,7 +158,21 @@ def read_motion(table: dict[str, Any]) -> StatedMotionTask:
     return read_table(section, "task", table)
 
 
-def motion_table(trajectory: Trajectory) -> dict[str, Any]:
-    """The [task] table of a motion, exactly; plain data."""
-    pieces: dict[str, FloatArray] = {"breakpoints": trajectory.breakpoints, "coefficients": trajectory.coefficients}
-    return {"kind": "recorded-motion", "shape": "pieces", **{key: array.tolist() for key, array in pieces.items()}}
+def motion_table(trajectory: Trajectory, begins: float = 0.0, task: Task | None = None) -> dict[str, Any]:
+    """The [task] table of a motion, exactly; plain data.
+
+    Args:
+        trajectory: the motion.
+        begins: when it does by the clock of whoever made it, s.
+        task: that it is of: what it says besides of any motion is kept.
+    """
+    pieces: dict[str, FloatArray] = {
+        "breakpoints": trajectory.breakpoints + begins,
+        "coefficients": trajectory.coefficients,
+    }
+    table = {"kind": "recorded-motion", "shape": "pieces", **{key: array.tolist() for key, array in pieces.items()}}
+    if task is not None and task.stay:
+        table["stay"] = task.stay
+    if isinstance(task, RecordedMotion) and task.remarks:
+        table["remarks"] = list(task.remarks)
+    return table

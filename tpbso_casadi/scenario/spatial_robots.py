@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Annotated, ClassVar, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from problems import InvalidProblem
 from problems.robots import (
@@ -93,6 +93,16 @@ class TrackingTable(Section):
     acceleration: ErrorPerJoint = 0.0
 
 
+def _form_of_error(value: Any) -> str:
+    return "shares" if isinstance(value, dict | TrackingTable) else "constant"
+
+
+AnyTrackingError: TypeAlias = Annotated[
+    Annotated[ErrorPerJoint, ANGULAR, Tag("constant")] | Annotated[TrackingTable, Tag("shares")],
+    Discriminator(_form_of_error),
+]
+
+
 class PoseTable(Section):
     """Where something stands, and how it is turned: m, and a quaternion (x, y, z, w)."""
 
@@ -148,7 +158,7 @@ class SpatialRobotSection(Section):
     viscous_friction: FrictionPerJoint | None = None
     coulomb_friction: FrictionPerJoint | None = None
     payload: PayloadTable | None = None
-    tracking_error: Annotated[ErrorPerJoint, ANGULAR] | TrackingTable | None = None
+    tracking_error: AnyTrackingError | None = None
     gravity: SpacePoint = GRAVITY
     base: PoseTable = PoseTable()
     tool: PoseTable = PoseTable()

@@ -86,9 +86,7 @@ STATED: dict[type[Task], Statement] = {
     PathTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),
     SpaceTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),
     JointFollowing: Statement(JointPiecesTask, {}, lambda task: pieces_table(task.path), ("path",)),
-    RecordedMotion: Statement(
-        MotionPiecesTask, {}, lambda task: motion_table(task.motion), ("motion", "joined", "remarks")
-    ),
+    RecordedMotion: Statement(MotionPiecesTask, {}, lambda task: motion_table(task.motion), ("motion", "joined")),
 }
 
 

@@ -162,6 +162,18 @@ def test_a_motion_that_is_too_fast_is_repaired_beside_the_other(capsys: pytest.C
     assert not Path("good-repaired").exists()
 
 
+def test_a_repaired_motion_lies_beside_the_folder_that_was_written(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("slow.toml").write_text(ARM.replace("2.0", "1.9"))
+    for arm in ("arm.toml", "slow.toml"):
+        assert run("fast.csv", "--robot", arm, "--repair") == 0
+    folders = {"fast-certified", "fast-certified-repaired", "fast-certified-2", "fast-certified-2-repaired"}
+    assert {path.name for path in Path("runs").iterdir()} == folders
+    Path("taken-repaired").write_text("of mine")
+    line = refusal(capsys, main, "fast.csv", "--robot", "arm.toml", "--repair", "--out", "taken")
+    assert line.startswith("taken-repaired: ")
+    assert not Path("taken").exists() and Path("taken-repaired").read_text() == "of mine"
+
+
 def test_where_time_does_not_help_it_is_said_what_would_have_to_move(capsys: pytest.CaptureFixture[str]) -> None:
     Path("cell.toml").write_text(OBSTACLE)
     arguments = ("fast.csv", "--robot", "arm.toml", "--scene", "cell.toml", "--out", "out", "--no-plots", "--repair")
@@ -173,6 +185,7 @@ def test_where_time_does_not_help_it_is_said_what_would_have_to_move(capsys: pyt
 
 WRONG = [
     (["good.csv", "--robot", "arm.toml", "--json", "--repair"], "--repair: needs a run folder; say --out DIR too"),
+    ([""], "argument TRAJECTORY|RUN_FOLDER|FOLDER: a path is needed, not ''"),
     (["good.csv"], "good.csv: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf"),
     (["none.csv", "--robot", "arm.toml"], "none.csv: cannot be read: No such file or directory"),
     (["good.csv", "--robot", "panda"], "good.csv: task.positions: rows of 2 joints for a robot of 7"),
@@ -181,6 +194,10 @@ WRONG = [
     (
         ["good.csv", "--robot", "arm.toml", "--scene", "wrong.toml"],
         "wrong.toml: obstacles.0.shape: input should be",
+    ),
+    (
+        ["good.csv", "--robot", "arm.toml", "--scene", "touching.toml"],
+        "touching.toml: may_touch.0: nothing is called 'wall'; there are",
     ),
     (["two.csv", "--robot", "arm.toml"], "two.csv: task.times: have to increase; row 2 is at 0 s"),
     (["two.csv", "--robot", "arm.toml", "--interpolation", "cubic"], "two.csv: task."),
@@ -194,6 +211,7 @@ def test_what_is_wrong_is_said_in_one_line(
     arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("two.csv").write_text("t,q1,q2\n0,0,0\n0,1,1\n")
+    Path("touching.toml").write_text('may_touch = [["wall", "link 1"]]\n' + OBSTACLE)
     Path("wrong.toml").write_text('[[obstacles]]\nshape = "banana"\n')
     line = refusal(capsys, main, *arguments)
     assert line.startswith(reason), line

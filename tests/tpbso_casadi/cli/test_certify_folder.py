@@ -97,6 +97,16 @@ def test_the_robot_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert built == [1]
 
 
+def test_a_table_of_somebody_else_is_kept_and_our_own_is_no_trajectory(capsys: pytest.CaptureFixture[str]) -> None:
+    place = ("many", "--robot", "arm.toml", "--out", "many")
+    assert status(main, *place, "--quiet") == 1
+    assert status(main, *place, "--quiet") == 1
+    assert "certificates.csv" not in table("many")
+    Path("many/certificates.csv").write_text("t,q1,q2\n0,0,0\n")
+    assert refusal(capsys, main, *place).startswith("many/certificates.csv: is no table of certificates; --out says")
+    assert Path("many/certificates.csv").read_text() == "t,q1,q2\n0,0,0\n"
+
+
 @pytest.mark.process
 def test_processes_change_nothing() -> None:
     assert run("--quiet") == 1

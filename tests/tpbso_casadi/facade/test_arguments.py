@@ -183,6 +183,7 @@ def test_a_mistake_takes_one_line(error: type[Exception], call: Callable[[], obj
         ("obstacles.2.center: a list is needed", "obstacles[2] center: a list is needed"),
         ("--rate 3: too much", "rate 3: too much"),
         ("file.toml: task.goal: missing key", "file.toml: task.goal: missing key"),
+        ("arm.toml: arm.max_speed: missing key", "arm.toml: arm.max_speed: missing key"),
         ("points: 1 is not enough", "points: 1 is not enough"),
     ],
 )

@@ -86,7 +86,14 @@ def test_a_late_first_row_and_ends_that_move() -> None:
     q, v, a = states()
     late = tp.certify((TIMES + 0.5, q, v, a), ARM)
     assert late.certified
-    assert late.not_judged == ("how the arm gets to the first row, which is at 0.5 s",)
+    left_open = ("how the arm gets to where the motion begins, at 0.5 s",)
+    assert late.not_judged == left_open
+    cubic = CubicSpline(TIMES + 0.5, q, bc_type="clamped")
+    assert tp.certify(cubic, ARM).not_judged == left_open
+    assert tp.certify(late).not_judged == left_open
+    hasty = tp.certify((0.2 * (TIMES + 0.5), q, 5.0 * v, 25.0 * a), ARM)
+    slowed = tp.repair(hasty).slowed
+    assert slowed is not None and slowed.not_judged == hasty.not_judged != ()
     moving = judged(tp.certify((TIMES[:5], q[:5], v[:5], a[:5]), ARM))
     assert moving["goal velocity"][0] == "violated"
     assert moving["start velocity"][0] == "certified"
@@ -252,11 +259,37 @@ class Skewed:
         return np.zeros(2)
 
 
+def test_what_a_scene_does_not_state_is_kept(in_an_empty_folder: None) -> None:
+    Path("arm.toml").write_text(
+        "limits = []\n[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 2.0\nmax_acceleration = 10.0\n".partition("\n")[2]
+        + '[[obstacles]]\nshape = "ellipse"\ncenter = [0.5, 0.9]\nsemi_axes = [0.1, 0.1]\n'
+        '[[constraints]]\nkind = "tool speed"\nname = "slow"\nmax = 1e-3\n[model]\nmargin = 0.02\n'
+    )
+    Path("cell.toml").write_text("[model]\nself_collision = false\n")
+    alone = tp.certify((TIMES, *states()), "arm.toml")
+    within = tp.certify((TIMES, *states()), "arm.toml", scene="cell.toml")
+    assert judged(alone)["slow"][0] == str(VIOLATED)
+    same(alone, within)
+    assert within.scenario.model.margin == 0.02
+
+
+def test_a_run_keeps_how_long_it_stays() -> None:
+    moving = tp.MovingObstacle(tp.Ellipse((0.9, -0.9), (0.05, 0.05)), tp.ConstantVelocity((0.0, 0.1)))
+    plan = tp.plan(ARM, start=[0.0, 0.5], goal=[0.8, 0.2], obstacles=[moving], stay=3.0, seed=1)
+    again = tp.certify(plan)
+    assert again.certified and judged(plan).keys() - {"start", "goal"} <= judged(again).keys()
+    assert again.motion.criteria.task.stay == 3.0
+    assert judged(again)["clearance at the goal"][0] == str(CERTIFIED)
+
+
 WRONG: list[tuple[Any, dict[str, Any], str]] = [
     (3, {}, "trajectory: (times, positions[, velocities[, accelerations]]), a file, a folder, a plan or a piecewise"),
     (lambda t: t, {}, "trajectory: the pieces of <function"),
     ({"t": TIMES}, {}, "trajectory: positions are needed"),
     ({"t": TIMES, "q": states()[0], "speed": 1}, {}, "trajectory: has no use for 'speed'"),
+    ((TIMES, states()[0] + 0j), {}, "positions: an array of numbers is needed, none of them masked or complex"),
+    ((TIMES, np.ma.masked_less(states()[0], 0.2)), {}, "positions: an array of numbers is needed, none of them masked"),
+    ("", {}, "trajectory: the name of a file or a folder is needed, not ''"),
     ((TIMES, "abc"), {}, "positions: an array of numbers is needed"),
     ((TIMES, TIMES), {}, "positions: an array (n, k) is needed, not (9,)"),
     ((TIMES, np.zeros((9, 3))), {}, "positions: rows of 3 joints for a robot of 2"),

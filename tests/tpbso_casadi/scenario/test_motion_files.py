@@ -21,6 +21,7 @@ POSITIONS = [[0.0, 0.5], [0.1, 0.6], [0.4, 0.2]]
 VELOCITIES = [[0.0, 0.0], [0.4, -0.1], [0.0, 0.0]]
 ACCELERATIONS = [[0.0, 0.0], [1.0, -1.0], [0.0, 0.0]]
 NAMES = ["shoulder", "elbow"]
+PIECES = (np.array([np.diff(POSITIONS, axis=0) / np.diff(TIMES)[:, None], POSITIONS[:2]])).tolist()  # straight lines
 NPZ = {"t": TIMES, "q": POSITIONS, "qd": VELOCITIES, "qdd": ACCELERATIONS}
 
 
@@ -83,11 +84,38 @@ def test_tables_of_named_joints_in_any_order() -> None:
 
 def test_arrays_and_exact_pieces() -> None:
     check_rows(read_recorded(written("m.npz", npz(**NPZ)), "m.npz"), [])
-    pieces = {"breakpoints": [0.0, 1.0], "coefficients": [[[0.1, 0.2]], [[0.3, 0.4]]]}
+    pieces = {"breakpoints": TIMES, "coefficients": PIECES}
     rows = read_recorded(written("m.npz", npz(**NPZ, **pieces, joint_names=NAMES)), "m.npz")
     check_rows(rows, NAMES)
-    assert rows.breakpoints == pieces["breakpoints"]
-    assert rows.coefficients == pieces["coefficients"]
+    assert rows.breakpoints == TIMES
+    assert rows.coefficients == PIECES
+
+
+START = {
+    "joint_state": {"name": ["finger", "elbow"], "position": [0.04, 0.45]},
+    "attached_collision_objects": [{"link_name": "hand", "object": {"id": "part"}}],
+}
+
+
+def test_what_a_message_says_of_its_start_and_no_row_does_is_remarked() -> None:
+    whole = {"trajectory_start": START, "trajectory": [{"joint_trajectory": message()}]}
+    rows = read_recorded(written("m.json", json.dumps(whole)), "m.json")
+    check_rows(rows, NAMES)
+    assert rows.remarks == [
+        "what is attached in trajectory_start (part); [[carried]] of a scene states it",
+        "how the arm gets from trajectory_start to the first row: 'elbow' is off by 0.05",
+    ]
+    there = {"joint_state": {"name": NAMES, "position": POSITIONS[0]}, "attached_collision_objects": []}
+    whole = {"trajectory_start": there, "trajectory": [{"joint_trajectory": message()}]}
+    assert not read_recorded(written("m.yaml", yaml.safe_dump(whole)), "m.yaml").remarks
+
+
+def test_numbers_of_yaml_are_those_of_its_version_1_2() -> None:
+    text = yaml.safe_dump(message(points=[point(0), point(1, positions=["A", "B"])]))
+    rows = read_recorded(written("m.yaml", text.replace("- A", "- 010").replace("- B", "- 1e-05")), "m.yaml")
+    assert rows.positions[1] == [10.0, 1e-05]
+    line = line_of(lambda: read_recorded(written("m.yaml", text.replace("- A", "- 1:30")), "m.yaml"))
+    assert line == "m.yaml: points[1].positions: a number of at most 1e+09 is needed, not '1:30'"
 
 
 WRAPPED = {
@@ -164,6 +192,35 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "words": ("m.npz", npz(t=TIMES, q=[["a", "b"]] * 3), "positions: an array of numbers of 2 dimensions is needed, "),
     "names": ("m.npz", npz(t=TIMES, q=POSITIONS, joint_names=[1, 2]), "joint_names: a list of words is needed"),
     "infinite": ("m.npz", npz(t=[0.0, np.inf], q=POSITIONS[:2]), "times: a number is not finite, or larger than 1e+09"),
+    "an unknown array": ("m.npz", npz(**NPZ, velocity=TIMES), "has no use for the array 'velocity'; did you mean vel"),
+    "half of pieces": ("m.npz", npz(**NPZ, breakpoints=TIMES), "has breakpoints alone; exact pieces are "),
+    "other ends": (
+        "m.npz",
+        npz(**NPZ, breakpoints=[0.0, 0.25, 1.1], coefficients=PIECES),
+        "times: from 0 to 1 s where breakpoints are from 0 to 1.1 s; they are two motions",
+    ),
+    "two motions": (
+        "m.npz",
+        npz(**NPZ, breakpoints=TIMES, coefficients=np.add(PIECES, [[[0.0]], [[1e-3]]])),
+        "positions: row 0 is not on the pieces of breakpoints and coefficients; they are two motions",
+    ),
+    "a huge coefficient": (
+        "m.npz",
+        npz(**NPZ, breakpoints=TIMES, coefficients=1e200 * np.array(PIECES)),
+        "coefficients: a number is not finite, or larger than 1e+100",
+    ),
+    "a key twice in json": ("m.json", '{"points": [], "points": []}', "the key 'points' is there twice"),
+    "a key twice in yaml": ("m.yaml", "a: []\na: []\n", "not YAML in line 2: the key 'a' is there twice"),
+    "two motions in a message": (
+        "m.json",
+        json.dumps({"joint_trajectory": message(), "trajectory": message()}),
+        "trajectory: a second motion beside joint_trajectory; one is judged at a time",
+    ),
+    "half a start": (
+        "m.json",
+        json.dumps({"start_state": {"joint_state": {"name": ["a"], "position": []}}, "trajectory": message()}),
+        "start_state.joint_state: as many positions as names are needed",
+    ),
     "not json": ("m.json", "{", "not JSON in line 1: Expecting property name enclosed in double quotes"),
     "deep json": ("m.json", "[" * 100_000, "not JSON: "),
     "digits": ("m.json", "[" + "1" * 10_000 + "]", "not JSON: "),
@@ -182,6 +239,7 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
         "multi_dof_joint_trajectory: joints of several degrees of freedom are not judged",
     ),
     "no names": ("m.json", json.dumps(message(joint_names=[])), "joint_names: a list of words is needed"),
+    "half a letter": ("m.json", json.dumps(message(joint_names=["\ud800", "b"])), "joint_names: a list of words is"),
     "no list": ("m.json", json.dumps(message(points={})), "points: a list is needed"),
     "no points": ("m.json", json.dumps(message(points=[])), "0 rows; a motion needs two at least"),
     "no time": (
@@ -212,7 +270,7 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "not finite": (
         "m.yaml",
         yaml.safe_dump(message(points=[point(0), point(1, positions=[float("nan"), 0.0])])),
-        "points[1].positions: a number of at most 1e+09 is needed, not nan",
+        "points[1].positions: a number of at most 1e+09 is needed, not '.nan'",
     ),
 }  # fmt: skip
 

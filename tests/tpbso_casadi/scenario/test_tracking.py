@@ -59,7 +59,8 @@ def test_shares_of_speed_and_acceleration_count_at_their_limits_for_ranges() -> 
         (0.3, "more than 1 rad"),
         (-0.1, "tracking_error"),
         ([0.01, 0.01], "2 values for 7 joints"),
-        ({"constant": 0.01, "sped": 1.0}, "sped"),
+        ({"constant": 0.01, "sped": 1.0}, "tracking_error.sped: unknown key; did you mean speed?"),
+        ({"speed": "x"}, "tracking_error.speed: a number is needed, not 'x'"),
     ],
 )
 def test_what_cannot_be_is_refused(error: object, reason: str) -> None:

@@ -12,7 +12,7 @@ from typing import get_args
 
 from problems import CertificateStatus
 from problems.motions import RowInterpolation
-from tpbso_casadi.cli.certificates import CertificateTable, add_row, print_certificates
+from tpbso_casadi.cli.certificates import TABLE, CertificateTable, add_row, print_certificates
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.options import (
@@ -36,7 +36,7 @@ from tpbso_casadi.facade.surroundings import given_keys
 from tpbso_casadi.plain import as_json
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, in_words, is_folder, named
-from tpbso_casadi.storage import OutputError
+from tpbso_casadi.storage import OutputError, check_run_folder
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,6 +61,7 @@ def parser() -> OneLineParser:
     )
     command_line.add_argument(
         "trajectory",
+        type=path,
         metavar="TRAJECTORY|RUN_FOLDER|FOLDER",
         help="rows as CSV (t,q1..qk,qd1..,qdd1.., or t and the names of joints) or NPZ; a JointTrajectory, "
         "RobotTrajectory or DisplayTrajectory of ROS as YAML or JSON; a run folder; or a folder of such files",
@@ -72,8 +73,8 @@ def parser() -> OneLineParser:
         type=path,
         metavar="FILE",
         help=defaulting(
-            "TOML file with what is around the robot, in the place of what the robot's file says: [[obstacles]], "
-            "[[carried]], may_touch, [[constraints]], margin in [model]; or a .scene file of MoveIt",
+            "TOML file with what is around the robot: [[obstacles]], [[carried]], may_touch, [[constraints]], margin "
+            "in [model], each in the place of what the robot's file says of it; or a .scene file of MoveIt",
             "none",
         ),
     )
@@ -111,21 +112,30 @@ def parser() -> OneLineParser:
 
 def certify(options: argparse.Namespace) -> int:
     """Judge the trajectory of the options, write and print the verdicts; returns the exit status."""
-    trajectory = Path(options.trajectory)
-    if is_folder(options.trajectory) and not (trajectory / "result.json").exists():
+    trajectory: Path = options.trajectory
+    if is_folder(trajectory) and not (trajectory / "result.json").exists():
         return judge_folder(trajectory, options)
     scenario = stated(trajectory, options)
     name = f"{trajectory.resolve().stem}-certified"
     output = Output.of(options, partial(free_folder, name, scenario), title=name)
     output.check()
-    if options.repair and output.folder is None:
-        raise OutputError("--repair: needs a run folder; say --out DIR too")
+    if options.repair:
+        if output.folder is None:
+            raise OutputError("--repair: needs a run folder; say --out DIR too")
+        check_run_folder(beside(output.folder()))
     with named(options.trajectory):
         status = written(scenario, None, output, options)
-        return repaired(scenario, name, options) if options.repair and status == Exit.INFEASIBLE else status
+        if options.repair and output.folder is not None and status == Exit.INFEASIBLE:
+            return repaired(scenario, beside(output.folder()), options)
+        return status
 
 
-def repaired(scenario: Scenario, name: str, options: argparse.Namespace) -> int:
+def beside(folder: Path) -> Path:
+    """Where the repaired motion of a run folder goes to."""
+    return folder.with_name(f"{folder.name}-repaired")
+
+
+def repaired(scenario: Scenario, place: Path, options: argparse.Namespace) -> int:
     """Repair a motion that is not proven, write and say what came of it; returns the exit status."""
     found = repair(Plan(plan(scenario)))
     console = OutputConsole(stderr=True, quiet=options.quiet)
@@ -133,7 +143,6 @@ def repaired(scenario: Scenario, name: str, options: argparse.Namespace) -> int:
         console.say(line)
     if found.plan is None:
         return Exit.INFEASIBLE
-    place = Path(f"{options.out or Path('runs') / name}-repaired")
     console.say(f"written to {found.plan.save(place, figures=figure_formats(options))}")
     if options.certificate is not None:
         console.say(f"certificate of the repaired motion: {found.plan.certificate(options.certificate)}")
@@ -142,7 +151,7 @@ def repaired(scenario: Scenario, name: str, options: argparse.Namespace) -> int:
 
 def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
     """The scenario of a motion with the robot and the surroundings of the options."""
-    if options.robot is None and options.scene is None and not is_folder(options.trajectory):
+    if options.robot is None and options.scene is None and not is_folder(trajectory):
         raise ScenarioError(f"{trajectory}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
     task = {"interpolation": options.interpolation, "without": options.without or None}
     return certified_scenario(trajectory, options.robot, task, scene=options.scene, payload=options.payload)
@@ -155,13 +164,13 @@ def judge_folder(folder: Path, options: argparse.Namespace) -> int:
             raise ScenarioError(f"--{option}: of one trajectory; a folder of them is judged alone")
     if options.robot is None and options.scene is None:
         raise ScenarioError(f"{folder}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
-    files = trajectory_files(folder)
+    place = Path(options.out or Path("runs") / f"{folder.resolve().name}-certified")
+    files = [file for file in trajectory_files(folder) if file.resolve() != (place / TABLE).resolve()]
     if not files:
         raise ScenarioError(f"{folder}: holds no result.json, and no {in_words([f'*{ending}' for ending in READERS])}")
     task = given_keys({"interpolation": options.interpolation, "without": options.without or None})
     statement = Statement(surrounding_scenario(options.robot, options.scene, options.payload), task)
-    place = Path(options.out or Path("runs") / f"{folder.resolve().name}-certified")
-    table = CertificateTable(place / "certificates.csv", statement)
+    table = CertificateTable(place / TABLE, statement)
     table.check()
     known = table.known(files)
     judged = [known[file.name] for file in files if file.name in known]

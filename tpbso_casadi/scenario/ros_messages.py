@@ -1,0 +1,215 @@
+"""Motions in the messages of ROS, as YAML or JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import yaml
+
+from tpbso_casadi.plain import one_line
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.recorded_rows import LARGEST_STATE, RATES, BadRow, RecordedRows, Row, check_count
+from tpbso_casadi.scenario.validation import MOST_LINKS, shown
+
+NUMBERS = {
+    "tag:yaml.org,2002:int": re.compile(r"[-+]?(0|[1-9][0-9]*)"),
+    "tag:yaml.org,2002:float": re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"),
+}  # of YAML 1.2, in which 1:30 is a word, 010 is ten and 1e-05 a number
+
+
+class _SafeLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """Plain data alone; no merge keys, which a short text can make endless; no key twice."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {
+        first: [(tag, pattern) for tag, pattern in resolvers if tag not in NUMBERS]
+        for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+    }
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        if any(key.tag == "tag:yaml.org,2002:merge" for key, _ in node.value):
+            raise yaml.constructor.ConstructorError(None, None, "merge keys (<<) are not read", node.start_mark)
+        known = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.value in known:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {shown(key.value)} is there twice", key.start_mark
+                )
+            known.add(key.value)
+
+
+for _tag, _pattern in NUMBERS.items():
+    _SafeLoader.add_implicit_resolver(_tag, re.compile(f"({_pattern.pattern})$"), list("-+.0123456789"))
+_SafeLoader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(node.value))
+
+
+def read_yaml(folder: InputFolder, name: str) -> RecordedRows:
+    """The rows of a message in YAML.
+
+    Raises:
+        BadRow: it is none.
+        ScenarioError: the file cannot be read.
+    """
+    text = folder.read_text(name)
+    try:
+        documents = [each for each in yaml.load_all(text, Loader=_SafeLoader) if each is not None]
+    except yaml.MarkedYAMLError as error:
+        mark = "" if error.problem_mark is None else f" in line {error.problem_mark.line + 1}"
+        raise BadRow(f"not YAML{mark}: {error.problem}") from error
+    except (yaml.YAMLError, ValueError, RecursionError, TypeError, OverflowError) as error:
+        raise BadRow(f"not YAML: {type(error).__name__}, {error}") from error
+    if len(documents) != 1:
+        raise BadRow(f"one document is needed, not {len(documents)}")
+    return _of_message(documents[0])
+
+
+def read_json(folder: InputFolder, name: str) -> RecordedRows:
+    """The rows of a message in JSON; errors as of one in YAML."""
+    text = folder.read_text(name)
+    try:
+        return _of_message(json.loads(text, object_pairs_hook=_without_doubles))
+    except BadRow:
+        raise
+    except json.JSONDecodeError as error:
+        raise BadRow(f"not JSON in line {error.lineno}: {error.msg}") from error
+    except (ValueError, RecursionError) as error:
+        raise BadRow(f"not JSON: {error or 'nested too deeply'}") from error
+
+
+def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise BadRow(f"the key {shown(key)} is there twice")
+        found[key] = value
+    return found
+
+
+WRAPPERS = ("joint_trajectory", "trajectory", "planned_trajectory", "goal", "motion_plan_response", "solution")
+MOST_WRAPPERS = 8  # within each other
+STARTS = ("trajectory_start", "start_state", "sequence_start")
+MOST_LISTED = 5  # objects
+SAME_STATE = 1e-3  # rad or m: what encoders and text of a few digits may differ by
+
+
+def _of_message(document: Any) -> RecordedRows:
+    """The rows of a JointTrajectory, or of a message that holds one."""
+    key, message, starts = _joint_trajectory(document)
+    names = message["joint_names"]
+    if (
+        not isinstance(names, list)
+        or not names
+        or not all(isinstance(each, str) and each.isprintable() for each in names)
+    ):
+        raise BadRow(f"{key}joint_names: a list of words is needed")
+    if len(names) > MOST_LINKS:
+        raise BadRow(f"{key}joint_names: {len(names)} joints; at most {MOST_LINKS}")
+    points = message["points"]
+    if not isinstance(points, list):
+        raise BadRow(f"{key}points: a list is needed")
+    check_count(len(points))
+    times: list[float] = []
+    states: dict[str, list[Row]] = {state: [] for state in ("positions", *RATES)}
+    for number, point in enumerate(points):
+        place = f"{key}points[{number}]"
+        if not isinstance(point, dict):
+            raise BadRow(f"{place}: a table is needed, not {shown(point)}")
+        times.append(_seconds(point.get("time_from_start"), f"{place}.time_from_start"))
+        for state, rows in states.items():
+            rows.append(_values(point.get(state), len(names), f"{place}.{state}", state == "positions"))
+    stated = {state: rows if any(rows) else [] for state, rows in states.items()}
+    first = dict(zip(names, stated["positions"][0], strict=True))
+    remarks = [line for place, start in starts for line in _start_remarks(place, start, first)]
+    return RecordedRows(
+        times, stated["positions"], stated["velocities"], stated["accelerations"], names, remarks=remarks
+    )
+
+
+def _start_remarks(place: str, start: dict[str, Any], first: dict[str, float]) -> Iterator[str]:
+    """What a message says of the state that the motion begins in, and rows of joints do not."""
+    attached = start.get("attached_collision_objects")
+    if isinstance(attached, list) and attached:
+        objects = (each.get("object") if isinstance(each, dict) else None for each in attached)
+        names = [str(each.get("id", "")) if isinstance(each, dict) else "" for each in objects]
+        listed = ", ".join(one_line(name) or "one without a name" for name in names[:MOST_LISTED])
+        yield f"what is attached in {place} ({listed}); [[carried]] of a scene states it"
+    joints = start.get("joint_state")
+    known, values = ([] if not isinstance(joints, dict) else joints.get(each) or [] for each in ("name", "position"))
+    if not isinstance(known, list) or not isinstance(values, list) or len(known) != len(values):
+        raise BadRow(f"{place}.joint_state: as many positions as names are needed")
+    given = {
+        str(name): _number(value, f"{place}.joint_state.position") for name, value in zip(known, values, strict=True)
+    }
+    away = {name: abs(given[name] - value) for name, value in first.items() if name in given}
+    if away and max(away.values()) > SAME_STATE:
+        joint = max(away, key=away.__getitem__)
+        yield f"how the arm gets from {place} to the first row: {shown(joint)} is off by {away[joint]:.6g}"
+
+
+Starts = list[tuple[str, dict[str, Any]]]
+
+
+def _joint_trajectory(document: Any) -> tuple[str, dict[str, Any], Starts]:
+    """The message with ``joint_names`` and ``points``, the key under which it is, and states that it begins in."""
+    key = ""
+    starts: Starts = []
+    for _ in range(MOST_WRAPPERS):
+        if isinstance(document, list) and len(document) == 1:
+            key, document = f"{key[:-1]}[0].", document[0]
+        if isinstance(document, list):
+            raise BadRow(f"{key[:-1] or 'the file'}: {len(document)} trajectories; one is judged at a time")
+        if not isinstance(document, dict):
+            break
+        others = document.get("multi_dof_joint_trajectory")
+        if isinstance(others, dict) and others.get("points"):
+            raise BadRow(f"{key}multi_dof_joint_trajectory: joints of several degrees of freedom are not judged")
+        if {"joint_names", "points"} <= document.keys():
+            return key, document, starts
+        starts += [(f"{key}{name}", document[name]) for name in STARTS if isinstance(document.get(name), dict)]
+        inner = [name for name in WRAPPERS if document.get(name)]
+        if len(inner) > 1:
+            raise BadRow(f"{key}{inner[1]}: a second motion beside {key}{inner[0]}; one is judged at a time")
+        if not inner:
+            break
+        key, document = f"{key}{inner[0]}.", document[inner[0]]
+    raise BadRow("no JointTrajectory with joint_names and points is in it, nor a message of MoveIt that holds one")
+
+
+def _seconds(value: Any, place: str) -> float:
+    if isinstance(value, dict):
+        parts = [
+            next((value[name] for name in names if name in value), None)
+            for names in (("sec", "secs"), ("nanosec", "nsecs", "nsec"))
+        ]
+        if None in parts:
+            raise BadRow(f"{place}: sec and nanosec are needed")
+        seconds, nanoseconds = (_number(part, place) for part in parts)
+        return seconds + 1e-9 * nanoseconds
+    if value is None:
+        raise BadRow(f"{place}: missing key")
+    return _number(value, place)
+
+
+def _values(value: Any, width: int, place: str, needed: bool) -> Row:
+    if value is None or value == []:
+        if needed:
+            raise BadRow(f"{place}: {width} numbers are needed")
+        return []
+    if not isinstance(value, list) or len(value) != width:
+        count = len(value) if isinstance(value, list) else shown(value)
+        raise BadRow(f"{place}: {width} numbers are needed, one for each of joint_names, not {count}")
+    return [_number(each, place) for each in value]
+
+
+def _number(value: Any, place: str) -> float:
+    """A number; YAML takes 1e-05 for a word."""
+    try:
+        number = math.nan if isinstance(value, bool | list | dict) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not abs(number) <= LARGEST_STATE:
+        raise BadRow(f"{place}: a number of at most {LARGEST_STATE:g} is needed, not {shown(value)}")
+    return number
