@@ -27,7 +27,7 @@ def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
     """
     n = coefficients.shape[0] - 1
     powers = coefficients[::-1] * durations[None, :, None] ** np.arange(n + 1)[:, None, None]
-    return np.tensordot(_from_powers(n), powers, axes=1)
+    return np.asarray(np.einsum("ij,jpk->ipk", _from_powers(n), powers))
 
 
 @cache

@@ -66,7 +66,7 @@ def polynomial_verdicts(
     times = trajectory.extreme_times(order)
     jumps = trajectory.jumps_below(order, end_accelerations)
     verdicts = []
-    for constraint in limit.constraints_at(trajectory.samples(times)):
+    for constraint in limit.constraints_at(trajectory.samples(times, order=order)):
         outcome = verdict(constraint, times)
         if jumps is not None:
             outcome = infinite(outcome, jumps)

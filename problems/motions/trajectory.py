@@ -152,9 +152,18 @@ class Trajectory:
         ]
         return Trajectory(self.breakpoints[-1] - self.breakpoints[::-1], np.array(taylor[::-1])[:, ::-1])
 
-    def samples(self, times: FloatArray, robot: Robot | None = None) -> Samples:
-        """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k)."""
-        derivatives = tuple(ca.DM(self.at(times, n)) for n in range(SAMPLED_ORDERS))
+    def samples(self, times: FloatArray, robot: Robot | None = None, order: int | None = None) -> Samples:
+        """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k).
+
+        Args:
+            times: of the samples.
+            robot: that moves.
+            order: of the derivative that alone is needed, the others being no numbers; None for all.
+        """
+        shape = (times.size, self.coefficients.shape[2])
+        derivatives = tuple(
+            ca.DM(self.at(times, n)) if order in (n, None) else ca.DM.nan(*shape) for n in range(SAMPLED_ORDERS)
+        )
         weights = np.convolve(np.pad(np.diff(times), 1), [0.5, 0.5], mode="valid")
         return Samples(
             robot=robot,
@@ -195,9 +204,9 @@ class Trajectory:
         times = [self.breakpoints]
         if derivative >= CONTINUOUS_ORDERS:
             times.append(np.nextafter(self.breakpoints[1:-1][self._is_jump(derivative)], 0.0))
-        for piece, joint in np.argwhere(may_turn & (largest > 0.0)):
-            low, high = curve.x[piece : piece + 2].tolist()
-            times.append(real_roots(curve.c[:, piece, joint], low, high))
+        turning = may_turn & (largest > 0.0)
+        piece = np.nonzero(turning)[0]
+        times.append(real_roots(curve.c[:, turning], curve.x[piece], curve.x[piece + 1]))
         return np.unique(np.concatenate(times))
 
     def _is_jump(self, order: int) -> NDArray[np.bool_]:

@@ -34,6 +34,7 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     motion_table,
     named,
+    read_motion,
     read_recorded,
     rows_table,
     shown,
@@ -146,7 +147,8 @@ def certified_scenario(
             "constraints": [*(known.get("constraints") or []), *own["constraints"]] or None,
             "limits": list(dict.fromkeys(further)) or None,
         }
-    return scenario_around(motion, around, robot, model=stated, beside=beside, payload=payload)
+    surroundings = scenario_around(STANDS, around, robot, model=stated, beside=beside, payload=payload)
+    return surroundings.model_copy(update={"task": read_motion(motion)})
 
 
 def surrounding_scenario(robot: AnyRobot | None, scene: str | Path | None, payload: float | None) -> Scenario:

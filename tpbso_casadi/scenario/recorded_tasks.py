@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer
 
 from problems import InvalidProblem, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria, recorded_motion
@@ -18,7 +18,7 @@ from tpbso_casadi.scenario.model import ModelSection, TaskSection, without_empty
 from tpbso_casadi.scenario.motion_files import read_recorded
 from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
 from tpbso_casadi.scenario.recorded_rows import MOST_MOTION_ROWS, RATES, as_columns, joint_order
-from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, NotNegative, ScenarioError, Word, read_table
+from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, NotNegative, ScenarioError, Word, describe
 
 MOST_REMARKS, LONGEST_REMARK = 100, 500  # characters
 Remark = Annotated[str, Field(max_length=LONGEST_REMARK)]
@@ -155,7 +155,10 @@ def read_motion(table: dict[str, Any]) -> StatedMotionTask:
         ScenarioError: naming the first wrong key.
     """
     section: type[StatedMotionTask] = MotionPiecesTask if "shape" in table else MotionRowsTask
-    return read_table(section, "task", table)
+    try:
+        return section.model_validate(table, strict=True)
+    except ValidationError as error:
+        raise ScenarioError(f"task.{describe(error, section, table)}") from error
 
 
 def motion_table(trajectory: Trajectory, begins: float = 0.0, task: Task | None = None) -> dict[str, Any]:
