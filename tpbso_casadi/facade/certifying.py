@@ -11,7 +11,7 @@ import numpy as np
 from problems import Limit, Obstacle, Trajectory
 from problems.base import FloatArray
 from problems.motions import RowInterpolation
-from tpbso_casadi.facade.arguments import in_words_of_python, several
+from tpbso_casadi.facade.arguments import in_words_of_python, several, whole
 from tpbso_casadi.facade.foreign import exact_pieces
 from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
@@ -62,6 +62,7 @@ def certify(
     self_collision: bool | None = None,
     payload: float | None = None,
     without: Iterable[str] | str = (),
+    message: int | None = None,
 ) -> Plan:
     """Judge a motion that is given in time, whoever made it, for all t: nothing of it is changed.
 
@@ -84,6 +85,7 @@ def certify(
         self_collision: whether its own bodies must not touch.
         payload: what the tool carries, a mass at its own origin, kg.
         without: names of limits by which it is not judged, such as ``jerk``; they stand beside the status.
+        message: which trajectory of a bag of ROS, from 1 on; None of one that holds one.
 
     Returns:
         The motion with a verdict on every constraint: proven, violated (when first, when worst, by how much, which
@@ -98,7 +100,8 @@ def certify(
         model: Content = {"margin": margin, "self_collision": self_collision, "limits": further}
         beside = {"obstacles": None if obstacles is None else obstacle_tables(obstacles)}
         left_out = [without] if isinstance(without, str) else several("without", without, "names of limits")
-        task = {"interpolation": interpolation, "joint_names": joint_names, "without": left_out or None}
+        task: Content = {"interpolation": interpolation, "joint_names": joint_names, "without": left_out or None}
+        task["message"] = None if message is None else whole("message", message)
         scenario = certified_scenario(
             trajectory, robot, task, scene=scene, model=model, beside=beside, payload=payload, constraints=constraints
         )
@@ -188,6 +191,8 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Cont
         raise ScenarioError("trajectory: the name of a file or a folder is needed, not ''")
     if isinstance(trajectory, str | Path) and not Path(trajectory).is_dir():
         return file_content(Path(trajectory), given), {}
+    if "message" in given:
+        raise ScenarioError("message: says which trajectory of a bag; this is none")
     if isinstance(trajectory, str | Path | Plan):
         run = trajectory.as_run() if isinstance(trajectory, Plan) else read_run(Path(trajectory))
         return _run_content(run, trajectory, given)
@@ -203,7 +208,8 @@ def file_content(file: Path, given: Content) -> Content:
     Raises:
         ScenarioError: naming the file, and what is wrong with it.
     """
-    rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name)
+    rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name, given.get("message"))
+    given = {key: value for key, value in given.items() if key != "message"}
     if rows.breakpoints and given.get("interpolation", "auto") == "auto":
         pieces = {"breakpoints": rows.breakpoints, "coefficients": rows.coefficients}
         stated = {"joint_names": rows.joint_names, "remarks": rows.remarks}

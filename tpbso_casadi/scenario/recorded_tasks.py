@@ -38,7 +38,7 @@ class StatedMotionTask(TaskSection):
 
     @model_serializer(mode="wrap")
     def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_empty(serialize(self), "without")
+        return without_empty(without_empty(serialize(self), "without"), "message")
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The motion of a robot's joints among obstacles.
@@ -75,6 +75,7 @@ class MotionRowsTask(StatedMotionTask):
 
     kind: Literal["recorded-motion"]
     file: str | None = None
+    message: Annotated[int, Field(ge=1)] | None = None
     times: Annotated[list[float], Field(max_length=MOST_MOTION_ROWS)] = Field(default_factory=list)
     positions: Rows = Field(default_factory=list)
     velocities: Rows = Field(default_factory=list)
@@ -89,10 +90,10 @@ class MotionRowsTask(StatedMotionTask):
         if self.times or self.positions:
             raise ScenarioError("task.file: rows are stated twice, in the file and here")
         try:
-            rows = read_recorded(folder, self.file)
+            rows = read_recorded(folder, self.file, self.message)
         except ScenarioError as error:
             raise ScenarioError(f"task.file: {error}") from error
-        return self.model_copy(update=rows_table(rows) | {"file": None})
+        return self.model_copy(update=rows_table(rows) | {"file": None, "message": None})
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The pieces between the rows."""

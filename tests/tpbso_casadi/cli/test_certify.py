@@ -202,7 +202,10 @@ WRONG = [
     (["two.csv", "--robot", "arm.toml"], "two.csv: task.times: have to increase; row 2 is at 0 s"),
     (["two.csv", "--robot", "arm.toml", "--interpolation", "cubic"], "two.csv: task."),
     (["good.csv", "--robot", "arm.toml", "--without", "x"], "good.csv: task.without: 'x' is no limit; there are speed"),
-    (["arm.toml", "--robot", "arm.toml"], "arm.toml: a motion is read from *.csv, *.npz, *.json, *.yaml or *.yml"),
+    (
+        ["arm.toml", "--robot", "arm.toml"],
+        "arm.toml: a motion is read from *.csv, *.npz, *.json, *.yaml, *.yml or *.mcap",
+    ),
 ]
 
 

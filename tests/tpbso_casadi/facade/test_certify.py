@@ -300,8 +300,11 @@ WRONG: list[tuple[Any, dict[str, Any], str]] = [
     ((TIMES, np.zeros((9, 2))), {"joint_names": ["joint_1"]}, "positions: 2 numbers in a row for 1 joint_names"),
     ((TIMES, np.zeros((9, 2))), {"without": "hurry"}, "without: 'hurry' is no limit; there are speed, "),
     ((TIMES, np.zeros((9, 2))), {"without": 3}, "without: names of limits are needed, not 3"),
+    ((TIMES, np.zeros((9, 2))), {"message": 1}, "message: says which trajectory of a bag; this is none"),
+    ("missing.csv", {"message": 1}, "missing.csv: message: says which trajectory of a bag; this is none"),
+    ("missing.mcap", {"message": 1.5}, "message: a whole number is needed, not 1.5"),
     ("missing.csv", {}, "missing.csv: cannot be read: No such file or directory"),
-    ("missing.scene", {}, "missing.scene: a motion is read from *.csv, *.npz, *.json, *.yaml or *.yml"),
+    ("missing.scene", {}, "missing.scene: a motion is read from *.csv, *.npz, *.json, *.yaml, *.yml or *.mcap"),
     (Skewed(), {}, "trajectory: the pieces of this Skewed are 2 away from what it evaluates to"),
     (PPoly(np.zeros((2, 1)), [0.0, 1.0]), {}, "trajectory: a PPoly of finite values (joints,) is needed, not ()"),
     (CubicSpline(TIMES, np.zeros((9, 2))), {"interpolation": "linear"}, "interpolation: the motion is complete"),
@@ -312,6 +315,12 @@ WRONG: list[tuple[Any, dict[str, Any], str]] = [
 def test_what_is_no_motion_is_said_in_one_line(motion: Any, keys: dict[str, Any], reason: str) -> None:
     line = line_of(lambda: tp.certify(motion, ARM, **keys))
     assert line.startswith(reason), line
+
+
+def test_bags_need_an_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.scenario.bags.find_spec", lambda name: None)
+    line = line_of(lambda: tp.certify("plan.mcap", ARM))
+    assert line == "plan.mcap: bags need the extra mcap: pip install 'tpbso-casadi[mcap]'"
 
 
 def test_a_motion_needs_a_robot() -> None:

@@ -64,7 +64,8 @@ def parser() -> OneLineParser:
         type=path,
         metavar="TRAJECTORY|RUN_FOLDER|FOLDER",
         help="rows as CSV (t,q1..qk,qd1..,qdd1.., or t and the names of joints) or NPZ; a JointTrajectory, "
-        "RobotTrajectory or DisplayTrajectory of ROS as YAML or JSON; a run folder; or a folder of such files",
+        "RobotTrajectory or DisplayTrajectory of ROS as YAML, JSON or in an MCAP bag (extra mcap); a run folder; or a "
+        "folder of such files",
     )
     problem = problem_group(command_line)
     add_robot(problem, "the scene's, or the run's own")
@@ -91,6 +92,12 @@ def parser() -> OneLineParser:
         metavar="LIMIT",
         help="a limit by which it is not judged, such as jerk or 'self clearance'; may be said several times; what was "
         "left out stands beside the status",
+    )
+    problem.add_argument(
+        "--message",
+        type=positive_int,
+        metavar="N",
+        help=defaulting("which trajectory of a bag, from 1 on", "the only one"),
     )
     problem.add_argument(
         "--repair",
@@ -153,13 +160,17 @@ def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
     """The scenario of a motion with the robot and the surroundings of the options."""
     if options.robot is None and options.scene is None and not is_folder(trajectory):
         raise ScenarioError(f"{trajectory}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
-    task = {"interpolation": options.interpolation, "without": options.without or None}
+    task = {
+        "interpolation": options.interpolation,
+        "without": options.without or None,
+        "message": options.message,
+    }
     return certified_scenario(trajectory, options.robot, task, scene=options.scene, payload=options.payload)
 
 
 def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     """Judge all trajectories of a folder, print and write their table; returns the exit status."""
-    for option in ("repair", "certificate", "animate", "export"):
+    for option in ("repair", "message", "certificate", "animate", "export"):
         if getattr(options, option):
             raise ScenarioError(f"--{option}: of one trajectory; a folder of them is judged alone")
     if options.robot is None and options.scene is None:
