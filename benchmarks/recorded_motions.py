@@ -1,15 +1,13 @@
-r"""Are the certificates of stated motions right? Random rows, planted violations, and motions of other planners.
+r"""Are the certificates of stated motions right? Random rows, and planted violations.
 
 Random motions of a planar arm and of a Panda, rows joined by lines, cubics or quintics, are certified and then looked
 at by code of their own (SciPy's interpolation, spheres and distances in NumPy) at very many samples. A certificate is
 false where a sample breaks what it calls certified. Planted: a limit or a margin that the motion breaks by no more than
-a millionth, or for no longer than a tenth of a millisecond; none may be called certified. Planners (extra ``peers``):
-what OMPL with TOPP-RA, roboplan, Drake and Ruckig make of problems of MotionBenchMaker, certified as it is.
+a millionth, or for no longer than a tenth of a millisecond; none may be called certified.
 
     python -m benchmarks.recorded_motions --random 1000 --problems panda.jsonl --robot-urdf panda.urdf \
         --spheres panda-spheres.toml
     python -m benchmarks.recorded_motions --planted 200 ...
-    python -m benchmarks.recorded_motions --planners ruckig,drake,ompl,roboplan ...
 """
 
 from __future__ import annotations
@@ -33,12 +31,11 @@ from benchmarks.motion_bench_maker.options import add_problem_options, problems_
 from benchmarks.motion_bench_maker.ours import Question
 from benchmarks.motion_bench_maker.problem_file import MotionProblem
 from benchmarks.motion_bench_maker.setting import Setting
-from problems import CertificateStatus, Ellipse, Obstacle, PlanarArm, Robot, Trajectory, Verdict
+from problems import Ellipse, Obstacle, PlanarArm, Robot, Trajectory, Verdict
 from problems.assembly import recorded_motion
 from problems.base import FloatArray
 from problems.motions import MotionRows
 from problems.tasks import RecordedMotion
-from tpbso_casadi.facade.foreign import exact_pieces
 
 KINDS = ("linear", "cubic", "quintic")
 SAMPLES, CHUNK = 100_000, 20_000
@@ -260,52 +257,14 @@ def _least_distance(case: Case) -> tuple[float, float]:
     return least, max(sum(around) - 2.0 * least, 1e-12) / h**2
 
 
-TOLD = ("speed", "acceleration", "joint range", "clearance", "self clearance")  # what the planners were told
-
-
-def by_ruckig(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> tuple[Trajectory | None, float]:
-    """The direct motion, which looks at no obstacle."""
-    from ruckig import InputParameter, Ruckig  # noqa: PLC0415
-    from ruckig import Trajectory as RuckigTrajectory  # noqa: PLC0415
-
-    given, found = InputParameter(7), RuckigTrajectory(7)
-    given.current_position, given.target_position = list(problem.start), list(problem.goal)
-    limits = setting.limits
-    given.max_velocity, given.max_acceleration = list(limits.speed), list(limits.acceleration)
-    given.max_jerk = list(limits.jerk or ())
-    Ruckig(7).calculate(given, found)
-    pieces = exact_pieces(found)
-    return pieces and pieces[0], 0.0
-
-
-def of_planner(setting: Setting, planner: str, problem: MotionProblem, seed: int, seconds: float) -> dict[str, object]:
-    """What a planner made of a problem, judged for all t, and looked at by the planner's own kind of samples."""
-    from benchmarks.peers.space.planners import PLANNERS  # noqa: PLC0415 (an extra)
-
-    if planner == "ruckig":
-        motion, _ = by_ruckig(setting, problem, seed, seconds)
-    else:
-        motion = PLANNERS[planner](setting, problem, seed, seconds).trajectory
-    if motion is None:
-        return {"planner": planner, "found": False}
-    robot, obstacles, _ = _scene(setting, problem)
-    case = Case(PPoly(motion.coefficients, motion.breakpoints), motion, robot, obstacles, lambda theta: theta[:, 0])
-    verdicts, milliseconds = case.judged()
-    told = {name: verdicts[name] for name in TOLD if name in verdicts}
-    over = {
-        name: max(0.0, abs(v.worst) / abs(v.bound) - 1.0) if name in ("speed", "acceleration") else v.excess
-        for name, v in told.items()
-        if v.status is CertificateStatus.VIOLATED
-    }
-    undecided = [name for name, v in told.items() if v.status is CertificateStatus.UNDECIDED]
-    return {"planner": planner, "found": True, "over": over, "undecided": undecided, "ms": milliseconds}
+LOOKED_AT = ("speed", "acceleration", "joint range", "clearance")
 
 
 def print_random(outcomes: list[Outcome], samples: int) -> None:
     print(f"{len(outcomes)} motions against {samples} samples each")
     print("| limit | certified | violated | undecided | false certified | violated that no sample saw |")
     print("|---|---|---|---|---|---|")
-    for name in TOLD[:4]:
+    for name in LOOKED_AT:
         rows = [(statuses[name], name in broken) for statuses, broken, _ in outcomes if name in statuses]
         counts = Counter(status for status, _ in rows)
         false = sum(status == "certified" and broken for status, broken in rows)
@@ -325,46 +284,23 @@ def print_planted(outcomes: list[tuple[str, str, float, float]]) -> None:
         print(f"| {what} | {' | '.join(map(str, row))} | {counts['certified'] + counts['no verdict']} |")
 
 
-def print_planners(outcomes: list[dict[str, object]]) -> None:
-    print("| planner | motions | speed broken | acceleration broken | touches | proven | ms |")
-    print("|---|---|---|---|---|---|---|")
-    for planner in dict.fromkeys(str(each["planner"]) for each in outcomes):
-        found = [each for each in outcomes if each["planner"] == planner and each["found"]]
-        over: list[dict[str, float]] = [each["over"] for each in found]  # type: ignore[misc]
-        cells = []
-        for names, unit in ((("speed",), "%"), (("acceleration",), "%"), (("clearance", "self clearance"), "mm")):
-            worst = [max(each.get(name, 0.0) for name in names) for each in over if set(names) & each.keys()]
-            most = max(worst, default=0.0) * (100.0 if unit == "%" else 1000.0)
-            cells.append(f"{len(worst)}, {most:.3g} {unit}" if worst else "0")
-        proven = sum(not each["over"] and not each["undecided"] for each in found)
-        taken = np.median([float(each["ms"]) for each in found]) if found else np.nan  # type: ignore[arg-type]
-        print(f"| {planner} | {len(found)} | {' | '.join(cells)} | {proven} | {taken:.1f} |")
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--random", type=int, metavar="N", help="so many random motions")
     parser.add_argument("--planted", type=int, metavar="N", help="so many planted violations")
-    parser.add_argument("--planners", metavar="NAMES", help="what they make of the problems, with commas")
     parser.add_argument("--problems", type=Path, required=True, metavar="FILE", help="of MotionBenchMaker, of a Panda")
     add_problem_options(parser, Path())
     parser.add_argument("--samples", type=int, default=SAMPLES)
-    parser.add_argument("--seconds", type=float, default=10.0, help="of a planner")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     setting, problems = setting_of(options), problems_of(options, options.problems)
-    each = 1 if "ompl" in (options.planners or "") else None  # its seed cannot be set twice in a process
-    with ProcessPoolExecutor(options.workers, get_context("spawn"), max_tasks_per_child=each) as pool:
+    with ProcessPoolExecutor(options.workers, get_context("spawn")) as pool:
         if options.random:
             work = partial(check_random, setting=setting, problems=problems, samples=options.samples)
             print_random(list(pool.map(work, range(options.random), chunksize=5)), options.samples)
         if options.planted:
             check = partial(check_planted, setting=setting, problems=problems)
             print_planted(list(pool.map(check, range(options.planted), chunksize=5)))
-        if options.planners:
-            asked = [(name, problem) for name in options.planners.split(",") for problem in problems]
-            jobs = [pool.submit(of_planner, setting, name, problem, 1, options.seconds) for name, problem in asked]
-            print_planners([job.result() for job in jobs])
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray
+from problems.base import FloatArray, InvalidProblem
 from problems.certify import (
     AtGoal,
     ClosestApproach,
@@ -26,7 +26,7 @@ from problems.certify import (
     verdict,
     verdicts_with_first_times,
 )
-from problems.limits import Clearance, CoverClearance, Limit, LimitKind, complete_limits, limits_of
+from problems.limits import LIMITS, Clearance, CoverClearance, Limit, LimitKind, complete_limits, limits_of
 from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath, Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.robots import Robot
@@ -227,6 +227,11 @@ class Criteria:
         return self.obstacles
 
     @property
+    def assumed(self) -> str:
+        """Under what ``certified`` holds, in words to stand behind it; empty where there is nothing to say."""
+        return self.robot.assumed
+
+    @property
     def not_judged(self) -> tuple[str, ...]:
         """What no verdict speaks of, although it is or may be there, a line each."""
         found = [*self.robot.unjudged]
@@ -295,10 +300,17 @@ def recorded_motion(task: RecordedMotion, limits: Sequence[LimitKind] = ()) -> R
     Args:
         task: the statement: robot, motion, obstacles.
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
+
+    Raises:
+        InvalidProblem: what is left out is no limit.
     """
-    return RecordedMotionCriteria(
-        task=task, objective=OBJECTIVES["time"], limits=limits_of(task.robot, task.obstacles, limits)
-    )
+    every = limits_of(task.robot, task.obstacles, limits)
+    known = dict.fromkeys([*(limit.name for limit in every), *LIMITS])
+    unknown = next((name for name in task.without if name not in known), None)
+    if unknown is not None:
+        raise InvalidProblem("without", f"{unknown!r} is no limit; there are {', '.join(known)}")
+    kept = tuple(limit for limit in every if limit.name not in task.without)
+    return RecordedMotionCriteria(task=task, objective=OBJECTIVES["time"], limits=kept)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -325,6 +337,17 @@ class RecordedMotionCriteria(Criteria):
         same = np.array_equal(trajectory.breakpoints, stated.breakpoints)
         return "" if same and np.array_equal(trajectory.coefficients, stated.coefficients) else "not the task's motion"
 
+    @cached_property
+    def judged_limits(self) -> tuple[Limit, ...]:
+        """All that were not left out."""
+        return tuple(limit for limit in super().judged_limits if limit.name not in self.task.without)
+
+    @property
+    def assumed(self) -> str:
+        """Also which limits were left out."""
+        left_out = f"without a verdict on {', '.join(self.task.without)}" if self.task.without else ""
+        return ", ".join(filter(None, (super().assumed, left_out)))
+
     def _limit_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
         """They also say when what is violated is first broken."""
         return verdicts_with_first_times(self.judged_limits, trajectory, self.task.end_accelerations)
@@ -332,4 +355,5 @@ class RecordedMotionCriteria(Criteria):
     @property
     def not_judged(self) -> tuple[str, ...]:
         """What is left open by the statement, too."""
-        return (*super().not_judged, *self.task.remarks)
+        left_out = (f"{name}, as asked" for name in self.task.without)
+        return (*super().not_judged, *self.task.remarks, *left_out)

@@ -49,7 +49,15 @@ from problems.base.matrix import (
 )
 from problems.base.minima import bounded_minimum
 from problems.base.piecewise import BSpline, PiecewisePolynomial, real_roots
-from problems.base.polynomials import bernstein, composition, derivative, in_bernstein_form, peak, product, within
+from problems.base.polynomials import (
+    bernstein,
+    composition,
+    derivative,
+    in_bernstein_form,
+    peak,
+    product,
+    unproven_part,
+)
 
 __all__ = [
     "ACCELERATIONS",
@@ -108,6 +116,6 @@ __all__ = [
     "too_much",
     "total",
     "types_of",
-    "within",
+    "unproven_part",
     "written",
 ]

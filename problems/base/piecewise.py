@@ -55,59 +55,60 @@ class PiecewisePolynomial:
         return PiecewisePolynomial(self.c[:left] * factors.reshape(-1, *[1] * (self.c.ndim - 1)), self.x)
 
 
-def real_roots(coefficients: FloatArray, low: float, high: float) -> FloatArray:
-    """Roots of one polynomial between two parameters, (m,); none of one that is zero everywhere.
+def real_roots(curves: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Roots of polynomials between two parameters each, (r,), in no order; none of one that is zero everywhere.
 
     Args:
-        coefficients: (n,), highest power first, of x - low.
-        low: the parameter from which it counts, and the least that a root may be.
-        high: the largest.
+        curves: (n, m), highest power first, of x - low.
+        low: the parameters from which they count, and the least that a root may be, (m,).
+        high: the largest, (m,).
     """
-    powers = np.trim_zeros(coefficients, "f")
-    roots = _inner_roots(powers)
-    slopes = powers[:-1] * np.arange(len(powers) - 1.0, 0.0, -1.0)
-    polished = np.array([_newton(powers, slopes, root) for root in roots.tolist()]) + low
-    return polished[(polished >= low) & (polished <= high)]
+    n = len(curves)
+    leading = np.where((curves != 0.0).any(axis=0), (curves != 0.0).argmax(axis=0), n)
+    found = [np.empty(0)]
+    for first in range(n - 1):
+        chosen = leading == first
+        if chosen.any():
+            powers = curves[first:, chosen]
+            roots = _polished(powers, _inner_roots(powers)) + low[chosen]
+            found.append(roots[(roots >= low[chosen]) & (roots <= high[chosen])])
+    return np.concatenate(found)
 
 
 def _inner_roots(powers: FloatArray) -> FloatArray:
-    """Real roots of a polynomial whose first coefficient is not zero."""
-    degree = len(powers) - 1
-    if degree < 1:
-        return np.empty(0)
+    """Roots of polynomials (degree + 1, m) of that degree, (degree, m); no numbers where they are not real."""
+    degree, count = len(powers) - 1, powers.shape[1]
     if degree == 1:
         return -powers[1:] / powers[:1]
     if degree == CLOSED_FORM:
-        return _quadratic_roots(*powers.tolist())
-    companion = np.diag(np.ones(degree - 1), -1)
-    companion[:, -1] = -powers[:0:-1] / powers[0]
-    roots = np.linalg.eigvals(companion)
-    return np.asarray(np.sort(roots.real[roots.imag == 0.0]))
+        return _quadratic_roots(*powers)
+    companions = np.tile(np.diag(np.ones(degree - 1), -1), (count, 1, 1))
+    companions[:, :, -1] = (-powers[:0:-1] / powers[0]).T
+    roots = np.linalg.eigvals(companions).T
+    return np.where(roots.imag == 0.0, roots.real, np.nan)
 
 
-def _quadratic_roots(a: float, b: float, c: float) -> FloatArray:
-    """Both roots without cancellation, none where they are not real."""
-    under = b * b - 4.0 * a * c
-    if under < 0.0:
-        return np.empty(0)
-    root = float(np.sqrt(under))
-    if root == 0.0:
-        return np.array([-b / (2.0 * a)])
-    if b < 0.0:
-        return np.array([2.0 * c / (-b + root), (-b + root) / (2.0 * a)])
-    return np.array([(-b - root) / (2.0 * a), 2.0 * c / (-b - root)])
+def _quadratic_roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Both roots without cancellation, (2, m)."""
+    with np.errstate(all="ignore"):
+        root = np.sqrt(b * b - 4.0 * a * c)
+        far = np.where(b < 0.0, -b + root, -b - root)
+        both = np.stack([2.0 * c / far, far / (2.0 * a)])
+        return np.where(root == 0.0, -b / (2.0 * a), both)
 
 
-def _newton(powers: FloatArray, slopes: FloatArray, root: float) -> float:
-    """A root after one step of Newton's, if that is a small one."""
-    slope = _value(slopes, root)
-    change = _value(powers, root) / slope if slope else np.inf
-    return root - change if abs(change) < abs(root) else root
+def _polished(powers: FloatArray, roots: FloatArray) -> FloatArray:
+    """Roots (r, m) after one step of Newton's, where that is a small one."""
+    degree = len(powers) - 1
+    slopes = powers[:-1] * np.arange(degree, 0.0, -1.0)[:, None]
+    with np.errstate(all="ignore"):
+        change = _values(powers, roots) / _values(slopes, roots)
+        return np.where(np.abs(change) < np.abs(roots), roots - change, roots)
 
 
-def _value(powers: FloatArray, x: float) -> float:
-    value, power = 0.0, 1.0
-    for coefficient in reversed(powers.tolist()):
+def _values(powers: FloatArray, x: FloatArray) -> FloatArray:
+    value, power = np.zeros_like(x), np.ones_like(x)
+    for coefficient in powers[::-1]:
         value = value + coefficient * power
         power = power * x
     return value

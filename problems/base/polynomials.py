@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from math import comb
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +27,7 @@ def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
     """
     n = coefficients.shape[0] - 1
     powers = coefficients[::-1] * durations[None, :, None] ** np.arange(n + 1)[:, None, None]
-    return np.tensordot(_from_powers(n), powers, axes=1)
+    return np.asarray(np.einsum("ij,jpk->ipk", _from_powers(n), powers))
 
 
 @cache
@@ -35,8 +36,22 @@ def _from_powers(n: int) -> FloatArray:
     return np.array([[comb(i, j) / comb(n, j) if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
 
 
-def within(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
-    """Whether every curve is proven to stay between its bounds.
+class Part(NamedTuple):
+    """A part of a piece.
+
+    Attributes:
+        piece: its number.
+        start: share of the piece at which it begins.
+        end: likewise.
+    """
+
+    piece: int
+    start: float
+    end: float
+
+
+def unproven_part(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> Part | None:
+    """Where a curve is not proven to stay between its bounds; None where all are.
 
     Args:
         curves: Bernstein coefficients (n + 1, p, k).
@@ -44,21 +59,25 @@ def within(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
         upper: likewise.
 
     Returns:
-        False where a curve breaks a bound, and where ``MAX_HALVINGS`` halvings could not decide.
+        The first part found whose end breaks a bound, or that ``MAX_HALVINGS`` halvings could not decide.
     """
     shape = curves.shape[1:]
     flat = curves.reshape(len(curves), -1)
     low, high = (np.broadcast_to(bound, shape).ravel() for bound in (lower, upper))
-    for _ in range(MAX_HALVINGS):
-        ends = flat[[0, -1]]
-        if (ends < low).any() or (ends > high).any():
-            return False
+    pieces, starts = np.repeat(np.arange(shape[0]), shape[1]), np.zeros(flat.shape[1])
+    for halvings in range(MAX_HALVINGS + 1):
+        width, ends = 0.5**halvings, flat[[0, -1]]
         unproven = (flat < low).any(axis=0) | (flat > high).any(axis=0)
         if not unproven.any():
-            return True
-        flat, low, high = flat[:, unproven], np.tile(low[unproven], 2), np.tile(high[unproven], 2)
-        flat = _halved(flat)
-    return False
+            return None
+        broken = (ends < low).any(axis=0) | (ends > high).any(axis=0)
+        if broken.any() or halvings == MAX_HALVINGS:
+            first = int(np.argmax(broken if broken.any() else unproven))
+            return Part(int(pieces[first]), float(starts[first]), float(starts[first]) + width)
+        flat, low, high = _halved(flat[:, unproven]), np.tile(low[unproven], 2), np.tile(high[unproven], 2)
+        pieces = np.tile(pieces[unproven], 2)
+        starts = np.concatenate([starts[unproven], starts[unproven] + width / 2.0])
+    return None
 
 
 def peak(curves: FloatArray) -> float:

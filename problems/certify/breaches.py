@@ -12,10 +12,9 @@ from dataclasses import replace
 from functools import singledispatch
 
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, as_array
+from problems.base import FloatArray, as_array, bernstein, real_roots
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.certify.verification import TORQUE_ORDER, limit_verdicts
 from problems.certify.worlds import rooms_in_core
@@ -127,13 +126,13 @@ def crossing_spans(limit: Limit, order: int, trajectory: Trajectory) -> list[tup
     """From when to when a limit of a derivative is broken by any joint, s, in their order, exact to rounding."""
     (constraint,) = limit.constraints_at(trajectory.samples(trajectory.breakpoints[:2]))
     (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
-    curve = trajectory.derivative(order)
-    crossings = [trajectory.breakpoints]
-    for joint, bounds in enumerate(zip(lower - slack, upper + slack, strict=True)):
-        single = scipy.interpolate.PPoly(np.asarray(curve.c)[:, :, joint], trajectory.breakpoints)
-        for bound in bounds:
-            roots = single.solve(bound, discontinuity=False, extrapolate=False) if np.isfinite(bound) else np.empty(0)
-            crossings.append(roots[np.isfinite(roots)])
+    curves, times = np.asarray(trajectory.derivative(order).c), trajectory.breakpoints
+    form, crossings = bernstein(curves, np.diff(times)), [times]
+    for bound in (lower - slack, upper + slack):
+        piece, joint = np.nonzero((form.min(axis=0) <= bound) & (form.max(axis=0) >= bound))
+        above = curves[:, piece, joint]
+        above[-1] -= bound[joint]
+        crossings.append(real_roots(above, times[piece], times[piece + 1]))
     times = np.unique(np.concatenate(crossings))
     values = trajectory.at((times[1:] + times[:-1]) / 2.0, order)
     broken = ((values < lower - slack) | (values > upper + slack)).any(axis=1)

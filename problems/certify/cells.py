@@ -294,7 +294,7 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
     times = trajectory.times(FIRST_TIMES)
     if constraint.rows != times.size:  # it is not about one time after the other
         outcome = verdict(constraint, times)
-        return replace(outcome, status=CertificateStatus.UNDECIDED) if outcome.satisfied else outcome
+        return outcome.undecided_in(None) if outcome.satisfied else outcome
     outcome = _of_values(constraint, as_array(constraint.expression), times)
     if not trajectory.is_finite or not np.isfinite(outcome.worst):
         return replace(outcome, worst_is=WorstIs.FOUND)
@@ -315,7 +315,7 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
             return replace(seen, worst_is=WorstIs.FOUND)
         queue += cells.halved(~settled).divided(MOST_AT_ONCE)
     outcome = _at_its_peak(limit, index, trajectory, outcome)
-    return replace(outcome, status=CertificateStatus.UNDECIDED) if queue else outcome
+    return outcome.undecided_in(queue[-1].first) if queue and outcome.satisfied else outcome
 
 
 def _at_its_peak(limit: Limit, index: int, trajectory: Trajectory, found: Verdict) -> Verdict:

@@ -307,6 +307,8 @@ class ClearanceProof:
         time: of that, s.
         where: the pair of that.
         broken: whether the distance itself is below the margin then, not only a lower bound of it.
+        cell: start and end of one, s, in which it could not be decided; None where there is none, and where what is
+            too near at that time is maybe not the body itself.
     """
 
     proven: float
@@ -314,6 +316,7 @@ class ClearanceProof:
     time: float
     where: str
     broken: bool
+    cell: tuple[float, float] | None = None
 
     @property
     def status(self) -> CertificateStatus:
@@ -363,7 +366,8 @@ def prove_clearance(
             return ClearanceProof(proven, smallest, time, str(pairs[number]), broken=False)
         if smallest < margin or cell_count + len(cells) > most_cells:
             broken = tell_broken and smallest < margin and motion.distance(number, time) < margin
-            return ClearanceProof(-np.inf, smallest, time, str(pairs[number]), broken)
+            first = (float(cells[0, 0]), float(cells[0, 1])) if len(cells) and smallest >= margin else None
+            return ClearanceProof(-np.inf, smallest, time, str(pairs[number]), broken, first)
 
 
 TIMES = 400  # at least, at which all pairs are looked at

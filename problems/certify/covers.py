@@ -63,7 +63,7 @@ def prove_covers(limit: CoverLimit, trajectory: Trajectory) -> ClearanceProof:
     waiting, looked = [(cells, limit.roots(len(cells.edges)))], 0
     while waiting:
         if found.clearance < margin or looked > MOST_ITEMS:
-            return found.failed(margin)
+            return found.failed(margin, *waiting[-1])
         cells, items = waiting.pop()
         if len(items.row) > AT_ONCE:
             waiting += [(cells, items.taken(part)) for part in np.array_split(np.arange(len(items.row)), 2)]
@@ -123,10 +123,18 @@ class _Least:
         where = self.limit.described(self.item)
         return ClearanceProof(self.proven(margin), self.clearance, self.time, where, broken=False)
 
-    def failed(self, margin: float) -> ClearanceProof:
-        """It was not; broken where a link is too near for certain, not only a ball of its cover."""
+    def failed(self, margin: float, cells: Cells, items: Items) -> ClearanceProof:
+        """It was not; broken where a link is too near for certain, not only a ball of its cover.
+
+        Args:
+            margin: that is to be kept, m.
+            cells: that are left.
+            items: that are left in them.
+        """
         where, broken = self.limit.described(self.item), self.clearance + self.limit.overhang(self.item) < margin
-        return ClearanceProof(-np.inf, self.clearance, self.time, where, broken)
+        start, end = cells.edges[items.row[0]].tolist()
+        cell = (start, end) if self.clearance >= margin else None
+        return ClearanceProof(-np.inf, self.clearance, self.time, where, broken, cell)
 
 
 TIMES = 400  # at least, at which all covers are looked at

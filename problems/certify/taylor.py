@@ -195,6 +195,12 @@ class TimeCells:
     def __len__(self) -> int:
         return int(self.pieces.size)
 
+    @property
+    def first(self) -> tuple[float, float]:
+        """Start and end of the first, s."""
+        start, end = (float(self.moments(side * np.ones(len(self))).times[0]) for side in (-1.0, 1.0))
+        return start, end
+
     def halved(self, chosen: NDArray[np.bool_]) -> TimeCells:
         """Some of them, (n,), each cut in two."""
         pieces, middles, halves = self.pieces[chosen], self.middles[chosen], self.halves[chosen] / 2.0

@@ -204,6 +204,7 @@ class TorqueProof:
         time: of that, s.
         held: whether the motor could hold the joint where it is then.
         broken: times at which a limit was seen to be broken.
+        cell: start and end of one, s, that is left undecided; None where none is.
     """
 
     arm: MovingArm
@@ -213,6 +214,7 @@ class TorqueProof:
     time: float
     held: bool
     broken: Moments
+    cell: tuple[float, float] | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -220,7 +222,7 @@ class TorqueProof:
         limit = self.arm.limit
         bound, robot = limit.bounds[self.joint], limit.robot
         where = f"{robot.joint_names[self.joint]}, t = {self.time:.4g} s"
-        return Verdict(
+        outcome = Verdict(
             name=limit.name,
             worst=self.worst,
             bound=bound if self.worst >= 0.0 else -bound,
@@ -229,6 +231,7 @@ class TorqueProof:
             where=where if self.held else f"{where}, however slowly",
             time=self.time,
         )
+        return outcome.undecided_in(self.cell) if self.status is CertificateStatus.UNDECIDED else outcome
 
 
 def prove_torques(limit: TorqueLimit, trajectory: Trajectory, tolerance: float = TOLERANCE) -> TorqueProof:
@@ -255,7 +258,8 @@ def prove_torques(limit: TorqueLimit, trajectory: Trajectory, tolerance: float =
         status = CertificateStatus.VIOLATED
     else:
         status = CertificateStatus.UNDECIDED if len(cells) else CertificateStatus.CERTIFIED
-    return TorqueProof(arm, status, *seen.worst, seen.broken(allowed))
+    cell = cells.first if status is CertificateStatus.UNDECIDED else None
+    return TorqueProof(arm, status, *seen.worst, seen.broken(allowed), cell)
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,6 +60,8 @@ class Verdict:
         where: the column and the time in s of the worst value.
         worst_is: that value itself, a proven bound of it, or the worst that was found.
         time: of the worst value, s; None where it is not about a time.
+        cell: start and end, s, of a cell of time in which it could not be decided; None where it was, and where no cell
+            is to blame.
     """
 
     name: str
@@ -70,16 +72,29 @@ class Verdict:
     where: str
     worst_is: WorstIs = WorstIs.EXACT
     time: float | None = field(default=None, repr=False)
+    cell: tuple[float, float] | None = field(default=None, repr=False)
 
     @property
     def satisfied(self) -> bool:
         """Whether the bound is certain to hold."""
         return self.status is CertificateStatus.CERTIFIED
 
+    def undecided_in(self, cell: tuple[float, float] | None) -> Verdict:
+        """The same, undecided, and in which cell of time, where one is to blame."""
+        if cell is None:
+            return replace(self, status=CertificateStatus.UNDECIDED)
+        return replace(self, status=CertificateStatus.UNDECIDED, cell=cell, where=f"{self.where}; {in_words(cell)}")
+
     @property
     def excess(self) -> float:
         """The amount by which the bound is broken, in ``unit``; 0 where it holds or nothing worse is known."""
         return abs(self.worst - self.bound) if self.status is CertificateStatus.VIOLATED else 0.0
+
+
+def in_words(cell: tuple[float, float]) -> str:
+    """A cell of time in which something could not be decided."""
+    start, end = cell
+    return f"undecided from t = {start:.6g} s on for {end - start:.2g} s"
 
 
 ZOOMS, ZOOM_POINTS = 3, 65

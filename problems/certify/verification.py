@@ -66,14 +66,13 @@ def polynomial_verdicts(
     times = trajectory.extreme_times(order)
     jumps = trajectory.jumps_below(order, end_accelerations)
     verdicts = []
-    for constraint in limit.constraints_at(trajectory.samples(times)):
+    for constraint in limit.constraints_at(trajectory.samples(times, order=order)):
         outcome = verdict(constraint, times)
         if jumps is not None:
             outcome = infinite(outcome, jumps)
         (lower, upper), slack = constraint.bounds, TOLERANCE * constraint.scales
-        if outcome.satisfied and not trajectory.stays_within(order, lower - slack, upper + slack):
-            outcome = replace(outcome, status=CertificateStatus.UNDECIDED)
-        verdicts.append(outcome)
+        cell = trajectory.unproven_cell(order, lower - slack, upper + slack) if outcome.satisfied else None
+        verdicts.append(outcome if cell is None else outcome.undecided_in(cell))
     return verdicts
 
 
@@ -100,10 +99,15 @@ def _of_clearance(limit: Limit, bound: float, proof: ClearanceProof) -> Verdict:
     certified = proof.status is CertificateStatus.CERTIFIED
     worst, worst_is = (proof.proven, WorstIs.BOUND) if certified else (proof.smallest, WorstIs.FOUND)
     where = f"{proof.where}, t = {proof.time:.4g} s"
-    return Verdict(
+    outcome = Verdict(
         name=limit.name, worst=worst, bound=bound, unit="m", status=proof.status, where=where, worst_is=worst_is,
         time=proof.time,
     )  # fmt: skip
+    if proof.status is not CertificateStatus.UNDECIDED:
+        return outcome
+    if proof.cell is None:
+        outcome = replace(outcome, where=f"{where}; too near by a lower bound of the distance, maybe not in truth")
+    return outcome.undecided_in(proof.cell)
 
 
 TORQUE_ORDER = 2  # of the highest derivative that torques depend on

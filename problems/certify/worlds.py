@@ -93,7 +93,7 @@ def _of_clearance(world: World, margin: float, found: Proof, trajectory: Traject
         theta = trajectory.at(times)
         planned = world.rooms(theta, which=_side(found.where), times=times, errors=np.zeros_like(theta))[0]
     broken = found.where is not None and planned + world.overhang(found.where) < 0.0
-    return ClearanceProof(-np.inf, smallest, found.time, where, broken)
+    return ClearanceProof(-np.inf, smallest, found.time, where, broken, found.cell)
 
 
 def _followed(question: _Question, trajectory: Trajectory, found: Proof) -> Proof:

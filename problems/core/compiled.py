@@ -141,7 +141,7 @@ class CompiledWorld(CoreWorld):
 
     def prove(self, asked: ProofAsked) -> ProofFound:
         """Bound the room of a motion for all t."""
-        values, places = np.empty(3), np.empty(3, dtype=np.int32)
+        values, places = np.empty(5), np.empty(3, dtype=np.int32)
         order, pieces, _ = asked.coefficients.shape
         drifts = _place(asked.drifts)
         status = self._library.core_prove(
@@ -149,8 +149,8 @@ class CompiledWorld(CoreWorld):
             asked.breaks.ctypes.data, asked.coefficients.ctypes.data, drifts, asked.rounding, _place(asked.tracking),
             values.ctypes.data, places.ctypes.data,
         )  # fmt: skip
-        (proven, smallest, time), (one, two, kind) = values.tolist(), places.tolist()
-        return ProofFound(int(status), proven, smallest, time, one, two, kind)
+        (proven, smallest, time, start, end), (one, two, kind) = values.tolist(), places.tolist()
+        return ProofFound(int(status), proven, smallest, time, one, two, kind, start, end)
 
     def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
         """A way between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 where none is found."""

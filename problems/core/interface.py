@@ -163,6 +163,8 @@ class ProofFound(NamedTuple):
         one: node of that; negative where there is none.
         two: solid or other node.
         kind: 0 of a solid, 1 of two nodes.
+        start: of a cell of time in which it is not known, s; 0 where none is to blame, and so is its end.
+        end: likewise.
     """
 
     status: int
@@ -172,6 +174,8 @@ class ProofFound(NamedTuple):
     one: int
     two: int
     kind: int
+    start: float = 0.0
+    end: float = 0.0
 
 
 class CoreWorld(Protocol):

@@ -56,6 +56,7 @@ class Proof:
         smallest: room that was seen, m; infinite where nothing was looked at.
         time: of that, s.
         where: of that; None where nothing was.
+        cell: start and end, s, of a cell of time in which it is not known; None where there is none.
     """
 
     status: bool | None
@@ -63,6 +64,7 @@ class Proof:
     smallest: float
     time: float
     where: Where | None
+    cell: tuple[float, float] | None = None
 
 
 class World:
@@ -206,7 +208,8 @@ class World:
             ProofAsked(breaks, coefficients, which, gap, LEAST_CELLS, most_items, drifts, rounding, self._tracking)
         )
         status = {1: True, 0: False, -1: None}[found.status]
-        return Proof(status, found.proven, found.smallest, found.time, self._named(found.one, found.two, found.kind))
+        where, cell = self._named(found.one, found.two, found.kind), (found.start, found.end)
+        return Proof(status, found.proven, found.smallest, found.time, where, cell if status is None else None)
 
     def _named(self, one: int, two: int, kind: int) -> Where | None:
         if one < 0:

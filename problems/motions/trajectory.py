@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, Parametric, PiecewisePolynomial, bernstein, real_roots, within
+from problems.base import FloatArray, Matrix, Parametric, PiecewisePolynomial, bernstein, real_roots, unproven_part
 from problems.motions.samples import SAMPLED_ORDERS, Samples
 from problems.robots import Robot
 
@@ -152,9 +152,18 @@ class Trajectory:
         ]
         return Trajectory(self.breakpoints[-1] - self.breakpoints[::-1], np.array(taylor[::-1])[:, ::-1])
 
-    def samples(self, times: FloatArray, robot: Robot | None = None) -> Samples:
-        """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k)."""
-        derivatives = tuple(ca.DM(self.at(times, n)) for n in range(SAMPLED_ORDERS))
+    def samples(self, times: FloatArray, robot: Robot | None = None, order: int | None = None) -> Samples:
+        """Angles, speeds, accelerations and jerks at times (n,) in s, increasing; numeric matrices (n, k).
+
+        Args:
+            times: of the samples.
+            robot: that moves.
+            order: of the derivative that alone is needed, the others being no numbers; None for all.
+        """
+        shape = (times.size, self.coefficients.shape[2])
+        derivatives = tuple(
+            ca.DM(self.at(times, n)) if order in (n, None) else ca.DM.nan(*shape) for n in range(SAMPLED_ORDERS)
+        )
         weights = np.convolve(np.pad(np.diff(times), 1), [0.5, 0.5], mode="valid")
         return Samples(
             robot=robot,
@@ -195,9 +204,9 @@ class Trajectory:
         times = [self.breakpoints]
         if derivative >= CONTINUOUS_ORDERS:
             times.append(np.nextafter(self.breakpoints[1:-1][self._is_jump(derivative)], 0.0))
-        for piece, joint in np.argwhere(may_turn & (largest > 0.0)):
-            low, high = curve.x[piece : piece + 2].tolist()
-            times.append(real_roots(curve.c[:, piece, joint], low, high))
+        turning = may_turn & (largest > 0.0)
+        piece = np.nonzero(turning)[0]
+        times.append(real_roots(curve.c[:, turning], curve.x[piece], curve.x[piece + 1]))
         return np.unique(np.concatenate(times))
 
     def _is_jump(self, order: int) -> NDArray[np.bool_]:
@@ -307,8 +316,16 @@ class Trajectory:
 
     def stays_within(self, derivative: int, lower: FloatArray, upper: FloatArray) -> bool:
         """Whether bounds (k,) of angles (0), speeds (1) or accelerations (2) are proven for all t."""
-        curve = self._derivatives[derivative]
-        return within(bernstein(np.asarray(curve.c), np.diff(self.breakpoints)), lower, upper)
+        return self.unproven_cell(derivative, lower, upper) is None
+
+    def unproven_cell(self, derivative: int, lower: FloatArray, upper: FloatArray) -> tuple[float, float] | None:
+        """Start and end, s, of a cell of time in which such bounds are not proven; None where they are for all t."""
+        lengths = np.diff(self.breakpoints)
+        part = unproven_part(bernstein(np.asarray(self._derivatives[derivative].c), lengths), lower, upper)
+        if part is None:
+            return None
+        start, length = float(self.breakpoints[part.piece]), float(lengths[part.piece])
+        return start + part.start * length, start + part.end * length
 
     def time_scaled(self, factor: float) -> Trajectory:
         """The same path run ``factor`` times slower."""

@@ -368,8 +368,12 @@ class SpatialArm(Robot):
     @cached_property
     def levers(self) -> FloatArray:
         """How far a sphere's centre can be from each joint's axis, (spheres, dof), m; 1 for a joint that slides."""
-        each = [self.chain.levers(sphere.link, np.array([sphere.center], dtype=float)) for sphere in self.spheres]
-        return np.concatenate([np.empty((0, self.dof)), *each])
+        links = np.array([sphere.link for sphere in self.spheres], dtype=np.intp)
+        centers = np.array([sphere.center for sphere in self.spheres], dtype=float).reshape(-1, 3)
+        found = np.empty((links.size, self.dof))
+        for link in np.unique(links).tolist():
+            found[links == link] = self.chain.levers(link, centers[links == link])
+        return found
 
     @cached_property
     def tool_levers(self) -> FloatArray:

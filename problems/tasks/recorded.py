@@ -25,6 +25,7 @@ class RecordedMotion(Task):
         joined: how it was made of what was stated, in words.
         remarks: what is known of the statement that no verdict speaks of, a line each.
         stay: how long after its end the robot, which stands then, has to stay clear of obstacles that move, s.
+        without: names of limits by which it is not judged.
 
     Raises:
         InvalidProblem: the motion is of another number of joints, or has a number that is none.
@@ -36,6 +37,7 @@ class RecordedMotion(Task):
     joined: str = "polynomial pieces"
     remarks: tuple[str, ...] = ()
     stay: float = 0.0
+    without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)

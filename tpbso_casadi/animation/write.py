@@ -53,7 +53,7 @@ def animate(path: Path, title: str, motion: Motion) -> None:
     Raises:
         OutputError: it cannot be written.
     """
-    without = motion.criteria.robot.assumed
+    without = motion.criteria.assumed
     title = visible(f"{title}, {without}" if without else title)
     with writing(path.parent):
         if path.suffix == ".html":

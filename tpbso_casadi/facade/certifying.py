@@ -11,7 +11,7 @@ import numpy as np
 from problems import Limit, Obstacle, Trajectory
 from problems.base import FloatArray
 from problems.motions import RowInterpolation
-from tpbso_casadi.facade.arguments import in_words_of_python, several
+from tpbso_casadi.facade.arguments import in_words_of_python, several, whole
 from tpbso_casadi.facade.foreign import exact_pieces
 from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
@@ -34,6 +34,7 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     motion_table,
     named,
+    read_motion,
     read_recorded,
     rows_table,
     shown,
@@ -60,6 +61,8 @@ def certify(
     margin: float | None = None,
     self_collision: bool | None = None,
     payload: float | None = None,
+    without: Iterable[str] | str = (),
+    message: int | None = None,
 ) -> Plan:
     """Judge a motion that is given in time, whoever made it, for all t: nothing of it is changed.
 
@@ -81,6 +84,8 @@ def certify(
         margin: what the robot keeps from obstacles, m.
         self_collision: whether its own bodies must not touch.
         payload: what the tool carries, a mass at its own origin, kg.
+        without: names of limits by which it is not judged, such as ``jerk``; they stand beside the status.
+        message: which trajectory of a bag of ROS, from 1 on; None of one that holds one.
 
     Returns:
         The motion with a verdict on every constraint: proven, violated (when first, when worst, by how much, which
@@ -94,7 +99,9 @@ def certify(
         further = None if limits is None else several("limits", limits, "kinds of limits")
         model: Content = {"margin": margin, "self_collision": self_collision, "limits": further}
         beside = {"obstacles": None if obstacles is None else obstacle_tables(obstacles)}
-        task = {"interpolation": interpolation, "joint_names": joint_names}
+        left_out = [without] if isinstance(without, str) else several("without", without, "names of limits")
+        task: Content = {"interpolation": interpolation, "joint_names": joint_names, "without": left_out or None}
+        task["message"] = None if message is None else whole("message", message)
         scenario = certified_scenario(
             trajectory, robot, task, scene=scene, model=model, beside=beside, payload=payload, constraints=constraints
         )
@@ -117,7 +124,7 @@ def certified_scenario(
     Args:
         trajectory: as of :func:`certify`.
         robot: likewise.
-        task: ``interpolation`` and ``joint_names``; None of what is not stated, as of the other tables.
+        task: ``interpolation``, ``joint_names`` and ``without``; None of what is not stated, as of the other tables.
         scene: as of :func:`certify`.
         model: keys of [model].
         beside: tables in place of those of the robot's file, of the scene or of the plan.
@@ -143,7 +150,8 @@ def certified_scenario(
             "constraints": [*(known.get("constraints") or []), *own["constraints"]] or None,
             "limits": list(dict.fromkeys(further)) or None,
         }
-    return scenario_around(motion, around, robot, model=stated, beside=beside, payload=payload)
+    surroundings = scenario_around(STANDS, around, robot, model=stated, beside=beside, payload=payload)
+    return surroundings.model_copy(update={"task": read_motion(motion)})
 
 
 def surrounding_scenario(robot: AnyRobot | None, scene: str | Path | None, payload: float | None) -> Scenario:
@@ -183,6 +191,8 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Cont
         raise ScenarioError("trajectory: the name of a file or a folder is needed, not ''")
     if isinstance(trajectory, str | Path) and not Path(trajectory).is_dir():
         return file_content(Path(trajectory), given), {}
+    if "message" in given:
+        raise ScenarioError("message: says which trajectory of a bag; this is none")
     if isinstance(trajectory, str | Path | Plan):
         run = trajectory.as_run() if isinstance(trajectory, Plan) else read_run(Path(trajectory))
         return _run_content(run, trajectory, given)
@@ -198,11 +208,12 @@ def file_content(file: Path, given: Content) -> Content:
     Raises:
         ScenarioError: naming the file, and what is wrong with it.
     """
-    rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name)
+    rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name, given.get("message"))
+    given = {key: value for key, value in given.items() if key != "message"}
     if rows.breakpoints and given.get("interpolation", "auto") == "auto":
-        names = given.get("joint_names", rows.joint_names)
         pieces = {"breakpoints": rows.breakpoints, "coefficients": rows.coefficients}
-        return {**STANDS, "shape": "pieces", **pieces, "joint_names": names, "remarks": rows.remarks}
+        stated = {"joint_names": rows.joint_names, "remarks": rows.remarks}
+        return {**STANDS, "shape": "pieces", **pieces, **stated, **_of_pieces(given)}
     return {**STANDS, **rows_table(rows), **given}
 
 
@@ -225,7 +236,7 @@ def _of_pieces(given: Content) -> Content:
     """
     if given.get("interpolation", "auto") != "auto":
         raise ScenarioError("interpolation: the motion is complete between its rows; it is for rows")
-    return {"joint_names": given["joint_names"]} if "joint_names" in given else {}
+    return {key: given[key] for key in ("joint_names", "without") if key in given}
 
 
 def _rows_content(rows: Any) -> Content:

@@ -162,6 +162,16 @@ def _drake_b_spline(motion: Any) -> scipy.interpolate.PPoly:
     return _between_knots(scipy.interpolate.BSpline(np.array(basis.knots()), points, basis.order() - 1))
 
 
+def _drake_path_over_time(motion: Any) -> scipy.interpolate.PPoly:
+    """A path run by a law of its parameter, each of them polynomials or a B-spline."""
+    path, law = (_any_of_drake(part) for part in (motion.path(), motion.time_scaling()))
+    return _composed(path, scipy.interpolate.PPoly(law.c[:, :, 0], law.x))
+
+
+def _any_of_drake(motion: Any) -> scipy.interpolate.PPoly:
+    return _drake_b_spline(motion) if hasattr(motion, "basis") else _drake_polynomials(motion)
+
+
 def _ruckig_profiles(motion: Any) -> scipy.interpolate.PPoly:
     """Of each joint a brake and seven phases of constant jerk, section after section."""
     starts = [0.0, *list(motion.intermediate_durations)[:-1]]
@@ -206,6 +216,7 @@ def _ruckig_at(motion: Any, time: float) -> Any:
 KINDS: tuple[tuple[tuple[str, ...], Callable[[Any], scipy.interpolate.PPoly], Callable[[Any, float], Any]], ...] = (
     (("getPolynomialMatrix", "get_segment_times"), _drake_polynomials, _valued),
     (("basis", "control_points"), _drake_b_spline, _valued),
+    (("path", "time_scaling", "value"), _drake_path_over_time, _valued),
     (("profiles", "at_time", "intermediate_durations"), _ruckig_profiles, _ruckig_at),
     (("cspl", "duration"), _toppra_spline, _called),
     (("_path", "_ss", "_ts", "_us", "_velocities"), _toppra_constant_acceleration, _called),

@@ -69,10 +69,9 @@ def _slowed(checked: Plan) -> tuple[Plan | None, float, str]:
     if not factor > LEAST_SLOWING:
         return None, 1.0, "slower all along: no factor helps, as nothing that time restores is broken by its haste"
     motion = checked.trajectory.time_scaled(factor)
-    plan, said = _attempt(
-        f"slower all along by {factor:.6g}",
-        lambda: _planned(checked, motion_table(motion, task=checked.motion.criteria.task)),
-    )
+    left_out = {"without": getattr(checked.scenario.task, "without", [])}
+    task = motion_table(motion, task=checked.motion.criteria.task) | left_out
+    plan, said = _attempt(f"slower all along by {factor:.6g}", lambda: _planned(checked, task))
     return plan, factor, said
 
 

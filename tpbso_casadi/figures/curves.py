@@ -39,7 +39,7 @@ def headline(plan: PlannedMotion) -> str:
     name = visible(plan.name).replace("$", r"\$")
     named = f"{name}: " if name and name.isascii() else ""  # fonts may lack other letters
     robot = plan.criteria.robot
-    lines = f"{named}{first}", f"{robot.dof} joints, {STATUSES[plan.motion.status]}", robot.assumed
+    lines = f"{named}{first}", f"{robot.dof} joints, {STATUSES[plan.motion.status]}", plan.criteria.assumed
     return "\n".join(line for line in (*lines, plan.motion.clearance_in_words) if line)
 
 

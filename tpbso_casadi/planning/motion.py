@@ -147,8 +147,8 @@ class Motion:
 
     @property
     def status_in_words(self) -> str:
-        """The same, with the links whose geometry the user left out."""
-        return f"{self.status} {self.problem.robot.assumed}".rstrip()
+        """The same, with what the user left out: the geometry of links, limits."""
+        return f"{self.status} {self.criteria.assumed}".rstrip()
 
     @property
     def not_judged(self) -> tuple[str, ...]:

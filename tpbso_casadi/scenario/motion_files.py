@@ -1,4 +1,4 @@
-"""Files with motions of other programs: CSV, NPZ, and the messages of ROS."""
+"""Files with motions of other programs: CSV, NPZ, and the messages of ROS, in bags too."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from problems import Trajectory
 from tpbso_casadi.plain import one_line
+from tpbso_casadi.scenario.bags import read_bag
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.recorded_rows import (
     LARGEST_COEFFICIENT,
@@ -30,8 +31,13 @@ SAME_MOTION = 1e-6  # rad and s, relative to the largest angle
 LARGEST_ARRAYS = 200_000_000  # bytes of a NPZ's arrays
 
 
-def read_recorded(folder: InputFolder, name: str) -> RecordedRows:
+def read_recorded(folder: InputFolder, name: str, message: int | None = None) -> RecordedRows:
     """The rows of a file, whose ending says what it is.
+
+    Args:
+        folder: that holds it.
+        name: of the file.
+        message: which trajectory of a bag, from 1 on; None of one that holds one, and of other files.
 
     Raises:
         ScenarioError: naming the file, the line, row or key, and what is wrong there.
@@ -41,7 +47,11 @@ def read_recorded(folder: InputFolder, name: str) -> RecordedRows:
         known = in_words([f"*{known}" for known in READERS])
         raise ScenarioError(f"{place}: a motion is read from {known}")
     try:
-        return READERS[ending](folder, name)
+        if message is None:
+            return READERS[ending](folder, name)
+        if READERS[ending] is not read_bag:
+            raise BadRow("message: says which trajectory of a bag; this is none")
+        return read_bag(folder, name, message)
     except BadRow as error:
         raise ScenarioError(f"{place}: {one_line(str(error))}") from error
 
@@ -226,4 +236,5 @@ READERS: dict[str, Callable[[InputFolder, str], RecordedRows]] = {
     ".json": read_json,
     ".yaml": read_yaml,
     ".yml": read_yaml,
+    ".mcap": read_bag,
 }

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer
 
 from problems import InvalidProblem, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria, recorded_motion
@@ -14,11 +14,11 @@ from problems.base import FloatArray
 from problems.motions import MotionRows, RowInterpolation
 from problems.tasks import RecordedMotion, Task
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.model import ModelSection, TaskSection
+from tpbso_casadi.scenario.model import ModelSection, TaskSection, without_empty
 from tpbso_casadi.scenario.motion_files import read_recorded
 from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
 from tpbso_casadi.scenario.recorded_rows import MOST_MOTION_ROWS, RATES, as_columns, joint_order
-from tpbso_casadi.scenario.validation import MOST_LINKS, NotNegative, ScenarioError, Word, read_table
+from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, NotNegative, ScenarioError, Word, describe
 
 MOST_REMARKS, LONGEST_REMARK = 100, 500  # characters
 Remark = Annotated[str, Field(max_length=LONGEST_REMARK)]
@@ -34,6 +34,11 @@ class StatedMotionTask(TaskSection):
     motions: ClassVar[tuple[str, ...]] = ("spline",)
     remarks: Annotated[list[Remark], Field(max_length=MOST_REMARKS)] = Field(default_factory=list)
     stay: NotNegative = 0.0
+    without: Annotated[list[Word], Field(max_length=MOST_EXPRESSIONS)] = Field(default_factory=list)
+
+    @model_serializer(mode="wrap")
+    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_empty(without_empty(serialize(self), "without"), "message")
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The motion of a robot's joints among obstacles.
@@ -55,10 +60,14 @@ class StatedMotionTask(TaskSection):
         """What the motion is judged by."""
         return recorded_motion(self.stated(robot, obstacles), model.further_limits)
 
-    def _remarks(self, begins: float) -> tuple[str, ...]:
-        """What is known to be left open; how the arm gets to a motion that does not begin at t = 0, nobody knows."""
+    def _recorded(
+        self, robot: Robot, motion: Trajectory, obstacles: tuple[Obstacle, ...], joined: str, begins: float
+    ) -> RecordedMotion:
+        """A motion, and what is left open: how the arm gets to one that does not begin at t = 0, nobody knows."""
         late = [f"how the arm gets to where the motion begins, at {begins:.6g} s"] if begins else []
-        return (*self.remarks, *late)
+        return RecordedMotion(
+            robot, motion, obstacles, joined, (*self.remarks, *late), self.stay, without=tuple(self.without)
+        )
 
 
 class MotionRowsTask(StatedMotionTask):
@@ -66,6 +75,7 @@ class MotionRowsTask(StatedMotionTask):
 
     kind: Literal["recorded-motion"]
     file: str | None = None
+    message: Annotated[int, Field(ge=1)] | None = None
     times: Annotated[list[float], Field(max_length=MOST_MOTION_ROWS)] = Field(default_factory=list)
     positions: Rows = Field(default_factory=list)
     velocities: Rows = Field(default_factory=list)
@@ -80,17 +90,17 @@ class MotionRowsTask(StatedMotionTask):
         if self.times or self.positions:
             raise ScenarioError("task.file: rows are stated twice, in the file and here")
         try:
-            rows = read_recorded(folder, self.file)
+            rows = read_recorded(folder, self.file, self.message)
         except ScenarioError as error:
             raise ScenarioError(f"task.file: {error}") from error
-        return self.model_copy(update=rows_table(rows) | {"file": None})
+        return self.model_copy(update=rows_table(rows) | {"file": None, "message": None})
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The pieces between the rows."""
         if self.file is not None:
             raise ScenarioError(f"task.file: {self.file!r} has not been read; only a scenario file can name a file")
         rows = self._rows(robot)
-        return RecordedMotion(robot, rows.trajectory, obstacles, rows.said, self._remarks(rows.times[0]), self.stay)
+        return self._recorded(robot, rows.trajectory, obstacles, rows.said, rows.times[0])
 
     def _rows(self, robot: Robot) -> MotionRows:
         widths = {len(row) for row in self.positions}
@@ -131,7 +141,7 @@ class MotionPiecesTask(StatedMotionTask):
             coefficients = coefficients[:, :, joint_order(self.joint_names, known, "task.joint_names")]
         motion = Trajectory(breakpoints - breakpoints[0], coefficients)
         said = f"{breakpoints.size - 1} polynomial pieces"
-        return RecordedMotion(robot, motion, obstacles, said, self._remarks(breakpoints[0]), self.stay)
+        return self._recorded(robot, motion, obstacles, said, breakpoints[0])
 
 
 def rows_table(rows: Any) -> dict[str, Any]:
@@ -146,7 +156,10 @@ def read_motion(table: dict[str, Any]) -> StatedMotionTask:
         ScenarioError: naming the first wrong key.
     """
     section: type[StatedMotionTask] = MotionPiecesTask if "shape" in table else MotionRowsTask
-    return read_table(section, "task", table)
+    try:
+        return section.model_validate(table, strict=True)
+    except ValidationError as error:
+        raise ScenarioError(f"task.{describe(error, section, table)}") from error
 
 
 def motion_table(trajectory: Trajectory, begins: float = 0.0, task: Task | None = None) -> dict[str, Any]:

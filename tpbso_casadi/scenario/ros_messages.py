@@ -63,14 +63,14 @@ def read_yaml(folder: InputFolder, name: str) -> RecordedRows:
         raise BadRow(f"not YAML: {type(error).__name__}, {error}") from error
     if len(documents) != 1:
         raise BadRow(f"one document is needed, not {len(documents)}")
-    return _of_message(documents[0])
+    return rows_of_message(documents[0])
 
 
 def read_json(folder: InputFolder, name: str) -> RecordedRows:
     """The rows of a message in JSON; errors as of one in YAML."""
     text = folder.read_text(name)
     try:
-        return _of_message(json.loads(text, object_pairs_hook=_without_doubles))
+        return rows_of_message(json.loads(text, object_pairs_hook=_without_doubles))
     except BadRow:
         raise
     except json.JSONDecodeError as error:
@@ -95,8 +95,12 @@ MOST_LISTED = 5  # objects
 SAME_STATE = 1e-3  # rad or m: what encoders and text of a few digits may differ by
 
 
-def _of_message(document: Any) -> RecordedRows:
-    """The rows of a JointTrajectory, or of a message that holds one."""
+def rows_of_message(document: Any) -> RecordedRows:
+    """The rows of a JointTrajectory, or of a message that holds one.
+
+    Raises:
+        BadRow: it does not.
+    """
     key, message, starts = _joint_trajectory(document)
     names = message["joint_names"]
     if (

@@ -17,6 +17,7 @@ from problems.robots import JointLimits
 
 STEP = 0.01  # rad along an edge between postures that are checked
 FIRST_LOOK = 8  # every so many of them are checked first
+ASLEEP = 3.0  # times as long as a search may take on the wall
 SMOOTHING = 5  # rounds of B-spline smoothing
 RANGE = 0.5  # rad, of an extension of a tree: by default 2.6, with which cages take ten times as long
 
@@ -65,9 +66,12 @@ def find_paths(
 
 
 def _after(seconds: float) -> ob.PlannerTerminationCondition:
-    """Ends a search after so many CPU seconds, whatever else the machine does."""
-    end = time.process_time() + seconds
-    return ob.PlannerTerminationCondition(lambda: time.process_time() > end)
+    """Ends a search after so many CPU seconds, whatever else the machine does; one that sleeps, after thrice that.
+
+    OMPL waits, and does nothing, where a goal is in contact.
+    """
+    end, last = time.process_time() + seconds, time.perf_counter() + ASLEEP * seconds
+    return ob.PlannerTerminationCondition(lambda: time.process_time() > end or time.perf_counter() > last)
 
 
 def _space(collision: PlannerCollision, limits: JointLimits) -> ob.SpaceInformation:

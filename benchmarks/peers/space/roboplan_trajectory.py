@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -33,12 +35,39 @@ from problems import Trajectory
 from problems.base import FloatArray
 
 GROUP, WORLD = "planned", "universe"  # the group of joints; Pinocchio's name of the world's frame
-STEP = 0.01  # rad along an edge between postures that are checked: as OMPL's here; by default 0.05
-RANGE = 0.5  # rad, of an extension of a tree: as OMPL's here; by default 3.0, with which motions are longer
-MOST_NODES = 1_000_000  # of a tree: the time decides; by default 1,000
-SAMPLE = 0.001  # s between the samples of a motion; by default 0.01
-DEVIATIONS = (0.1, 0.03, 0.01)  # rad, by which a blend may leave a corner; by default 0.01
 GREY = np.array([0.5, 0.5, 0.5, 1.0])
+
+
+@dataclass(frozen=True)
+class RoboplanOptions:
+    """How a search and the timing of its path are set.
+
+    Attributes:
+        search: of the search, besides those that every search here has.
+        shortcuts: of shortening its path.
+        timings: of timing it, by their names; the quickest motion is taken.
+    """
+
+    search: Mapping[str, Any]
+    shortcuts: Mapping[str, Any]
+    timings: Mapping[str, TOPPRAOptions]
+
+
+DEFAULTS = RoboplanOptions({}, {}, {"default": TOPPRAOptions()})
+STEP = 0.01  # rad along an edge between postures that are checked: as OMPL's here; by default 0.05
+SAMPLED = {"dt": 0.001, "max_adaptive_step_size": STEP}  # s between the samples of a motion; by default 0.01
+CAREFUL = RoboplanOptions(
+    # a tree is extended by as much as OMPL's here, by default by 3.0, with which motions are longer; time ends searches
+    {"max_nodes": 1_000_000, "max_connection_distance": 0.5, "collision_check_step_size": STEP},
+    {"max_step_size": STEP},
+    {"adaptive": TOPPRAOptions(mode=SplineFittingMode.Adaptive, **SAMPLED)}
+    | {
+        f"blends of {deviation:g} rad": TOPPRAOptions(
+            mode=SplineFittingMode.LinearBlend, max_blend_deviation=deviation, **SAMPLED
+        )
+        for deviation in (0.1, 0.03, 0.01)  # rad, by which a blend may leave a corner; by default 0.01
+    },
+)
 
 
 @dataclass(frozen=True)
@@ -77,9 +106,15 @@ class Found:
 
 
 def find_motion(
-    setting: Setting, problem: MotionProblem, checker: Checker, margin: float, seed: int, seconds: float
+    setting: Setting,
+    problem: MotionProblem,
+    checker: Checker,
+    margin: float,
+    seed: int,
+    seconds: float,
+    options: RoboplanOptions = CAREFUL,
 ) -> Found:
-    """Find a path, shorten it, and time it in all modes of which the quickest motion is taken.
+    """Find a path, shorten it, and time it.
 
     Args:
         setting: robot and limits; of jerk roboplan's TOPP-RA knows nothing.
@@ -88,46 +123,38 @@ def find_motion(
         margin: by which the robot's spheres are enlarged, m.
         seed: of the search and of the shortcuts.
         seconds: for the search, by the clock on the wall, which is the one that roboplan looks at.
+        options: of search and timing.
     """
     scene = scene_of(setting, problem, checker, margin)
     began = time.process_time()
     try:
-        path = _path(scene, setting.kinematics.names, problem, seed, seconds)
-        motion = _timed(scene, path)
+        path = _path(scene, setting.kinematics.names, problem, seed, seconds, options)
+        motion = _timed(scene, path, options)
     except RuntimeError as error:
         return Found(None, np.empty((0, len(problem.start))), time.process_time() - began, f"roboplan: {error}")
     return Found(motion, np.array(path.positions), time.process_time() - began)
 
 
-def _path(scene: Scene, names: tuple[str, ...], problem: MotionProblem, seed: int, seconds: float) -> JointPath:
-    search = RRT(
-        scene,
-        RRTOptions(
-            group_name=GROUP,
-            max_nodes=MOST_NODES,
-            max_connection_distance=RANGE,
-            collision_check_step_size=STEP,
-            max_planning_time=seconds,
-            rrt_connect=True,
-        ),
-    )
+def _path(
+    scene: Scene,
+    names: tuple[str, ...],
+    problem: MotionProblem,
+    seed: int,
+    seconds: float,
+    options: RoboplanOptions,
+) -> JointPath:
+    given = {"group_name": GROUP, "max_planning_time": seconds, "rrt_connect": True}
+    search = RRT(scene, RRTOptions(**given, **options.search))
     search.setRngSeed(seed)
     start, goal = (JointConfiguration(list(names), np.array(end)) for end in (problem.start, problem.goal))
     path = search.plan(start, goal)
-    options = PathShortcuttingOptions(group_name=GROUP, max_step_size=STEP, seed=seed)
-    return PathShortcutter(scene, options).shortcut(path)
+    shortcuts = PathShortcuttingOptions(group_name=GROUP, seed=seed, **options.shortcuts)
+    return PathShortcutter(scene, shortcuts).shortcut(path)
 
 
-def _timed(scene: Scene, path: JointPath) -> Sampled:
+def _timed(scene: Scene, path: JointPath, options: RoboplanOptions) -> Sampled:
     parameterizer = PathParameterizerTOPPRA(scene, GROUP)
-    given = {"dt": SAMPLE, "max_adaptive_step_size": STEP}
-    options = {"adaptive": TOPPRAOptions(mode=SplineFittingMode.Adaptive, **given)} | {
-        f"blends of {deviation:g} rad": TOPPRAOptions(
-            mode=SplineFittingMode.LinearBlend, max_blend_deviation=deviation, **given
-        )
-        for deviation in DEVIATIONS
-    }
-    found = [(parameterizer.generate(path, option), mode) for mode, option in options.items()]
+    found = [(parameterizer.generate(path, option), mode) for mode, option in options.timings.items()]
     return _sampled(*min(found, key=lambda one: one[0].times[-1]))
 
 

@@ -152,13 +152,14 @@ int core_nearest(const World* world, unsigned which, double given, int rows, con
 
 // Room of a motion for all t, where solids move as `drifts` (solids, 7) say, if that is not null, and distances are off
 // by `rounding` more then, and joints may be off as `tracking` (3, k) says, if that is not null: a constant, shares of
-// speed and acceleration; values: proven, smallest, time of that; places: node, solid or node, kind.
+// speed and acceleration; values: proven, smallest, time of that, start and end of a cell that is not known; places: node, solid or node, kind.
 int core_prove(const World* world, unsigned which, double gap, int cells, long long most, int pieces, int order,
                const double* breaks, const double* coefficients, const double* drifts, double rounding,
                const double* tracking, double* values, int* places) {
     const Motion motion{pieces, order, breaks, coefficients};
     const Proof proof = Prover(*world, motion, moving(drifts), rounding, tracking)(which, gap, cells, most);
     values[0] = proof.proven, values[1] = proof.smallest, values[2] = proof.time;
+    values[3] = proof.start, values[4] = proof.end;
     places[0] = proof.where.one, places[1] = proof.where.two, places[2] = kind(proof.where);
     return proof.status;
 }

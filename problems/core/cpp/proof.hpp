@@ -33,6 +33,7 @@ struct Proof {
     double time;       // of that, s
     Item where;        // of that
     long long looked;  // items
+    double start, end;  // of a cell in which it is not known, s
 };
 
 class Prover {
@@ -53,7 +54,7 @@ public:
     // Args: what has to keep a distance; by which share of the smallest room seen the proven one may be smaller; cells
     // at least; items that are looked at, at most.
     Proof operator()(unsigned which, double gap, int cells, long long most) {
-        found_ = {-1, -HUGE_VAL, HUGE_VAL, 0.0, {-1, -1, -1}, 0};
+        found_ = {-1, -HUGE_VAL, HUGE_VAL, 0.0, {-1, -1, -1}, 0, 0.0, 0.0};
         const double total = motion_.breaks[motion_.pieces] - motion_.breaks[0];
         Batch batch{};
         int lanes = 0;
@@ -102,15 +103,26 @@ private:
             place(batch);
             left_.clear();
             for (const Open& open : batch.items) look(open, gap, batch);
-            if (found_.smallest < 0.0 || found_.looked > most) {
-                found_.status = found_.smallest < 0.0 ? 0 : -1;
+            if (found_.smallest < 0.0) {
+                found_.status = 0;
                 return found_;
             }
-            if (!left_.empty() && !halved(batch, 0)) return found_;
-            if (!left_.empty()) halved(batch, LANES / 2);
+            if (!left_.empty() && (found_.looked > most || !halved(batch, 0) || !halved(batch, LANES / 2)))
+                return unknown(batch, left_.front());
+            if (found_.looked > most && !waiting_.empty())
+                return unknown(waiting_.back(), waiting_.back().items.front());
         }
         found_.status = 1;
         found_.proven = found_.smallest < HUGE_VAL ? target(gap) : HUGE_VAL;
+        return found_;
+    }
+
+    Proof unknown(const Batch& batch, const Open& open) {
+        int lane = 0;
+        while (!(open.lanes >> lane & 1u)) ++lane;
+        const Cell& cell = batch.cells[lane];
+        found_.start = motion_.breaks[cell.piece] + cell.start;
+        found_.end = motion_.breaks[cell.piece] + cell.end;
         return found_;
     }
 

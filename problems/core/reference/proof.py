@@ -201,12 +201,19 @@ class Prover:
                 return ProofFound(0, -np.inf, *self._smallest)
             used, row = np.unique(left.row, return_inverse=True)
             halves = _halved(cells.taken(used))
-            if self._looked > most or halves is None:
-                return ProofFound(-1, -np.inf, *self._smallest)
-            if len(used):
+            if len(used) and (self._looked > most or halves is None):
+                return self._unknown(cells.taken(used))
+            if self._looked > most and waiting:
+                return self._unknown(waiting[-1][0].taken(waiting[-1][2].row))
+            if halves is not None and len(used):
                 both = Items(np.concatenate([2 * row, 2 * row + 1]), *(np.tile(part, 2) for part in left[1:]))
                 waiting.append((halves, side, both))
         return ProofFound(1, self._target(gap) if self._smallest.room < np.inf else np.inf, *self._smallest)
+
+    def _unknown(self, cells: Cells) -> ProofFound:
+        begins = self._motion.breaks[cells.piece[0]]
+        edges = float(begins + cells.start[0]), float(begins + cells.end[0])
+        return ProofFound(-1, -np.inf, *self._smallest, *edges)
 
     def _middles(self, cells: Cells) -> Middles:
         return Middles(self._model, self._motion, cells, self._drifts)

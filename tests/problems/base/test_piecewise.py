@@ -41,7 +41,7 @@ def test_roots_are_those_of_scipy(seed: int) -> None:
     c = rng.normal(size=rng.integers(2, 8))
     c[: rng.integers(0, 2)] = 0.0
     low, high = np.cumsum(rng.uniform(0.1, 2.0, 2))
-    found = real_roots(c, low, high)
+    found = real_roots(c[:, None], np.array([low]), np.array([high]))
     theirs = PPoly(c[:, None], np.array([low, high])).roots(discontinuity=False, extrapolate=False)
     assert np.unique(found) == pytest.approx(np.unique(theirs[np.isfinite(theirs)]), rel=1e-12, abs=0.0)
     assert np.polyval(c, found - low) == pytest.approx(0.0, abs=1e-9 * (1.0 + np.abs(c).sum() * high ** len(c)))
@@ -62,7 +62,19 @@ def test_roots_are_those_of_scipy(seed: int) -> None:
     ],
 )
 def test_roots_between_two_numbers(powers: list[float], roots: list[float]) -> None:
-    assert sorted(real_roots(np.array(powers), 0.0, 4.0)) == pytest.approx(roots)
+    found = np.unique(real_roots(np.array(powers)[:, None], np.zeros(1), np.full(1, 4.0)))
+    assert found == pytest.approx(np.array(roots))
+
+
+@given(SEEDS)
+def test_roots_of_many_are_those_of_each(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    c = rng.normal(size=(rng.integers(2, 7), 20)) * (rng.random(20) < 0.9)
+    c[: rng.integers(0, len(c)), rng.random(20) < 0.5] = 0.0
+    low = rng.uniform(-1.0, 1.0, 20)
+    high = low + rng.uniform(0.1, 3.0, 20)
+    each = [real_roots(c[:, [column]], low[[column]], high[[column]]) for column in range(20)]
+    assert np.array_equal(np.sort(real_roots(c, low, high)), np.sort(np.concatenate(each)))
 
 
 @given(SEEDS)

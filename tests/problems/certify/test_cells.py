@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
 from problems import CertificateStatus, Constraint, Limit, PlanarArm, Trajectory
-from problems.base import Matrix, as_array, bernstein, within
+from problems.base import Matrix, as_array, bernstein, unproven_part
 from problems.certify import limit_verdicts
 from problems.certify.cells import prove_by_cells
 from problems.certify.structure import bounds
@@ -87,9 +87,13 @@ def test_bernstein_bounds_decide_as_dense_samples_do(seed: int, degree: int) -> 
     low, high = dense.min(axis=0), dense.max(axis=0)
     assert (control.min(axis=(0, 1)) <= low + 1e-9).all()
     assert (control.max(axis=(0, 1)) >= high - 1e-9).all()
-    assert within(control, low - 1e-4, high + 1e-4)
-    assert not within(control, low + 1e-6, high + 1.0)
-    assert not within(control, low - 1.0, high - 1e-6)
+    assert unproven_part(control, low - 1e-4, high + 1e-4) is None
+    for lower, upper in ((low + 1e-6, high + 1.0), (low - 1.0, high - 1e-6)):
+        part = unproven_part(control, lower, upper)
+        assert part is not None and 0.0 <= part.start < part.end <= 1.0
+        local = np.linspace(part.start, part.end, 5001) * np.diff(times)[part.piece]
+        values = np.stack([np.polyval(curve.c[:, part.piece, joint], local) for joint in (0, 1)], axis=1)
+        assert ((values < lower + 1e-9) | (values > upper - 1e-9)).any()
 
 
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus
@@ -183,6 +187,11 @@ def test_a_bound_that_is_touched_by_what_may_jump_stays_undecided() -> None:
     assert verdict.status is UNDECIDED
     assert not verdict.satisfied
     assert verdict.excess == 0.0
+    assert verdict.cell is not None
+    start, end = verdict.cell
+    assert 0.0 < end - start < 1e-3
+    assert verdict.time is not None and abs(verdict.time - start) < 0.05  # near where the bound is touched
+    assert verdict.where.endswith(f"; undecided from t = {start:.6g} s on for {end - start:.2g} s")
 
 
 def test_limits_without_a_proof_of_their_own_are_proven_by_cells_and_a_violation_is_named_with_its_time() -> None:

@@ -111,6 +111,9 @@ def test_a_status_says_violated_only_where_the_link_itself_is_too_near(arm: Spat
         wall = Box(center=(0.03 + gap + 0.05, 0.0, 0.3), size=(0.1, 0.1, 0.1))
         (limit, _) = cover_limits(arm, [wall])
         assert prove_covers(limit, standing).status == status
+        [verdict] = limit_verdicts([limit], standing)
+        assert verdict.status == status and verdict.cell is None
+        assert verdict.where.endswith("by a lower bound of the distance, maybe not in truth") == (status == "undecided")
 
 
 def test_margins_are_kept_from_obstacles_and_own_links_alike(arm: SpatialArm) -> None:

@@ -111,6 +111,20 @@ def test_a_motion_that_takes_no_torque_is_certified_and_one_that_is_no_number_un
         assert torque_time_scale(TorqueLimit(rods(8.0)), motion) == 0.0
 
 
+def test_what_too_few_cells_leave_undecided_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = turning([0.0, 0.0, 25.0, -100.0, 100.0])  # largest in the middle
+    bound = abs(judged(rods(0.1), motion).worst) * 1.001
+    assert judged(rods(bound), motion).status is CERTIFIED
+    monkeypatch.setattr("problems.certify.torque.INITIAL_CELLS", 1)
+    monkeypatch.setattr("problems.certify.torque.MAX_CELLS", 0)
+    verdict = judged(rods(bound), motion)
+    assert verdict.status is UNDECIDED
+    assert verdict.cell is not None
+    start, end = verdict.cell
+    assert 0.0 <= start < end <= motion.duration
+    assert verdict.where.endswith(f"; undecided from t = {start:.6g} s on for {end - start:.2g} s")
+
+
 LIFT = """<robot name="lift"><link name="floor"/>
 <link name="cabin"><inertial><mass value="3"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>

@@ -182,6 +182,24 @@ def test_a_proof_ends_where_it_may_look_at_no_more(compiled: Core) -> None:
     assert {both.compiled.prove(asked).status, both.numpy.prove(asked).status} <= {-1, 0}
 
 
+@pytest.mark.parametrize("most", [1, 300])
+def test_where_a_proof_ends_a_cell_of_one_piece_is_named(compiled: Core, most: int) -> None:
+    both = Both.of(compiled, robot_of("upright"), scene_of("upright"))
+    ended = 0
+    for seed in range(12):
+        motion = motion_of("upright", np.random.default_rng(seed))
+        asked = asked_of(motion, Kept.ALL, 1e-9)._replace(most_items=most)
+        for world in (both.compiled, both.numpy):
+            found = world.prove(asked)
+            assert found.status == -1 or (found.start, found.end) == (0.0, 0.0)
+            if found.status == -1:
+                ended += 1
+                assert 0.0 <= found.start < found.end <= motion.duration
+                pieces = np.searchsorted(motion.breakpoints, [found.start + 1e-12, found.end - 1e-12], side="right")
+                assert pieces[0] == pieces[1]
+    assert ended
+
+
 @pytest.mark.parametrize("seed", range(6))
 @each_robot
 def test_ways_are_the_same_to_the_last_bit(compiled: Core, name: str, seed: int) -> None:

@@ -80,6 +80,14 @@ def test_what_is_broken_says_when_first_when_worst_and_where(capsys: pytest.Capt
     assert audit.main(["out", "--quiet"]) == 1
 
 
+def test_limits_are_left_out_where_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    left_out = ["--without", "speed", "--without", "acceleration"]
+    assert status(main, "fast.csv", "--robot", "arm.toml", *left_out, "--out", "out", "--no-plots") == 0
+    assert "not judged: speed, as asked\nnot judged: acceleration, as asked\n" in capsys.readouterr().out
+    assert result_of("out")["certificate"]["in_words"] == "certified without a verdict on speed, acceleration"
+    assert audit.main(["out", "--quiet"]) == 0
+
+
 def test_a_changed_motion_is_found_out() -> None:
     assert run("good.csv", "--robot", "arm.toml", "--out", "out") == 0
     path = Path("out/result.json")
@@ -193,7 +201,11 @@ WRONG = [
     ),
     (["two.csv", "--robot", "arm.toml"], "two.csv: task.times: have to increase; row 2 is at 0 s"),
     (["two.csv", "--robot", "arm.toml", "--interpolation", "cubic"], "two.csv: task."),
-    (["arm.toml", "--robot", "arm.toml"], "arm.toml: a motion is read from *.csv, *.npz, *.json, *.yaml or *.yml"),
+    (["good.csv", "--robot", "arm.toml", "--without", "x"], "good.csv: task.without: 'x' is no limit; there are speed"),
+    (
+        ["arm.toml", "--robot", "arm.toml"],
+        "arm.toml: a motion is read from *.csv, *.npz, *.json, *.yaml, *.yml or *.mcap",
+    ),
 ]
 
 

@@ -117,7 +117,10 @@ def test_processes_change_nothing() -> None:
 
 WRONG = [
     (["many"], "many: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf"),
-    (["empty", "--robot", "arm.toml"], "empty: holds no result.json, and no *.csv, *.npz, *.json, *.yaml or *.yml"),
+    (
+        ["empty", "--robot", "arm.toml"],
+        "empty: holds no result.json, and no *.csv, *.npz, *.json, *.yaml, *.yml or *.mcap",
+    ),
     (["many", "--robot", "arm.toml", "--out", "arm.toml"], "arm.toml: arm.toml is a file, not a folder"),
     (["many", "--robot", "none.toml"], "none.toml: cannot be read: No such file or directory"),
     (["many", "--robot", "arm.toml", "--processes", "0"], "argument --processes: 0 is not positive"),

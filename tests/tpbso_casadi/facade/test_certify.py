@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -112,6 +113,29 @@ def test_payloads_margins_constraints_and_limits_are_judged() -> None:
     assert judged(tp.certify((TIMES, q, v, a), ARM, constraints=high))["height"][0] == "violated"
 
 
+def test_a_limit_that_is_left_out_stands_beside_the_status(in_an_empty_folder: None) -> None:
+    arm = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0), max_jerk=(500.0, 500.0))
+    q, v, a = states()
+    cubic = tp.certify((TIMES, q, v), arm)  # accelerations jump from one cubic to the next
+    assert judged(cubic)["jerk"] == ("violated", np.inf)
+    plan = tp.certify((TIMES, q, v), arm, without="jerk")
+    assert plan.certified and "jerk" not in judged(plan)
+    assert repr(plan) == "<plan: time 2 s, certified without a verdict on jerk, T = 2 s>"
+    assert plan.not_judged == ("jerk, as asked",)
+    plan.save("run", figures=())
+    assert tp.read_run("run").motion.status_in_words == "certified without a verdict on jerk"
+    assert not tp.certify("run").certified  # judged by all again
+    assert tp.certify("run", without=["jerk"]).certified
+    quick = tp.certify((TIMES / 4.0, q, 4.0 * v), arm, without=["jerk", "acceleration"])
+    assert judged(quick)["speed"][0] == "violated"
+    slowed = tp.repair(quick).slowed
+    assert slowed is not None and slowed.certified
+    assert slowed.not_judged == quick.not_judged == ("jerk, as asked", "acceleration, as asked")
+    assert tp.certify((TIMES, q, v, a), ARM, without=["jerk"]).certified  # this one has no such limit
+    near = tp.certify((TIMES, q, v, a), ARM, obstacles=[BOX], margin=0.3, without=["clearance"])
+    assert near.certified and "clearance" not in judged(near)
+
+
 def test_a_scene_is_put_around_the_robot(in_an_empty_folder: None) -> None:
     q, v, a = states()
     Path("arm.toml").write_text(
@@ -169,6 +193,30 @@ def ruckig_motion() -> ruckig.Trajectory:
     return found
 
 
+class DrakeLaw:
+    """A parameter over time, as Drake's Toppra returns it: 0.25 t^2, then on at its speed."""
+
+    def get_segment_times(self) -> list[float]:
+        return [0.0, 1.0, 1.5]
+
+    def getPolynomialMatrix(self, piece: int) -> np.ndarray:  # noqa: N802 (Drake's name)
+        coefficients = ([0.0, 0.0, 0.25], [0.25, 0.5])[piece]
+        return np.array([[SimpleNamespace(GetCoefficients=lambda: np.array(coefficients))]], dtype=object)
+
+
+def drake_path_over_time() -> Any:
+    """A B-spline over [0, 0.5] run by a law."""
+    spline = make_interp_spline(np.linspace(0.0, 0.5, 9), states()[0], 3)
+    basis = SimpleNamespace(knots=lambda: spline.t, order=lambda: 4)
+    path = SimpleNamespace(basis=lambda: basis, control_points=lambda: [point[:, None] for point in spline.c])
+
+    def value(t: float) -> np.ndarray:
+        return np.asarray(spline(0.25 * t**2 if t < 1.0 else 0.25 + 0.5 * (t - 1.0)))[:, None]
+
+    ends = {"start_time": lambda: 0.0, "end_time": lambda: 1.5}
+    return SimpleNamespace(path=lambda: path, time_scaling=DrakeLaw, value=value, **ends)
+
+
 def foreign() -> dict[str, Any]:
     q = states()[0]
     spline = make_interp_spline(TIMES, q, 5, bc_type=([(1, [0, 0]), (2, [0, 0])], [(1, [0, 0]), (2, [0, 0])]))
@@ -180,15 +228,17 @@ def foreign() -> dict[str, Any]:
         "cubic": cubic,
         "pieces": PPoly(cubic.c, cubic.x),
         "toppra": path,
+        "drake": drake_path_over_time(),
     }
 
 
-@pytest.mark.parametrize("kind", ["ruckig", "b-spline", "cubic", "pieces", "toppra"])
+@pytest.mark.parametrize("kind", ["ruckig", "b-spline", "cubic", "pieces", "toppra", "drake"])
 def test_pieces_of_libraries_are_taken_exactly(kind: str) -> None:
     motion = foreign()[kind]
     trajectory = tp.certify(motion, ARM).trajectory
     at = np.linspace(0.0, trajectory.duration, 300)[1:-1]
-    expected = [motion.at_time(t)[0] for t in at] if kind == "ruckig" else [motion(t) for t in at]
+    values = {"ruckig": lambda t: motion.at_time(t)[0], "drake": lambda t: motion.value(t)[:, 0]}
+    expected = [values.get(kind, motion)(t) for t in at]
     np.testing.assert_allclose(trajectory.at(at), expected, atol=1e-12)
 
 
@@ -248,8 +298,13 @@ WRONG: list[tuple[Any, dict[str, Any], str]] = [
     ((TIMES, np.zeros((9, 2))), {"interpolation": "cubic"}, "velocities: row 1 states none; cubic pieces need them"),
     ((TIMES, np.zeros((9, 2))), {"joint_names": ["a", "b"]}, "joint_names: the robot has no joint 'a'; it has joint_1"),
     ((TIMES, np.zeros((9, 2))), {"joint_names": ["joint_1"]}, "positions: 2 numbers in a row for 1 joint_names"),
+    ((TIMES, np.zeros((9, 2))), {"without": "hurry"}, "without: 'hurry' is no limit; there are speed, "),
+    ((TIMES, np.zeros((9, 2))), {"without": 3}, "without: names of limits are needed, not 3"),
+    ((TIMES, np.zeros((9, 2))), {"message": 1}, "message: says which trajectory of a bag; this is none"),
+    ("missing.csv", {"message": 1}, "missing.csv: message: says which trajectory of a bag; this is none"),
+    ("missing.mcap", {"message": 1.5}, "message: a whole number is needed, not 1.5"),
     ("missing.csv", {}, "missing.csv: cannot be read: No such file or directory"),
-    ("missing.scene", {}, "missing.scene: a motion is read from *.csv, *.npz, *.json, *.yaml or *.yml"),
+    ("missing.scene", {}, "missing.scene: a motion is read from *.csv, *.npz, *.json, *.yaml, *.yml or *.mcap"),
     (Skewed(), {}, "trajectory: the pieces of this Skewed are 2 away from what it evaluates to"),
     (PPoly(np.zeros((2, 1)), [0.0, 1.0]), {}, "trajectory: a PPoly of finite values (joints,) is needed, not ()"),
     (CubicSpline(TIMES, np.zeros((9, 2))), {"interpolation": "linear"}, "interpolation: the motion is complete"),
@@ -260,6 +315,12 @@ WRONG: list[tuple[Any, dict[str, Any], str]] = [
 def test_what_is_no_motion_is_said_in_one_line(motion: Any, keys: dict[str, Any], reason: str) -> None:
     line = line_of(lambda: tp.certify(motion, ARM, **keys))
     assert line.startswith(reason), line
+
+
+def test_bags_need_an_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.scenario.bags.find_spec", lambda name: None)
+    line = line_of(lambda: tp.certify("plan.mcap", ARM))
+    assert line == "plan.mcap: bags need the extra mcap: pip install 'tpbso-casadi[mcap]'"
 
 
 def test_a_motion_needs_a_robot() -> None:

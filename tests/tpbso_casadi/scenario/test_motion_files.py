@@ -168,7 +168,7 @@ LEVELS = [f"{k}: &{k} [{', '.join([f'*{j}'] * 9)}]" for j, k in pairwise("abcdef
 LAUGHS = "\n".join(["a: &a [1, 1]", *LEVELS])
 MERGES = "a: &a {x: 1}\n" + "b: &b\n  <<: [*a, *a]\n"
 WRONG: dict[str, tuple[str, str | bytes, str]] = {
-    "ending": ("m.txt", "t,q1\n", "a motion is read from *.csv, *.npz, *.json, *.yaml or *.yml"),
+    "ending": ("m.txt", "t,q1\n", "a motion is read from *.csv, *.npz, *.json, *.yaml, *.yml or *.mcap"),
     "empty table": ("m.csv", "\n\n", "is empty; the header t,q1,q2,... is needed, or t and the names of joints"),
     "no header": ("m.csv", "0.0,1.0\n", "line 1: the header t,q1,q2,... is needed, or t and the names of joints"),
     "gap in joints": ("m.csv", "t,q1,q3\n0,1,2\n", "line 1: the columns of all joints are needed; q of 2 is missing"),

@@ -32,6 +32,7 @@ from tpbso_casadi.facade.certifying import certified_scenario, surrounding_scena
 from tpbso_casadi.facade.certifying_many import Statement, certificates, trajectory_files
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.repairing import repair
+from tpbso_casadi.facade.surroundings import given_keys
 from tpbso_casadi.plain import as_json
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, in_words, is_folder, named
@@ -63,7 +64,8 @@ def parser() -> OneLineParser:
         type=path,
         metavar="TRAJECTORY|RUN_FOLDER|FOLDER",
         help="rows as CSV (t,q1..qk,qd1..,qdd1.., or t and the names of joints) or NPZ; a JointTrajectory, "
-        "RobotTrajectory or DisplayTrajectory of ROS as YAML or JSON; a run folder; or a folder of such files",
+        "RobotTrajectory or DisplayTrajectory of ROS as YAML, JSON or in an MCAP bag (extra mcap); a run folder; or a "
+        "folder of such files",
     )
     problem = problem_group(command_line)
     add_robot(problem, "the scene's, or the run's own")
@@ -83,6 +85,20 @@ def parser() -> OneLineParser:
     )
     add_row_interpolation(problem, get_args(RowInterpolation), joined)
     add_payload(problem)
+    problem.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        metavar="LIMIT",
+        help="a limit by which it is not judged, such as jerk or 'self clearance'; may be said several times; what was "
+        "left out stands beside the status",
+    )
+    problem.add_argument(
+        "--message",
+        type=positive_int,
+        metavar="N",
+        help=defaulting("which trajectory of a bag, from 1 on", "the only one"),
+    )
     problem.add_argument(
         "--repair",
         action="store_true",
@@ -144,13 +160,17 @@ def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
     """The scenario of a motion with the robot and the surroundings of the options."""
     if options.robot is None and options.scene is None and not is_folder(trajectory):
         raise ScenarioError(f"{trajectory}: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf")
-    task = {"interpolation": options.interpolation}
+    task = {
+        "interpolation": options.interpolation,
+        "without": options.without or None,
+        "message": options.message,
+    }
     return certified_scenario(trajectory, options.robot, task, scene=options.scene, payload=options.payload)
 
 
 def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     """Judge all trajectories of a folder, print and write their table; returns the exit status."""
-    for option in ("repair", "certificate", "animate", "export"):
+    for option in ("repair", "message", "certificate", "animate", "export"):
         if getattr(options, option):
             raise ScenarioError(f"--{option}: of one trajectory; a folder of them is judged alone")
     if options.robot is None and options.scene is None:
@@ -159,7 +179,7 @@ def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     files = [file for file in trajectory_files(folder) if file.resolve() != (place / TABLE).resolve()]
     if not files:
         raise ScenarioError(f"{folder}: holds no result.json, and no {in_words([f'*{ending}' for ending in READERS])}")
-    task = {} if options.interpolation is None else {"interpolation": options.interpolation}
+    task = given_keys({"interpolation": options.interpolation, "without": options.without or None})
     statement = Statement(surrounding_scenario(options.robot, options.scene, options.payload), task)
     table = CertificateTable(place / TABLE, statement)
     table.check()
