@@ -21,7 +21,11 @@ from problems import CertificateStatus, Verdict
 from problems.limits import LIMITS
 from tpbso_casadi.facade.robots import StatedRobot
 
-FORMS = {"itself": "as it evaluates it", "cubic": "rows, cubics"}
+FORMS = {
+    "itself": "as the library evaluates it",
+    "cubic": "rows each 10 ms with speeds, joined by cubics",
+    "quintic": "rows each 10 ms with speeds and accelerations, joined by quintics",
+}
 SHARES = ("speed", "acceleration", "jerk")  # whose excess is told as a share of the limit
 ROUNDING = 1e-9  # as of certificates: relative of speeds and accelerations, m, rad
 
@@ -109,7 +113,9 @@ def _judged(shelf: Shelf, setting: Setting, name: str, problem: MotionProblem) -
 def _forms(made: Made) -> Iterator[tuple[str, Any]]:
     if made.motion is not None:
         yield "itself", made.motion
-    yield "cubic", (made.rows.times, made.rows.angles, made.rows.speeds)
+    rows = made.rows
+    yield "cubic", (rows.times, rows.angles, rows.speeds)
+    yield "quintic", (rows.times, rows.angles, rows.speeds, rows.accelerations)
 
 
 def _excess(verdict: Verdict) -> float:

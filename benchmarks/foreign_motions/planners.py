@@ -245,7 +245,7 @@ FOREIGN: dict[str, ForeignPlanner] = {
     "ompl-ruckig-phase": ForeignPlanner(
         "the same, phases synchronised", ompl_and_ruckig("Phase"), AMONG_OBSTACLES | {"jerk"}
     ),
-    "drake": ForeignPlanner("Drake KinematicTrajectoryOptimization", by_drake, AMONG_OBSTACLES | {"jerk"}),
+    "drake": ForeignPlanner("Drake KinematicTrajectoryOptimization", by_drake),  # accelerations at ends are free
     "drake-toppra": ForeignPlanner("the same, and Drake's Toppra", by_drake_and_toppra),
     "roboplan": ForeignPlanner("roboplan RRT-Connect, shortcuts, TOPP-RA: defaults", by_roboplan),
     "ladder": ForeignPlanner("ours, `ladder`", by_ours, AMONG_OBSTACLES | {"jerk"}),
