@@ -21,7 +21,7 @@ from problems import CertificateStatus, Constraint, Limit, Problem, Trajectory, 
 from problems.assembly import Criteria
 from problems.base import FloatArray, as_array
 from problems.certify import freedom, structure_of
-from problems.limits import SAMPLING_MARGIN
+from problems.limits import SAMPLING_MARGIN, ExpressionLimit
 from problems.nlp import (
     MotionProgram,
     NonlinearProgram,
@@ -212,8 +212,9 @@ def optimality_of(problem: Problem[Any], motion: Motion) -> Optimality:
 
 def _optimum(problem: Problem[Any], run: StoredRun) -> dict[str, Any] | None:
     """The optimum near the plan or, if that was timed in another form than the program's, near the motion before."""
-    if problem.robot.dim == 3 and problem.task.obstacles:
-        return None  # second derivatives of clearances in space take minutes to write down, which no deadline ends
+    of_the_tool = any(isinstance(limit, ExpressionLimit) for limit in problem.limits)
+    if problem.robot.dim == 3 and (problem.task.obstacles or of_the_tool):
+        return None  # second derivatives in space take a minute, of clearances several, which no deadline ends
     motion = run.motion if problem.nlp().takes_any_motion else run.found
     optimum = nearest_optimum(problem, motion)
     if optimum is None:

@@ -137,7 +137,7 @@ def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path) -> No
 
         def trace(frame: FrameType, event: str, _: object) -> Any:
             nonlocal lines
-            lines -= 1
+            lines -= frame.f_globals["__name__"].startswith(("tpbso_casadi", "contextlib"))
             if not lines:
                 signal.raise_signal(signal.SIGINT)
             return trace

@@ -275,7 +275,7 @@ def test_what_a_scene_does_not_state_is_kept(in_an_empty_folder: None) -> None:
 
 def test_a_run_keeps_how_long_it_stays() -> None:
     moving = tp.MovingObstacle(tp.Ellipse((0.9, -0.9), (0.05, 0.05)), tp.ConstantVelocity((0.0, 0.1)))
-    plan = tp.plan(ARM, start=[0.0, 0.5], goal=[0.8, 0.2], obstacles=[moving], stay=3.0, seed=1)
+    plan = tp.plan(ARM, start=[0.0, 0.5], goal=[0.8, 0.2], obstacles=[moving], stay=3.0, evaluations=300)
     again = tp.certify(plan)
     assert again.certified and judged(plan).keys() - {"start", "goal"} <= judged(again).keys()
     assert again.motion.criteria.task.stay == 3.0
