@@ -39,6 +39,11 @@ class Rows:
     speeds: FloatArray
     accelerations: FloatArray
 
+    @property
+    def states(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """All of it, as ``tp.certify`` takes rows."""
+        return self.times, self.angles, self.speeds, self.accelerations
+
     @classmethod
     def of(cls, motion: Trajectory) -> Rows:
         """A motion at the rate of exports, and its end."""
