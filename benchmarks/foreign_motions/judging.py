@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,12 @@ from problems import CertificateStatus, Verdict
 from problems.limits import LIMITS
 from tpbso_casadi.facade.robots import StatedRobot
 
-FORMS = {"itself": "as it evaluates it", "cubic": "rows, cubics"}
+FORMS = {
+    "itself": "as the library evaluates it",
+    "cubic": "rows each 10 ms with speeds, joined by cubics",
+    "quintic": "rows each 10 ms with speeds and accelerations, joined by quintics",
+    "knots": "rows where its pieces meet with speeds and accelerations, joined by quintics",
+}
 SHARES = ("speed", "acceleration", "jerk")  # whose excess is told as a share of the limit
 ROUNDING = 1e-9  # as of certificates: relative of speeds and accelerations, m, rad
 
@@ -64,29 +69,32 @@ def outcomes_of(
 ) -> Iterator[Outcome]:
     """The outcomes of all motions that were made, those that a file knows first; new ones are added to it."""
     stored = stored_outcomes(known)
-    done = {(each.planner, each.problem) for each in stored}
+    done = {(each.planner, each.problem, each.form) for each in stored}
     yield from (each for each in stored if each.planner in planners)
     with known.open("a") as file:
         for name in planners:
             for problem in problems_for(FOREIGN[name], setting, scenes, count):
-                if (name, problem.name) in done or not shelf.path(name, problem.name).exists():
+                if not shelf.path(name, problem.name).exists():
                     continue
-                for outcome in _judged(shelf, setting, name, problem):
+                left = [form for form in FORMS if (name, problem.name, form) not in done]
+                for outcome in _judged(shelf, setting, name, problem, left):
                     file.write(json.dumps(asdict(outcome)) + "\n")
                     file.flush()
                     yield outcome
 
 
-def _judged(shelf: Shelf, setting: Setting, name: str, problem: MotionProblem) -> Iterator[Outcome]:
-    made, planner = shelf.get(name, problem.name), FOREIGN[name]
+def _judged(
+    shelf: Shelf, setting: Setting, name: str, problem: MotionProblem, forms: Sequence[str]
+) -> Iterator[Outcome]:
+    made, planner = shelf.get(name, problem.name) if forms else None, FOREIGN[name]
     if made is None:
         return
     scenario = Question(setting, to_pose=False).scenario(problem)
     robot = StatedRobot(scenario.robot_table)
     obstacles = scenario.model_dump()["obstacles"]
-    seen = sorted(at_rows(setting, problem, made.rows) & planner.told)
     untold = LIMITS.keys() - planner.told
-    for form, motion in _forms(made):
+    for form, motion, rows in _forms(made, forms):
+        seen = sorted(at_rows(setting, problem, rows) & planner.told)
         began = time.process_time()
         plan = tp.certify(motion, robot, obstacles=obstacles, without=untold | ({"jerk"} if form == "cubic" else set()))
         status = plan.status
@@ -106,10 +114,17 @@ def _judged(shelf: Shelf, setting: Setting, name: str, problem: MotionProblem) -
         )
 
 
-def _forms(made: Made) -> Iterator[tuple[str, Any]]:
-    if made.motion is not None:
-        yield "itself", made.motion
-    yield "cubic", (made.rows.times, made.rows.angles, made.rows.speeds)
+def _forms(made: Made, forms: Sequence[str]) -> Iterator[tuple[str, Any, Rows]]:
+    """In which a motion is given, and the rows that would be looked at."""
+    rows, motion = made.rows, made.motion
+    given: dict[str, tuple[Any, Rows]] = {
+        "cubic": ((rows.times, rows.angles, rows.speeds), rows),
+        "quintic": (rows.states, rows),
+    }
+    if motion is not None:
+        knots = Rows(motion.breakpoints, *(motion.at(motion.breakpoints, order) for order in range(3)))
+        given |= {"itself": (motion, rows), "knots": (knots.states, knots)}
+    yield from ((form, *given[form]) for form in forms if form in given)
 
 
 def _excess(verdict: Verdict) -> float:

@@ -39,6 +39,11 @@ class Rows:
     speeds: FloatArray
     accelerations: FloatArray
 
+    @property
+    def states(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """All of it, as ``tp.certify`` takes rows."""
+        return self.times, self.angles, self.speeds, self.accelerations
+
     @classmethod
     def of(cls, motion: Trajectory) -> Rows:
         """A motion at the rate of exports, and its end."""
@@ -245,7 +250,7 @@ FOREIGN: dict[str, ForeignPlanner] = {
     "ompl-ruckig-phase": ForeignPlanner(
         "the same, phases synchronised", ompl_and_ruckig("Phase"), AMONG_OBSTACLES | {"jerk"}
     ),
-    "drake": ForeignPlanner("Drake KinematicTrajectoryOptimization", by_drake, AMONG_OBSTACLES | {"jerk"}),
+    "drake": ForeignPlanner("Drake KinematicTrajectoryOptimization", by_drake),  # accelerations at ends are free
     "drake-toppra": ForeignPlanner("the same, and Drake's Toppra", by_drake_and_toppra),
     "roboplan": ForeignPlanner("roboplan RRT-Connect, shortcuts, TOPP-RA: defaults", by_roboplan),
     "ladder": ForeignPlanner("ours, `ladder`", by_ours, AMONG_OBSTACLES | {"jerk"}),

@@ -100,8 +100,8 @@ def print_certificates(certificates: Sequence[Certificate], console: OutputConso
     proven_last = sorted(certificates, key=lambda each: (not (each.broken or each.reason), each.file))
     for each in proven_last[:LISTED]:
         times = ["" if value is None else f"{value:.4g}" for value in (each.duration, _milliseconds(each))]
-        table.add_row(Text(each.file), *times, Text(each.status), Text(each.worst or each.reason))
-    counts = Counter(each.status for each in certificates)
+        table.add_row(Text(each.file), *times, Text(each.in_words), Text(each.worst or each.reason))
+    counts = Counter(each.in_words for each in certificates)
     console.print_table(", ".join(f"{count} {status}" for status, count in counts.most_common()), table)
     if len(certificates) > LISTED:
         console.say(f"and {len(certificates) - LISTED} more in the table")

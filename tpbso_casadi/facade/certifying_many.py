@@ -31,6 +31,7 @@ class Certificate:
         file: its name.
         digest: of its content and of all that it was judged by.
         status: certified, violated, undecided or unreadable.
+        assumed: under what that holds: what was left out, a tracking error; empty where there is nothing to say.
         duration: of the motion, s; as the numbers that follow None where there is none.
         pieces: of the motion.
         seconds: that reading and judging took.
@@ -42,6 +43,7 @@ class Certificate:
     file: str
     digest: str
     status: str
+    assumed: str = ""
     duration: float | None = None
     pieces: int | None = None
     seconds: float | None = None
@@ -66,6 +68,11 @@ class Certificate:
         if None in cells.values():
             raise ValueError("a column is missing")
         return cls(**cells | {name: of(cells[name]) if cells[name] else None for name, of in numbers.items()})
+
+    @property
+    def in_words(self) -> str:
+        """The status, with what it assumes."""
+        return f"{self.status} {self.assumed}".rstrip()
 
     @property
     def row(self) -> list[object]:
@@ -127,6 +134,7 @@ class Judge:
             file=file.name,
             digest=digest,
             status=str(motion.status),
+            assumed=motion.criteria.assumed,
             duration=motion.trajectory.duration,
             pieces=motion.trajectory.breakpoints.size - 1,
             seconds=time.perf_counter() - began,

@@ -89,6 +89,16 @@ def test_what_was_judged_is_not_judged_again(
     assert [row["file"] for row in rows] == ["a.csv", "b.csv", "c.csv", "d.yaml"]
 
 
+def test_what_is_left_out_stands_beside_every_status(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--without", "speed", "--without", "acceleration") == 1  # d.yaml is unreadable
+    rows = table()
+    assert {row["status"] for name, row in rows.items() if name != "d.yaml"} == {"certified"}
+    assert {row["assumed"] for row in rows.values()} == {"", "without a verdict on speed, acceleration"}
+    assert capsys.readouterr().out.startswith("3 certified without a verdict on speed, acceleration, 1 unreadable\n")
+    assert run("--quiet") == 1  # judged by all limits again
+    assert table()["b.csv"]["status"] == "violated"
+
+
 def test_the_robot_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:
     built = []
     scenes = certifying_many.Scenario.built
