@@ -118,12 +118,14 @@ class _Statement:
 
     def _robot_content(self) -> dict[str, Any]:
         robot = self._criteria.robot
-        names = {limit.name for limit in self._limits}
-        limits = robot.limits
-        ranges = limits.position if "joint range" in names else None
-        rates = [getattr(limits, name) if name in names else None for name in RATES]
-        tracking = getattr(robot, "tracking", None)
         assert isinstance(robot, (PlanarArm, SpatialArm))
+        names, limits = {limit.name for limit in self._limits}, robot.limits
+        ranges = (
+            robot.joint_limits if isinstance(robot, PlanarArm) else robot.position_limits
+        )  # which joints have to keep, not their plan
+        ranges = ranges if "joint range" in names else None
+        rates = [getattr(limits, name) if name in names else None for name in RATES]
+        tracking = None if isinstance(robot, PlanarArm) else robot.tracking
         chain = _planar_chain(robot) if isinstance(robot, PlanarArm) else _spatial_chain(robot)
         if "torque" not in names:
             chain |= {"masses": [], "carriers": []}

@@ -215,6 +215,7 @@ def test_what_is_accepted_holds_for_all_joints_within_their_tracking_errors() ->
     robot, motion, content = tracked()
     assert accepted(content)
     assert content["stages"][0]["robot"]["tracking_error"] == OFF.numbers.tolist()
+    assert content["stages"][0]["robot"]["ranges"] == [list(each) for each in robot.position_limits]
     assert not any("tracking" in line for line in content["stages"][0]["not_covered"])
     assert least_room(robot, motion, OFF.numbers) >= -1e-9
     for part in range(3):
