@@ -113,21 +113,23 @@ def _solid(rng: np.random.Generator) -> dict[str, Any]:
 Change = Callable[[Case, np.random.Generator], Content | None]
 
 
-def _copy(case: Case) -> Content:
-    return deepcopy(case.content)
+def _copy(case: Case) -> tuple[Content, Content]:
+    """A certificate to be changed, and its only stage."""
+    new = deepcopy(case.content)
+    return new, new["stages"][0]
 
 
 def lower_limit(order: int) -> Change:
     """A limit of a derivative is just below its largest value."""
 
     def change(case: Case, rng: np.random.Generator) -> Content | None:
-        name, times = checker.RATES[order - 1], case.motion.extreme_times(order)
-        new, peaks = _copy(case), np.abs(case.motion.at(times, order)).max(axis=0)
+        (new, stage), times = _copy(case), case.motion.extreme_times(order)
+        peaks = np.abs(case.motion.at(times, order)).max(axis=0)
         fast = np.flatnonzero(peaks > 0.1 * peaks.max())
         joint = int(rng.choice(fast)) if fast.size else 0  # without a limit of the jerk there may be none
-        if not fast.size or new["robot"]["joints"][joint][name] is None:
+        if not fast.size or stage["robot"]["limits"][joint][order - 1] is None:
             return None
-        new["robot"]["joints"][joint][name] = float(peaks[joint]) * (1.0 - LESS)
+        stage["robot"]["limits"][joint][order - 1] = float(peaks[joint]) * (1.0 - LESS)
         return new
 
     return change
@@ -135,32 +137,32 @@ def lower_limit(order: int) -> Change:
 
 def narrower_range(case: Case, rng: np.random.Generator) -> Content | None:
     """A range ends just before the farthest angle."""
-    new, most = _copy(case), case.motion.at(case.motion.extreme_times(0)).max(axis=0)
+    (new, stage), most = _copy(case), case.motion.at(case.motion.extreme_times(0)).max(axis=0)
     joint = int(rng.integers(len(most)))
-    if new["robot"]["joints"][joint]["range"] is None:
+    if stage["robot"]["ranges"][joint][1] is None:
         return None
-    new["robot"]["joints"][joint]["range"][1] = float(most[joint]) - LESS
+    stage["robot"]["ranges"][joint][1] = float(most[joint]) - LESS
     return new
 
 
 def weaker_motor(case: Case, rng: np.random.Generator) -> Content | None:
     """A motor gives just less than what it has to give at some time."""
-    new, times = _copy(case), np.linspace(0.0, case.motion.duration, TIMES)
+    (new, stage), times = _copy(case), np.linspace(0.0, case.motion.duration, TIMES)
     joint = int(rng.integers(case.criteria.robot.dof))
-    if new["robot"]["joints"][joint]["torque"] is None:
+    if stage["robot"]["limits"][joint][3] is None:
         return None
     state = (ca.DM(case.motion.at(times, order)) for order in range(3))
     peak = np.abs(as_array(case.criteria.robot.inverse_dynamics(*state))).max(axis=0)[joint]
-    new["robot"]["joints"][joint]["torque"] = float(peak) * (1.0 - LESS)
+    stage["robot"]["limits"][joint][3] = float(peak) * (1.0 - LESS)
     return new
 
 
 def heavier_body(case: Case, rng: np.random.Generator) -> Content | None:
     """The last body is so heavy that a motor cannot hold it where it could hold it best."""
-    new = _copy(case)
-    if new["robot"]["dynamics"] is None:
+    new, stage = _copy(case)
+    if not stage["robot"]["masses"]:
         return None
-    new["robot"]["dynamics"]["bodies"][-1][1] += 1e4
+    stage["robot"]["masses"][-1][0] += 1e4
     return new
 
 
@@ -168,7 +170,6 @@ def heavier_body(case: Case, rng: np.random.Generator) -> Content | None:
 class Nearest:
     """Which ball comes nearest to which obstacle, by samples: the room left, and the way from the obstacle to it."""
 
-    link: int
     ball: int
     obstacle: int
     room: float
@@ -177,27 +178,31 @@ class Nearest:
 
 def nearest(case: Case) -> Nearest | None:
     """Of all pairs that have to keep clear, by positions and distances of the models."""
-    robot, given, obstacles = case.criteria.robot, case.content, case.criteria.obstacles
+    robot, given, obstacles = case.criteria.robot, case.content["stages"][0], case.criteria.obstacles
     times = np.linspace(0.0, case.motion.duration, LOOKS)
-    frames, allowed = robot.body_frames(case.motion.at(times)), {tuple(pair) for pair in given["may_touch"]}
-    best: tuple[float, int, int, int, FloatArray, FloatArray] | None = None
-    for i, link in enumerate(given["robot"]["links"]):
-        balls = np.array(link["balls"])
-        turn, place = frames[:, link["body"], 1:], frames[:, link["body"], 0]
-        points = place[:, None] + np.einsum("bj,njk->nbk", balls[:, :3], turn)
+    frames = robot.body_frames(case.motion.at(times))
+    allowed = set(zip(given["may_touch"]["links"], given["may_touch"]["obstacles"], strict=True))
+    balls, links = np.array(given["robot"]["balls"]), np.array(given["robot"]["ball_links"])
+    numbers = np.arange(len(balls))
+    inner = np.isin(numbers, np.array(given["robot"]["ball_parents"])[given["robot"]["ball_parents"] != numbers])
+    best: tuple[float, int, int, FloatArray, FloatArray] | None = None
+    for i, body in enumerate(given["robot"]["link_bodies"]):
+        own = np.flatnonzero((links == i) & ~inner)
+        turn, place = frames[:, body, 1:], frames[:, body, 0]
+        points = place[:, None] + np.einsum("bj,njk->nbk", balls[own, :3], turn)
         for n, obstacle in enumerate(obstacles):
             if (i, n) not in allowed:
-                far = _distances(obstacle, points.reshape(-1, 3), np.repeat(times, len(balls))).reshape(LOOKS, -1)
-                rooms = np.where(balls[:, 4] == 0, far - balls[:, 3] - given["robot"]["margin"], np.inf)
+                far = _distances(obstacle, points.reshape(-1, 3), np.repeat(times, len(own))).reshape(LOOKS, -1)
+                rooms = far - balls[own, 3] - given["margins"][0]
                 t, k = (int(part) for part in np.unravel_index(np.argmin(rooms), rooms.shape))
                 if best is None or rooms[t, k] < best[0]:
-                    best = float(rooms[t, k]), i, k, n, points[t, k], times[t : t + 1]
+                    best = float(rooms[t, k]), int(own[k]), n, points[t, k], times[t : t + 1]
     if best is None:
         return None
-    room, i, k, n, point, when = best
+    room, k, n, point, when = best
     ends = [[_distances(obstacles[n], (point + s * step)[None], when)[0] for step in 1e-6 * np.eye(3)] for s in (1, -1)]
     way = np.subtract(*ends)
-    return Nearest(i, k, n, room, way / np.linalg.norm(way))
+    return Nearest(k, n, room, way / np.linalg.norm(way))
 
 
 def _distances(obstacle: Any, points: FloatArray, times: FloatArray) -> FloatArray:
@@ -212,8 +217,8 @@ def larger_margin(case: Case, rng: np.random.Generator) -> Content | None:
     """More is to be kept than the least room."""
     if (near := nearest(case)) is None:
         return None
-    new = _copy(case)
-    new["robot"]["margin"] += near.room + NEARER
+    new, stage = _copy(case)
+    stage["margins"][0] += near.room + NEARER
     return new
 
 
@@ -221,46 +226,45 @@ def moved_obstacle(case: Case, rng: np.random.Generator) -> Content | None:
     """The obstacle that comes nearest is a little nearer than it may be."""
     if (near := nearest(case)) is None:
         return None
-    new = _copy(case)
-    center = new["obstacles"][near.obstacle]["center"]
-    new["obstacles"][near.obstacle]["center"] = (np.array(center) + (near.room + NEARER) * near.way).tolist()
+    new, stage = _copy(case)
+    center = stage["obstacles"][near.obstacle]["center"]
+    stage["obstacles"][near.obstacle]["center"] = (np.array(center) + (near.room + NEARER) * near.way).tolist()
     return new
 
 
 def larger_ball(case: Case, rng: np.random.Generator) -> Content | None:
-    """The ball that comes nearest, and all around it, are larger than there is room."""
+    """The ball that comes nearest is larger than there is room."""
     if (near := nearest(case)) is None:
         return None
-    new = _copy(case)
-    for k, ball in enumerate(new["robot"]["links"][near.link]["balls"]):
-        ball[3] += near.room + NEARER if k == near.ball or ball[4] else 0.0
+    new, stage = _copy(case)
+    stage["robot"]["balls"][near.ball][3] += near.room + NEARER
     return new
 
 
 def other_coefficient(case: Case, rng: np.random.Generator) -> Content | None:
     """A piece begins elsewhere."""
-    new = _copy(case)
-    pieces = new["motion"]["coefficients"]
+    new, stage = _copy(case)
+    pieces = stage["coefficients"]
     pieces[rng.integers(len(pieces))][rng.integers(case.criteria.robot.dof)][0] += 1e-7
     return new
 
 
 def other_goal(case: Case, rng: np.random.Generator) -> Content | None:
     """A joint should end elsewhere."""
-    new = _copy(case)
-    new["ends"]["goal"]["position"][rng.integers(case.criteria.robot.dof)] += 1e-7
+    new, stage = _copy(case)
+    stage["goal"][0][rng.integers(case.criteria.robot.dof)] += 1e-7
     return new
 
 
 def longer_motion(case: Case, rng: np.random.Generator) -> Content | None:
     """The last piece goes on for 0.1 ms."""
-    new = _copy(case)
-    new["motion"]["breakpoints"][-1] += 1e-4
+    new, stage = _copy(case)
+    stage["breakpoints"][-1] += 1e-4
     return new
 
 
 CHANGES: dict[str, Change] = {
-    **{f"limit of {name} 1e-6 of it below the peak": lower_limit(n) for n, name in enumerate(checker.RATES[:3], 1)},
+    **{f"limit of {name} 1e-6 of it below the peak": lower_limit(n) for n, name in enumerate(checker.LIMITS[1:4], 1)},
     "range 1e-6 rad narrower than the motion": narrower_range,
     "torque 1e-6 of it below the peak of samples": weaker_motor,
     "last body 10 t heavier": heavier_body,
@@ -274,17 +278,19 @@ CHANGES: dict[str, Change] = {
 
 
 def one_cell_less(case: Case, rng: np.random.Generator) -> Content | None:
-    """Of one pair, or of the torques."""
-    new = _copy(case)
-    groups = [key for key in ("obstacles", "own", "torque") if new["proof"][key]]
-    if not groups:
+    """One pair is not said to have room in one cell: the cell is halved, and nothing is said of the halves."""
+    new, stage = _copy(case)
+    held = [
+        (levels, i, k)
+        for levels in stage["proof"].values()
+        for i, level in enumerate(levels)
+        for k, digit in enumerate(level)
+        if digit == "0"
+    ]
+    if not held:
         return None
-    rows = new["proof"][str(rng.choice(groups))]
-    row = int(rng.integers(len(rows)))
-    if len(rows[row]) == 3 and isinstance(rows[row][2], list):
-        del rows[row][2][rng.integers(len(rows[row][2]))]
-    else:
-        del rows[row]
+    levels, i, k = held[rng.integers(len(held))]
+    levels[i] = f"{levels[i][:k]}1{levels[i][k + 1 :]}"
     return new
 
 
@@ -358,8 +364,8 @@ def _slack(case: Case) -> float | None:
         return None
     low, high = 0.0, 1.0
     for _ in range(12):
-        new, middle = _copy(case), (low + high) / 2.0
-        new["robot"]["margin"] += middle * near.room
+        (new, stage), middle = _copy(case), (low + high) / 2.0
+        stage["margins"][0] += middle * near.room
         low, high = (middle, high) if accepted(json.dumps(new).encode())[0] else (low, middle)
     return high
 

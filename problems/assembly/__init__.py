@@ -1,6 +1,6 @@
 """Everything put together: a statement, a motion, an encoding, limits and an objective make a problem."""
 
-from problems.assembly.certificate import certificate_of
+from problems.assembly.certificate import certificate_of, check_certifiable
 from problems.assembly.criteria import Criteria, Stage, joint_following, recorded_motion
 from problems.assembly.encoding import (
     LARGEST_TIME_SCALE,
@@ -36,6 +36,7 @@ __all__ = [
     "Stage",
     "Variable",
     "certificate_of",
+    "check_certifiable",
     "joint_following",
     "objective_named",
     "peak_loop",

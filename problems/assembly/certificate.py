@@ -12,17 +12,18 @@ import numpy as np
 
 from problems.assembly.criteria import Criteria
 from problems.base import FloatArray, InvalidProblem
-from problems.certify import FORMAT, TOLERANCE, VERSION, NoCertificateError, RefusedError, divided
+from problems.certify import FORMAT, TOLERANCE, VERSION, RefusedError, check, divided
 from problems.core import RobotNumbers, drifts_of, known_robot, obstacle_numbers
-from problems.limits import KINDS, Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance, TorqueLimit
+from problems.limits import KINDS, Clearance, CoverClearance, CoverSelfClearance, Limit, Proximity, SelfClearance
 from problems.motions import Trajectory
-from problems.robots import SpatialArm, moved_inertia
+from problems.robots import PlanarArm, Robot, SpatialArm, moved_inertia
 from problems.scene import Obstacle, Solid
 
 FROM_OBSTACLES, FROM_EACH_OTHER = (Clearance, CoverClearance), (SelfClearance, CoverSelfClearance)
 CLAIMED = {*KINDS, *FROM_OBSTACLES, *FROM_EACH_OTHER}  # kinds of limits; a class derived from one may state another
 RATES = ("speed", "acceleration", "jerk", "torque")
-LEAST_TOLERANCES = {"position": 2e-9, "speed": 2e-9, "acceleration": 2e-9}
+LEAST_TOLERANCE = 2e-9  # of positions, speeds and accelerations
+EXACT = 2e-15  # how far a rotation in a file may be off
 SPARE = 2.0  # times the largest jump of a motion, where that is more
 
 
@@ -36,114 +37,146 @@ def certificate_of(criteria: Criteria, trajectory: Trajectory) -> dict[str, Any]
     Raises:
         InvalidProblem: there is no certificate of such robots or tasks yet, or what it has to claim is not proven.
     """
-    robot = criteria.robot
-    if type(robot) is not SpatialArm:
-        raise InvalidProblem("certificate", "there are certificates of arms in space alone so far")
-    if criteria.stages:
-        raise InvalidProblem("certificate", "there are certificates of single motions alone so far, none of sequences")
-    stated = _Statement(criteria, robot, trajectory)
+    check_certifiable(criteria)
+    stated = [statement.content for statement in _statements(criteria, trajectory)]
     try:
-        return {**stated.content, "proof": divided(stated.content)}
-    except (RefusedError, NoCertificateError) as error:
+        stages = [{**stage, **divided(stage)} for stage in stated]
+        content = {"format": FORMAT, "version": VERSION, "robot": _name_of(criteria.robot), "stages": stages}
+        if len(stages) > 1:
+            check(content)  # whether each begins where the one before ended
+    except (RefusedError, ValueError) as error:
         raise InvalidProblem("certificate", str(error)) from error
+    return content
+
+
+def check_certifiable(criteria: Criteria) -> None:
+    """Make sure, before any work, that there are certificates of such motions.
+
+    Raises:
+        InvalidProblem: there are none.
+    """
+    for own in (criteria, *(stage.criteria for stage in criteria.stages if stage.criteria is not None)):
+        if type(own.robot) not in (SpatialArm, PlanarArm):
+            raise InvalidProblem("certificate", f"there are none of robots of the kind {type(own.robot).__name__}")
+        keeps = bool(own.obstacles) or any(isinstance(limit, Proximity) for limit in own.judged_limits)
+        if own.robot.dim == 2 and keeps:
+            raise InvalidProblem("certificate", "there are none of planar arms that have to keep clear of anything")
+
+
+def _name_of(robot: Robot) -> str:
+    return robot.chain.name if isinstance(robot, SpatialArm) else "planar arm"
+
+
+def _statements(criteria: Criteria, trajectory: Trajectory) -> Iterator[_Statement]:
+    """Of each stage that moves, with the time at rest after it."""
+    if not criteria.stages:
+        yield _Statement("motion", criteria, trajectory, 0.0)
+        return
+    moving = [stage for stage in criteria.stages if stage.criteria is not None]
+    if not moving:
+        raise InvalidProblem("certificate", "nothing moves")
+    starts = [stage.start for stage in moving[1:]] + [trajectory.duration]
+    for stage, following in zip(moving, starts, strict=True):
+        assert stage.criteria is not None
+        yield _Statement(stage.label, stage.criteria, stage.motion(trajectory), max(0.0, following - stage.end))
 
 
 class _Statement:
-    """What a certificate claims.
+    """What a certificate claims of a stage.
 
     Args:
+        name: of the stage.
         criteria: of the motion.
-        robot: that moves.
         trajectory: the motion.
+        pause: how long the arm stands after it, s.
     """
 
-    def __init__(self, criteria: Criteria, robot: SpatialArm, trajectory: Trajectory) -> None:
-        self._criteria, self._robot, self._trajectory = criteria, robot, trajectory
-        self._numbers = known_robot(robot)
+    def __init__(self, name: str, criteria: Criteria, trajectory: Trajectory, pause: float) -> None:
+        self._name, self._criteria, self._trajectory, self._pause = name, criteria, trajectory, pause
         self._obstacles = {n: o for n, o in enumerate(criteria.obstacles, start=1) if _is_known(o)}
         self._limits = [limit for limit in criteria.judged_limits if type(limit) in CLAIMED]
 
     @property
     def content(self) -> dict[str, Any]:
         """All but the proof."""
+        robot, trajectory = self._criteria.robot, self._trajectory
+        own = robot.self_margin if isinstance(robot, SpatialArm) and robot.is_covered else robot.margin
         return {
-            "format": FORMAT,
-            "version": VERSION,
+            "name": self._name,
             "robot": self._robot_content(),
             "obstacles": [obstacle_content(n, obstacle) for n, obstacle in self._obstacles.items()],
+            "margins": _flat([robot.margin, own]),
             "may_touch": self._may_touch(),
-            "motion": _motion_content(self._trajectory),
-            "ends": {"start": self._end(0), "goal": self._end(-1)},
-            "tolerances": {"limits": TOLERANCE * (1.0 + 1e-3), **self._tolerances()},
+            "breakpoints": trajectory.breakpoints.tolist(),
+            "pause": float(self._pause),
+            "coefficients": trajectory.coefficients[::-1].transpose(1, 2, 0).tolist(),
+            "start": self._end(0),
+            "goal": self._end(-1),
+            "tolerances": [TOLERANCE * (1.0 + 1e-3), *self._tolerances()],
             "not_covered": list(dict.fromkeys(self._not_covered())),
         }
 
     def _robot_content(self) -> dict[str, Any]:
-        robot, own = self._robot, self._keeps(FROM_EACH_OTHER)
-        return {
-            "name": robot.chain.name,
-            "base": {"rotation": _flat(robot.base_frame.rotation), "translation": _flat(robot.base_translation)},
-            "joints": [self._joint(number) for number in range(robot.dof)],
-            "tracking_error": [0.0] * robot.dof if robot.tracking is None else _flat(robot.tracking.constant),
-            "margin": float(robot.margin),
-            "own_margin": float(robot.self_margin if robot.is_covered else robot.margin),
-            "links": _links(self._numbers),
-            "own_pairs": _own_pairs(self._numbers) if own else [],
-            "dynamics": self._dynamics() if self._keeps((TorqueLimit,)) else None,
-        }
-
-    def _joint(self, number: int) -> dict[str, Any]:
-        robot, joint = self._robot, self._robot.chain.joints[number]
+        robot = self._criteria.robot
         names = {limit.name for limit in self._limits}
-        ranged = robot.limits.position if "joint range" in names else None
-        limits = {name: getattr(robot.limits, name) if name in names else None for name in RATES}
-        return {
-            "name": joint.name,
-            "turns": joint.turns,
-            "rotation": _flat(joint.rotation),
-            "translation": _flat(joint.translation),
-            "axis": _flat(joint.axis),
-            "range": None if ranged is None else _flat(ranged[number]),
-            **{name: None if values is None else values[number] for name, values in limits.items()},
+        limits = robot.limits
+        ranges = limits.position if "joint range" in names else None
+        rates = [getattr(limits, name) if name in names else None for name in RATES]
+        tracking = getattr(robot, "tracking", None)
+        assert isinstance(robot, (PlanarArm, SpatialArm))
+        chain = _planar_chain(robot) if isinstance(robot, PlanarArm) else _spatial_chain(robot)
+        if "torque" not in names:
+            chain |= {"masses": [], "carriers": []}
+        return chain | {
+            "ranges": [[None, None]] * robot.dof if ranges is None else [_flat(each) for each in ranges],
+            "limits": np.transpose([[None] * robot.dof if each is None else each for each in rates]).tolist(),
+            "tracking_error": np.zeros((3, robot.dof)).tolist() if tracking is None else tracking.numbers.tolist(),
+            **self._bodies(),
         }
 
-    def _dynamics(self) -> dict[str, Any]:
-        """Masses as they are stated: joint, mass, centre and inertia about it, in the frame of the joint."""
-        robot = self._robot
-        carried = [] if robot.payload is None else [(robot.dof - 1, moved_inertia(robot.payload, robot.tool_frame))]
-        bodies = [(n, joint.inertia) for n, joint in enumerate(robot.chain.joints) if joint.inertia is not None]
+    def _bodies(self) -> dict[str, Any]:
+        """Links and their balls, and which keep apart."""
+        robot = self._criteria.robot
+        if not isinstance(robot, SpatialArm):
+            return {key: [] for key in ("links", "link_bodies", "balls", "ball_links", "ball_parents", "own_pairs")}
+        numbers = known_robot(robot)
+        nodes = np.array(numbers.nodes).reshape(-1, 4)
+        body, first, count = np.array(numbers.counts[len(numbers.counts) - 3 * len(nodes) :]).reshape(-1, 3).T
+        parents = np.arange(len(nodes))
+        for number in np.flatnonzero(count):
+            parents[first[number] : first[number] + count[number]] = number
+        starts = [start for _, start, _ in numbers.roots]
+        sizes = np.diff([*starts, len(nodes)])
         return {
-            "gravity": _flat(robot.gravity),
-            "damping": [float(joint.damping) for joint in robot.chain.joints],
-            "friction": [float(joint.friction) for joint in robot.chain.joints],
-            "bodies": [
-                [n, float(body.mass), *_flat(body.center), *_flat(body.matrix)] for n, body in (*bodies, *carried)
-            ],
+            "links": [name for name, _, _ in numbers.roots],
+            "link_bodies": [int(body[start]) for start in starts],
+            "balls": nodes.tolist(),
+            "ball_links": np.repeat(np.arange(len(starts)), sizes).tolist(),
+            "ball_parents": parents.tolist(),
+            "own_pairs": _own_pairs(numbers) if self._keeps(FROM_EACH_OTHER) else [],
         }
 
     def _keeps(self, kinds: tuple[type[Limit], ...]) -> bool:
         return any(isinstance(limit, kinds) for limit in self._limits)
 
-    def _may_touch(self) -> list[list[int]]:
+    def _may_touch(self) -> dict[str, list[int]]:
         """Links and obstacles, by their places in the file, that need not keep clear."""
-        robot, kept = self._robot, self._keeps(FROM_OBSTACLES)
-        return [
-            [link, place]
-            for link, (name, _, moves) in enumerate(self._numbers.roots)
-            for place, obstacle in enumerate(self._obstacles.values())
-            if not (kept and moves) or robot.may_meet(name, obstacle.unmoved.name)
-        ]
+        robot, kept, pairs = self._criteria.robot, self._keeps(FROM_OBSTACLES), []
+        if isinstance(robot, SpatialArm):
+            pairs = [
+                (link, place)
+                for link, (name, _, moves) in enumerate(known_robot(robot).roots)
+                for place, obstacle in enumerate(self._obstacles.values())
+                if not (kept and moves) or robot.may_meet(name, obstacle.unmoved.name)
+            ]
+        return {"links": [link for link, _ in pairs], "obstacles": [place for _, place in pairs]}
 
-    def _end(self, place: int) -> dict[str, Any]:
+    def _end(self, place: int) -> list[list[float]]:
         """What is to be there, where the task says that in joints, else what is."""
         task, trajectory = self._criteria.task, self._trajectory
         posture = self._given_postures()[place]
         reached = trajectory.at(trajectory.breakpoints[[place]])[0] if posture is None else posture
-        return {
-            "position": _flat(reached),
-            "velocity": _flat(task.end_velocities[place]),
-            "acceleration": _flat(task.end_accelerations[place]),
-        }
+        return [_flat(reached), _flat(task.end_velocities[place]), _flat(task.end_accelerations[place])]
 
     @property
     def _is_smooth(self) -> bool:
@@ -154,12 +187,12 @@ class _Statement:
         (end,) = self._trajectory.at(self._trajectory.breakpoints[-1:])
         return task.start_posture, task.goal_posture(end)
 
-    def _tolerances(self) -> dict[str, float]:
+    def _tolerances(self) -> list[float]:
+        """Of positions, speeds and accelerations."""
         task = self._criteria.task
         outside = (None, task.end_velocities, task.end_accelerations)
-        looked = range(3 if self._is_smooth else 2)
-        jumps = {kind: self._trajectory.jump(n, outside[n]) for n, kind in zip(looked, LEAST_TOLERANCES, strict=False)}
-        return {kind: max(least, SPARE * jumps.get(kind, 0.0)) for kind, least in LEAST_TOLERANCES.items()}
+        jumps = [self._trajectory.jump(n, outside[n]) if n < 2 or self._is_smooth else 0.0 for n in range(3)]
+        return [max(LEAST_TOLERANCE, SPARE * jump) for jump in jumps]
 
     def _not_covered(self) -> Iterator[str]:
         """A line of each thing that the verdicts of the motion speak of, or do not, and the file does not claim."""
@@ -168,9 +201,6 @@ class _Statement:
         for number, obstacle in enumerate(criteria.obstacles, start=1):
             if number not in self._obstacles:
                 yield f"clearance from {obstacle.label(number)}, of a shape or motion that no certificate knows"
-        tracking = self._robot.tracking
-        if tracking is not None and any((*tracking.speed, *tracking.acceleration)):
-            yield "the parts of the tracking error that grow with speeds and accelerations"
         if criteria.task.stay:
             yield f"that the robot stays clear for {criteria.task.stay:g} s after its arrival"
         if criteria.task.duration_bounds is not None:
@@ -187,16 +217,47 @@ def _is_known(obstacle: Obstacle) -> bool:
     return obstacle_numbers(obstacle.unmoved) is not None and drifts_of([obstacle]) is not None
 
 
-def _links(numbers: RobotNumbers) -> list[dict[str, Any]]:
-    """Balls of each link with the number of their children, breadth first."""
-    nodes = np.array(numbers.nodes).reshape(-1, 4)
-    body, _, children = np.array(numbers.counts[len(numbers.counts) - 3 * len(nodes) :]).reshape(-1, 3).T
-    firsts = [first for _, first, _ in numbers.roots]
-    balls = [[*row, int(count)] for row, count in zip(nodes.tolist(), children, strict=True)]
-    return [
-        {"name": name, "body": int(body[first]), "balls": balls[first:end]}
-        for (name, first, _), end in zip(numbers.roots, [*firsts, len(nodes)][1:], strict=True)
-    ]
+def _spatial_chain(robot: SpatialArm) -> dict[str, Any]:
+    """Joints, and masses as they are stated: mass, centre and inertia about it, in the frame of a joint."""
+    joints, base = robot.chain.joints, robot.base_frame
+    carried = [] if robot.payload is None else [(robot.dof - 1, moved_inertia(robot.payload, robot.tool_frame))]
+    bodies = [(n, joint.inertia) for n, joint in enumerate(joints) if joint.inertia is not None] + carried
+    return {
+        "joints": [joint.name for joint in joints],
+        "base_rotation": _rotation(base.rotation),
+        "base_translation": _flat(robot.base_translation),
+        "turns": [int(joint.turns) for joint in joints],
+        "rotations": [_rotation(joint.rotation) for joint in joints],
+        "translations": [_flat(joint.translation) for joint in joints],
+        "axes": [_flat(np.array(joint.axis) / np.linalg.norm(joint.axis)) for joint in joints],
+        "gravity": _flat(robot.gravity),
+        "friction": [[float(getattr(joint, kind)) for joint in joints] for kind in ("damping", "friction")],
+        "masses": [[float(body.mass), *_flat(body.center), *_flat(body.matrix)] for _, body in bodies],
+        "carriers": [n for n, _ in bodies],
+    }
+
+
+def _planar_chain(robot: PlanarArm) -> dict[str, Any]:
+    """The same of an arm that turns about z; masses with their inertia about their centres."""
+    names, chain = [f"joint {n}" for n in range(1, robot.dof + 1)], robot.rigid_chain
+    moments = [] if chain is None else [joint.moments for joint in chain.joints]
+    c, s = float(np.cos(robot.base_angle)), float(np.sin(robot.base_angle))
+    return {
+        "joints": names,
+        "base_rotation": [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]],
+        "base_translation": [*_flat(robot.base_point), 0.0],
+        "turns": [1] * robot.dof,
+        "rotations": [np.eye(3).tolist()] * robot.dof,
+        "translations": [[length, 0.0, 0.0] for length in (0.0, *_flat(robot.link_lengths)[:-1])],
+        "axes": [[0.0, 0.0, 1.0]] * robot.dof,
+        "gravity": [*_flat(robot.gravity), 0.0],
+        "friction": [
+            _flat(each) if each is not None else [0.0] * robot.dof
+            for each in (robot.viscous_friction, robot.coulomb_friction)
+        ],
+        "masses": [_about_center(each) for each in moments],
+        "carriers": list(range(len(moments))),
+    }
 
 
 def _own_pairs(numbers: RobotNumbers) -> list[list[int]]:
@@ -213,27 +274,35 @@ def obstacle_content(number: int, obstacle: Obstacle) -> dict[str, Any]:
     drifts = drifts_of([obstacle])
     assert plain is not None and drifts is not None and isinstance(solid, Solid)
     (drift,) = drifts
-    corners, triangles = solid.own_surface() if len(plain.faces) else (np.empty((0, 3)), [])
-    edges = {tuple(sorted(edge)) for a, b, c in triangles for edge in ((a, b), (b, c), (c, a))}
+    corners = solid.own_surface()[0] if len(plain.faces) else np.empty((0, 3))
     return {
         "name": obstacle.label(number),
         "shape": plain.shape.name.lower().replace("_", "-"),
         "sizes": _flat(plain.sizes),
-        "rotation": _flat(solid.axes),
+        "rotation": _rotation(solid.axes),
         "center": _flat(np.array(solid.center) + drift[:3]),
         "velocity": _flat(drift[3:6]),
         "growth": float(drift[6]),
         "points": corners.tolist(),
-        "normals": plain.faces[:, :3].tolist(),
-        "edges": [list(edge) for edge in sorted(edges)],
     }
 
 
-def _motion_content(trajectory: Trajectory) -> dict[str, Any]:
-    return {
-        "breakpoints": trajectory.breakpoints.tolist(),
-        "coefficients": trajectory.coefficients[::-1].transpose(1, 2, 0).tolist(),
-    }
+def _about_center(moments: Any) -> list[float]:
+    """Mass, centre, and inertia about it."""
+    mass, first, second = float(moments.mass), np.array(moments.first, float), np.array(moments.second, float)
+    center = first / mass if mass > 0.0 else first
+    second = second - mass * np.outer(center, center)
+    return [mass, *_flat(center), *_flat(np.trace(second) * np.eye(3) - second)]
+
+
+def _rotation(matrix: Any) -> list[list[float]]:
+    """The nearest rotation to a matrix that is one to a few digits."""
+    rows = np.array([[float(part) for part in row] for row in matrix])
+    if np.linalg.norm(rows.T @ rows - np.eye(3)) > EXACT:
+        left, _, right = np.linalg.svd(rows)
+        rows = left @ right
+    found: list[list[float]] = rows.tolist()
+    return found
 
 
 def _flat(values: Any) -> list[float]:

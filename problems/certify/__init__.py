@@ -1,7 +1,7 @@
 """Proofs about a finished motion, for all t."""
 
 from problems.certify.breaches import broken_spans, first_broken, verdicts_with_first_times
-from problems.certify.check_certificate import FORMAT, VERSION, NoCertificateError, RefusedError
+from problems.certify.check_certificate import FORMAT, VERSION, RefusedError, check
 from problems.certify.clearance import (
     ClearanceProof,
     ClosestApproach,
@@ -35,13 +35,13 @@ __all__ = [
     "CertificateStatus",
     "ClearanceProof",
     "ClosestApproach",
-    "NoCertificateError",
     "RefusedError",
     "Travel",
     "Verdict",
     "WorstIs",
     "at_goal",
     "broken_spans",
+    "check",
     "closest_approach",
     "closest_cover",
     "divided",

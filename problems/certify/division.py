@@ -1,4 +1,4 @@
-"""Into which cells of time, and balls around balls, the proof of a certificate is divided.
+"""Into which cells of time, and balls around balls, the proof of a certificate is divided, and the planes in it.
 
 The bounds are those of the checker, which does not trust what is found here: it computes each of them again, and
 whether cells and balls hold everything.
@@ -6,137 +6,115 @@ whether cells and balls hold everything.
 
 from __future__ import annotations
 
-from itertools import groupby
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.linalg import norm
 
 from problems.base import FloatArray
-from problems.certify.check_certificate import Cells, Certificate, Motion, RefusedError, Scene, Whole
+from problems.certify.check_certificate import Cells, Claim, RefusedError, Scene, Stage, Whole, formed
+from problems.geometry import Hull
 
-INITIAL_CELLS = 48
-MOST_ITEMS = 5_000_000  # bounds that are computed
+MOST_ITEMS = 5_000_000  # bounds that are computed for a claim
+MOST_LEVELS = 38
+DECIMALS = 9  # of normals of planes
+TINY = 1e-300
 
-CELL = [("piece", np.intp), ("start", np.float64), ("end", np.float64)]
-ITEM = np.dtype([("one", np.intp), ("other", np.intp), ("cell", CELL)])  # a ball, what it keeps clear of, and when
-Items = np.ndarray[Any, np.dtype[np.void]]
+
+class DividedStage(Stage):
+    """A stage whose planes are found, not read."""
+
+    def clear(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[FloatArray, FloatArray]:
+        """Beyond planes across the ways from the obstacles to the balls."""
+        center = Scene(self.robot, cells, self.outer).at(pairs[:, 0], number)
+        self.used, self.given.planes = 0, np.empty_like(center)
+        for k in np.unique(pairs[:, 1]):
+            among, o = pairs[:, 1] == k, self.given.obstacles[k]
+            seen = (center[among] - o.center - cells.times[number[among], None] * o.velocity) @ o.rotation
+            self.given.planes[among] = np.round(way_from(o, seen), DECIMALS)
+        return super().clear(pairs, cells, number)
 
 
 def divided(content: dict[str, Any]) -> dict[str, Any]:
-    """The proof of a certificate.
+    """The proof of a stage of a certificate, and the planes in it.
 
     Args:
-        content: of the certificate, of which the proof does not count.
+        content: of the stage, of which proof and planes do not count.
 
     Raises:
         RefusedError: none was found; the message names the claim.
     """
-    certificate = Certificate({**content, "proof": {"cells": [], "obstacles": [], "own": [], "torque": []}})
-    certificate.check_motion()
-    found = {key: _settled(certificate, key == "own") for key in ("obstacles", "own")}
-    cells, numbers = np.unique(np.concatenate([items["cell"] for items in found.values()]), return_inverse=True)
-    count = len(found["obstacles"])
-    return {
-        "cells": [list(cell) for cell in cells.tolist()],
-        "obstacles": _listed(found["obstacles"], numbers[:count]),
-        "own": _listed(found["own"], numbers[count:]),
-        "torque": [list(cell) for cell in np.sort(_torque_cells(certificate)).tolist()],
-    }
+    empty = {"planes": [], "proof": {"limits": [], "obstacles": [], "own": []}}
+    with np.errstate(all="ignore"):
+        stage = DividedStage(formed({**content, **empty}, "STAGE", "stage", {}), "stage")
+        claims, stage.claims = stage.claims, {}
+        stage.check(None)  # how it begins, ends, and goes on between pieces
+        planes: list[FloatArray] = [np.empty((0, 3))]
+        proof = {key: _levels(stage, claim, planes) for key, claim in claims.items()}
+    return {"planes": np.concatenate(planes).tolist(), "proof": proof}
 
 
-def _listed(items: Items, numbers: NDArray[np.intp]) -> list[list[Any]]:
-    """Each pair with the numbers of its cells."""
-    rows = sorted(zip(items["one"].tolist(), items["other"].tolist(), numbers.tolist(), strict=True))
-    return [[*pair, [cell for _, _, cell in group]] for pair, group in groupby(rows, lambda row: row[:2])]
-
-
-def cells_over(motion: Motion, at_least: int) -> Items:
-    """At least so many cells, equally long in each piece."""
-    counts = np.maximum(1, np.ceil(at_least * motion.lengths / motion.breaks[-1]).astype(np.intp))
-    edges = [np.linspace(0.0, length, count + 1) for length, count in zip(motion.lengths, counts, strict=True)]
-    cells = np.empty(int(counts.sum()), dtype=CELL)
-    cells["piece"] = np.repeat(np.arange(motion.pieces), counts)
-    cells["start"] = np.concatenate([each[:-1] for each in edges])
-    cells["end"] = np.concatenate([each[1:] for each in edges])
-    return cells
-
-
-def halved(cells: Items) -> Items:
-    """The first halves, then the second ones."""
-    middles = cells["start"] + (cells["end"] - cells["start"]) / 2.0
-    both = np.tile(cells, 2)
-    both["end"][: len(cells)], both["start"][len(cells) :] = middles, middles
-    return both
-
-
-def _settled(certificate: Certificate, own: bool) -> Items:
-    """Pairs that have room all through a cell, all together everything: divided where one has not."""
-    roots = np.array(certificate.roots(own), dtype=np.intp).reshape(-1, 2)
-    cells = cells_over(certificate.motion, INITIAL_CELLS)
-    items = np.empty(len(roots) * len(cells), dtype=ITEM)
-    items["one"], items["other"] = np.repeat(roots, len(cells), axis=0).T
-    items["cell"] = np.tile(cells, len(roots))
-    done, count = [items[:0]], 0
-    while len(items):
-        count += len(items)
-        spare, travel, number, scene = _rooms(certificate, items, own)
-        settled, size = spare >= 0.0, _sizes(certificate, items, own)
-        hopeless = ~settled & (size == 0.0) & ~(spare + travel >= 0.0)
-        if hopeless.any() or count > MOST_ITEMS:
-            k = int(np.argmax(hopeless | (~hopeless.any() & ~settled)))
-            where = certificate.described(int(items["one"][k]), int(items["other"][k]), own)
-            raise RefusedError(f"no proof of the clearance of {where}, {scene.cells.during(int(number[k]))}")
-        done.append(items[settled])
-        large = ~settled & (size > travel)
-        small = items[~settled & ~large]
-        cut = np.tile(small, 2)
-        cut["cell"] = halved(small["cell"])
-        items = np.concatenate([_parts(certificate, items[large], own), cut])
-    return np.concatenate(done)
-
-
-INITIAL_TORQUE_CELLS = 24
-MOST_TORQUE_CELLS = 50_000
-
-
-def _torque_cells(certificate: Certificate) -> Items:
-    """Cells in which torques are within their limits; none where they are not limited."""
-    cells = cells_over(certificate.motion, INITIAL_TORQUE_CELLS)[: None if certificate.robot.has_torques else 0]
-    done = [cells[:0]]
-    while len(cells):
-        among = Cells(certificate.motion, cells["piece"], cells["start"], cells["end"])
-        wrong = certificate.exceeding(among)
-        left = wrong.any(axis=1)
-        done.append(cells[~left])
-        cells = halved(cells[left])
-        if sum(map(len, done)) + len(cells) > MOST_TORQUE_CELLS:
-            k, joint = np.argwhere(wrong)[0]
-            raise RefusedError(f"no proof of the torque of {certificate.robot.joints[joint]}, {among.during(int(k))}")
-    return np.concatenate(done)
-
-
-def _rooms(certificate: Certificate, items: Items, own: bool) -> tuple[FloatArray, FloatArray, NDArray[np.intp], Scene]:
-    """What the checker finds: what is left of the room of each, how far it travels; the number of its cell."""
-    cells, number = np.unique(items["cell"], return_inverse=True)
-    among = Cells(certificate.motion, cells["piece"], cells["start"], cells["end"])
-    scene = Scene(certificate.robot, certificate.obstacles, among)
-    spare, travel = scene.spare(items["one"], items["other"], number, own)
-    return spare, travel, number, scene
-
-
-def _sizes(certificate: Certificate, items: Items, own: bool) -> FloatArray:
-    """The larger radius of what can be divided; 0 of balls of the cover."""
-    robot = certificate.robot
-    radii = np.where(robot.counts > 0, robot.radii, 0.0)
-    return np.asarray(np.maximum(radii[items["one"]], radii[items["other"]] if own else 0.0))
-
-
-def _parts(certificate: Certificate, items: Items, own: bool) -> Items:
-    """Each divided as the checker does it."""
-    pairs = zip(items["one"].tolist(), items["other"].tolist(), strict=True)
-    parts = [certificate.robot.parts(*pair, own) for pair in pairs]
-    found = np.repeat(items, [len(each) for each in parts])
-    flat: Whole = np.array([pair for each in parts for pair in each], dtype=np.intp).reshape(-1, 2)
-    found["one"], found["other"] = flat.T
+def _levels(stage: DividedStage, claim: Claim, planes: list[FloatArray]) -> list[str]:
+    """Digits of a proof, level by level."""
+    found: list[str] = []
+    count = 0
+    while len(claim.cells):
+        count += len(claim.cells)
+        room, travel = claim.room(np.arange(len(claim.cells)))
+        balls = np.arange(2) < claim.balls
+        sizes = (stage.robot.divisible[claim.pairs * balls] * balls).max(axis=1)
+        digits = np.where(room >= 0.0, 0, np.where(sizes > travel, 2, 1)).astype(np.uint8)
+        hopeless = (digits == 1) & (sizes == 0.0) & ~(room + travel >= (0.0 if claim.balls else -np.inf))
+        hopeless |= ~np.isfinite(room)
+        if hopeless.any() or count > MOST_ITEMS or len(found) > MOST_LEVELS:
+            k = int(np.argmax(hopeless if hopeless.any() else digits > 0))
+            raise RefusedError(f"no proof of the {claim.words(k)}")
+        if claim.balls == 1:
+            planes.append(stage.given.planes[digits == 0])
+        found.append("".join(map(str, digits.tolist())))
+        claim.divide(digits)
     return found
+
+
+def way_from(o: Any, p: FloatArray) -> FloatArray:
+    """About the way from the nearest point of an obstacle at the origin to points (n, 3), at length 1."""
+    s, up = o.sizes, np.array([0.0, 0.0, 1.0])
+    flat = p * (1.0 - up)
+    inner = np.clip(p, -s[-1] * up, s[-1] * up) if len(s) else p
+    around = flat * np.minimum(1.0, s[0] / np.maximum(norm(flat, axis=1), TINY))[:, None] if len(s) else p
+    ways: dict[str, Callable[[], FloatArray]] = {
+        "ball": lambda: p,
+        "box": lambda: p - np.clip(p, -s, s),
+        "capsule": lambda: p - inner,
+        "cylinder": lambda: p - inner - around,
+        "ellipsoid": lambda: _ellipsoid_normal(p, s),
+        "half-space": lambda: np.tile(up, (len(p), 1)),
+        "polytope": lambda: _polytope_normal(p, o.points),
+    }
+    found = ways[o.shape]()
+    return np.asarray(found / np.maximum(norm(found, axis=1), TINY)[:, None])
+
+
+def _ellipsoid_normal(p: FloatArray, axes: FloatArray) -> FloatArray:
+    """By Newton's method for t in p = y + t n, n being y over the squares of the axes."""
+    t = np.maximum((axes * np.abs(p) - axes**2).max(axis=1), 0.0)
+    for _ in range(20):
+        w = axes * p / (t[:, None] + axes**2)
+        slope = (w * w / (t[:, None] + axes**2)).sum(axis=1)
+        t = np.maximum(t + ((w * w).sum(axis=1) - 1.0) / np.maximum(2.0 * slope, TINY), 0.0)
+    return np.asarray(p / (t[:, None] + axes**2))
+
+
+def _polytope_normal(p: FloatArray, points: FloatArray) -> FloatArray:
+    """Of the face, or across the way from the edge, that is farther away."""
+    hull = Hull.of(points)
+    faces = hull.normals[np.argmax(p @ hull.normals.T - hull.offsets, axis=1)]
+    best, least = np.tile(points[0], (len(p), 1)), np.full(len(p), np.inf)
+    for start, way in zip(*hull.edges, strict=True):
+        foot = start + np.clip((p - start) @ (way / (way @ way)), 0.0, 1.0)[:, None] * way
+        nearer = norm(p - foot, axis=1) < least
+        best[nearer], least = foot[nearer], np.minimum(least, norm(p - foot, axis=1))
+    ways = (p - best) / np.maximum(norm(p - best, axis=1), TINY)[:, None]
+    beyond = [np.einsum("ij,ij->i", n, p) - (n @ points.T).max(axis=1) for n in (faces, ways)]
+    return np.asarray(np.where((beyond[0] > beyond[1])[:, None], faces, ways))

@@ -285,13 +285,17 @@ def _independent(rows: FloatArray, tolerance: float) -> tuple[tuple[FloatArray, 
 
 
 def _evaluated(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rows and variables (r + n,), their Jacobian (r + n, n), the objective's gradient (n,)."""
-    everything = ca.vertcat(program.g, program.x)
-    evaluate = ca.Function(
-        "at", [program.x], [everything, ca.jacobian(everything, program.x), ca.gradient(program.f, program.x)]
-    )
-    values, jacobian, gradient = (as_array(part) for part in evaluate(z))
-    return values.ravel(), jacobian, gradient.ravel()
+    """Rows and variables (r + n,), their Jacobian (r + n, n), the objective's gradient (n,).
+
+    Column by column: to write down the whole Jacobian takes longer than to evaluate one direction of it n times.
+    """
+    x, g, n = program.x, program.g, program.x.shape[0]
+    direction = type(x).sym("direction", n)
+    at = ca.Function("at", [x], [g, ca.gradient(program.f, x)])
+    along = ca.Function("along", [x, direction], [ca.jtimes(g, x, direction)])
+    rows, gradient = (as_array(part).ravel() for part in at(z))
+    columns = as_array(along(np.tile(z[:, None], n), np.eye(n)))
+    return np.concatenate([rows, z]), np.vstack([columns, np.eye(n)]), gradient
 
 
 def _bounds(program: NonlinearProgram, z: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,7 +1,7 @@
 """Files of a run: run folders, exports, and how they are read and audited."""
 
 from tpbso_casadi.plain import BrokenSeal, check_seal, sealed
-from tpbso_casadi.storage.certificate import check_certificate_file, write_certificate
+from tpbso_casadi.storage.certificate import check_certificate, check_certificate_file, write_certificate
 from tpbso_casadi.storage.exporting import (
     DEFAULT_RATE,
     EXPORTS,
@@ -70,6 +70,7 @@ __all__ = [
     "StoredRun",
     "Writer",
     "add_to_plan",
+    "check_certificate",
     "check_certificate_file",
     "check_file",
     "check_run_folder",

@@ -9,13 +9,27 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 
-from problems.assembly import certificate_of
+from problems.assembly import certificate_of, check_certifiable
 from problems.base import InvalidProblem
 from problems.certify import FORMAT
 from tpbso_casadi.planning import Motion
+from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage.files import OutputError, write_with, writing
 
 HEAD, ZIPPED = 200, b"\x1f\x8b"  # bytes at the beginning: of a certificate, which say what it is; of a zipped file
+
+
+def check_certificate(path: Path, scenario: Scenario) -> None:
+    """Make sure before a motion is planned that there are certificates of such.
+
+    Raises:
+        OutputError: there are none.
+        ScenarioError: the robot cannot do the task.
+    """
+    try:
+        check_certifiable(scenario.judged())
+    except InvalidProblem as error:
+        raise OutputError(f"{path}: {error}") from error
 
 
 def check_certificate_file(path: Path) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import replace
 from typing import Any
@@ -10,14 +12,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.certificates import case, criteria_of, straight
-from helpers.core_robots import EXAMPLES, ROBOTS, distances, placed, rooms
+from helpers.certificates import case, criteria_of, draw, scene_of, straight
+from helpers.core_robots import EXAMPLES, ROBOTS, distances, placed, robot_of, rooms
 
 from problems.assembly import certificate_of
 from problems.assembly.certificate import obstacle_content
-from problems.base import as_array
+from problems.base import InvalidProblem, as_array
 from problems.certify import check_certificate as checker
-from problems.robots import Payload, SpatialArm, built_in
+from problems.certify import divided
+from problems.certify.division import way_from
+from problems.motions import Trajectory
+from problems.robots import Payload, SpatialArm, TrackingError, built_in
 
 Content = dict[str, Any]
 
@@ -36,20 +41,28 @@ def refusal(content: Content) -> str:
     return str(refused.value)
 
 
-def fault(content: Any) -> str:
-    with pytest.raises(checker.NoCertificateError) as found:
-        checker.check(content)
-    return str(found.value)
-
-
 def changed(content: Content, *path: Any, value: Any) -> Content:
-    """The content with another value at a place; a function makes it of the one that is there."""
+    """The content with another value at a place of its only stage; a function makes it of the one that is there."""
     new = deepcopy(content)
-    place = new
+    place = new["stages"][0]
     for key in path[:-1]:
         place = place[key]
     place[path[-1]] = value(place[path[-1]]) if callable(value) else value
     return new
+
+
+def stage_of(content: Content, number: int = 0) -> checker.Stage:
+    return checker.Stage(checker.formed(content["stages"][number], "STAGE", "stage", {}), "stage")
+
+
+def held(stage: checker.Stage, key: str) -> Iterator[tuple[np.ndarray, checker.Cells, np.ndarray]]:
+    """What a proof says to hold, level by level: pairs, cells, and the room that the checker finds."""
+    claim = stage.claims[key]
+    for digits in getattr(stage.given.proof, key):
+        which = np.flatnonzero(digits == 0)
+        room, _ = claim.room(which)
+        yield claim.pairs[which], checker.Cells(stage, claim.cells[which]), room
+        claim.divide(digits)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -76,40 +89,48 @@ def _at(obstacle: Any, time: float) -> Any:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_bounds_hold_all_through_cells_and_are_not_much_too_low(name: str) -> None:
+def test_bounds_hold_all_through_cells(name: str) -> None:
     """Of every node: by positions of its centre at many times of each cell."""
-    made = case(name)
-    certificate = checker.Certificate(made.content)
-    scene = checker.Scene(certificate.robot, certificate.obstacles, certificate.cells)
-    node, other, cell = (part[::7] for part in certificate.items[0])
-    spare, _ = scene.spare(node, other, cell, own=False)
-    least = np.full(len(node), np.inf)
-    for share in np.linspace(0.0, 1.0, 9):
-        start, end = (part[cell] for part in (certificate.cells.start, certificate.cells.end))
-        times = made.motion.breakpoints[certificate.cells.piece[cell]] + start + share * (end - start)
-        turns, places = placed(made.robot, made.motion.at(times))
-        rows, body = np.arange(len(node)), certificate.robot.body[node]
-        centers = places[rows, body] + np.einsum("mij,mj->mi", turns[rows, body], certificate.robot.centers[node])
-        for k in np.unique(other):
-            among = other == k
-            obstacle, own = made.obstacles[k], certificate.obstacles[k]
-            seen = centers[among] - times[among, None] * own.velocity - (own.center - np.array(obstacle.unmoved.center))
-            room = distances(obstacle.unmoved, seen) - own.growth * times[among]
-            kept = certificate.robot.radii[node[among]] + certificate.robot.margins[0]
-            least[among] = np.minimum(least[among], room - kept)
-    assert (spare <= least).all()
-    assert len(spare) > 20
+    made, count = case(name), 0
+    stage = stage_of(made.content)
+    for pairs, cells, room in held(stage, "obstacles"):
+        (node, other), least = pairs.T, np.full(len(pairs), np.inf)
+        for share in np.linspace(0.0, 1.0, 9):
+            times = made.motion.breakpoints[cells.piece] + cells.start + share * (cells.end - cells.start)
+            turns, places = placed(made.robot, made.motion.at(times))
+            rows, body = np.arange(len(node)), stage.robot.body[node]
+            centers = places[rows, body] + np.einsum("mij,mj->mi", turns[rows, body], stage.robot.centers[node])
+            for k in np.unique(other):
+                among, obstacle, own = other == k, made.obstacles[k], stage.given.obstacles[k]
+                aside = own.center - np.array(obstacle.unmoved.center)
+                seen = centers[among] - times[among, None] * own.velocity - aside
+                far = distances(obstacle.unmoved, seen) - own.growth * times[among]
+                kept = stage.robot.radii[node[among]] + stage.given.margins[0]
+                least[among] = np.minimum(least[among], far - kept)
+        assert (room <= least).all()
+        count += len(room)
+    assert count > 20
 
 
 @pytest.mark.parametrize("shape", EXAMPLES)
-def test_distances_are_exact_and_never_larger(shape: str) -> None:
-    content = obstacle_content(1, EXAMPLES[shape])
-    obstacle = checker.Obstacle(checker.formed(content, checker.OBSTACLE, "it"), "it")
-    points = np.random.default_rng(3).uniform(-1.5, 1.5, (3_000, 3))
-    found, exact = obstacle.distances(points, np.zeros(len(points))), distances(EXAMPLES[shape], points)
-    outside = exact > 1e-3
-    assert (found <= np.maximum(exact, 0.0) * (1.0 + 1e-3 * (shape == "ellipsoid")) + 5e-9).all()
-    np.testing.assert_allclose(found[outside], exact[outside], rtol=2e-3 if shape == "ellipsoid" else 0.0, atol=1e-8)
+def test_planes_are_across_the_shortest_way_and_any_other_is_no_farther(shape: str) -> None:
+    content = checker.formed(obstacle_content(1, EXAMPLES[shape]), "OBSTACLE", "it", {})
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-1.5, 1.5, (3_000, 3))
+    exact, own = distances(EXAMPLES[shape], points), (points - content.center) @ content.rotation
+    support = checker.SHAPES[shape.replace("sphere", "ball")][1]
+
+    def beyond(n: np.ndarray) -> np.ndarray:
+        return np.einsum("ij,ij->i", n, own) - support(n, content.sizes, content.points)
+
+    outside, found = exact > 1e-3, beyond(way_from(content, own))
+    if shape == "ellipsoid":  # whose clearance of the models is no distance
+        assert (found[outside] > 0.0).all()
+    else:
+        np.testing.assert_allclose(found[outside], exact[outside], rtol=0.0, atol=1e-8)
+    other = rng.normal(size=(3_000, 3))
+    most = np.maximum(exact, 0.0) if shape != "ellipsoid" else np.maximum(found, 0.0)
+    assert (beyond(other / np.linalg.norm(other, axis=1)[:, None]) <= most + 5e-9).all()
     assert outside.sum() > 1_000
 
 
@@ -133,10 +154,10 @@ def test_torques_are_within_their_bounds_and_these_are_sharp() -> None:
     rng = np.random.default_rng(1)
     motion = straight(robot, *(BENT + rng.uniform(-0.6, 0.6, (2, 7))))
     content = certificate_of(criteria_of(robot, motion, ()), motion)
-    certificate = checker.Certificate(content)
     assert accepted(content)
-    cells = certificate.torque_cells
-    low, high = checker.torques(certificate.robot, cells)
+    stage = stage_of(content)
+    cells = checker.Cells(stage, np.arange(16 * stage.pieces, 32 * stage.pieces))
+    low, high = checker.torques(stage.given.robot, cells)
     frictionless = replace(robot, chain=robot.chain.with_friction(None, [0.0] * 7))
     seen = []
     for share in np.linspace(0.0, 1.0, 15):
@@ -154,9 +175,56 @@ def test_a_torque_beyond_its_limit_is_refused_and_one_at_it_is_not() -> None:
     robot = panda()
     motion = straight(robot, BENT, BENT + np.array([0.4, 0.3, 0.0, 0.3, 0.2, 0.0, 0.3]))
     content = certificate_of(criteria_of(robot, motion, ()), motion)
-    certificate = checker.Certificate(content)
-    most = np.abs(checker.torques(certificate.robot, certificate.torque_cells)).max(axis=(0, 1))
-    for joint in range(7):
-        assert accepted(changed(content, "robot", "joints", joint, "torque", value=float(most[joint])))
-        lower = changed(content, "robot", "joints", joint, "torque", value=float(most[joint]) * (1.0 - 1e-6))
+    stage = stage_of(content)
+    cells = checker.Cells(stage, np.arange(64 * stage.pieces, 128 * stage.pieces))
+    most = np.abs(checker.torques(stage.given.robot, cells)).max(axis=(0, 1))
+    for joint in (1, 3):
+        at_it = changed(content, "robot", "limits", joint, 3, value=float(most[joint]) * (1.0 + 1e-4))
+        at_it["stages"][0] |= divided(at_it["stages"][0])
+        assert accepted(at_it)
+        lower = changed(at_it, "robot", "limits", joint, 3, value=float(most[joint]) * (1.0 - 1e-3))
         assert refusal(lower).startswith(f"torque of panda_joint{joint + 1}, t = ")
+
+
+OFF = TrackingError(constant=(0.004, 0.001, 0.006, 0.002), speed=(0.01, 0.002, 0.004, 0.0),
+                    acceleration=(0.001, 0.0005, 0.0, 0.002))  # fmt: skip
+
+
+def tracked() -> tuple[SpatialArm, Trajectory, Content]:
+    robot, obstacles = replace(robot_of("sliding"), tracking=OFF), scene_of("sliding")
+    for seed in range(1_000):
+        motion = draw(robot, seed)
+        with suppress(InvalidProblem):
+            return robot, motion, certificate_of(criteria_of(robot, motion, obstacles), motion)
+    raise AssertionError("no motion is clear")
+
+
+def least_room(robot: SpatialArm, motion: Trajectory, errors: np.ndarray) -> float:
+    """Of obstacles that stand, own links and ranges, by joints that are off by as much as they may be, m or rad."""
+    rng, standing = np.random.default_rng(0), scene_of("sliding")[:-1]
+    times = np.repeat(np.linspace(0.0, motion.duration, 30), 8)
+    speed, acceleration = (np.abs(motion.at(times, order)) for order in (1, 2))
+    off = (errors[0] + errors[1] * speed + errors[2] * acceleration) * rng.choice([-1.0, 1.0], (len(times), robot.dof))
+    theta = motion.at(times) + off
+    low, high = np.array(robot.position_limits).T
+    return min(*(part.min() for part in rooms(robot, standing, theta)), (theta - low).min(), (high - theta).min())
+
+
+def test_what_is_accepted_holds_for_all_joints_within_their_tracking_errors() -> None:
+    """A constant, and shares of speed and acceleration; each, made so large that something is broken, is refused."""
+    robot, motion, content = tracked()
+    assert accepted(content)
+    assert content["stages"][0]["robot"]["tracking_error"] == OFF.numbers.tolist()
+    assert not any("tracking" in line for line in content["stages"][0]["not_covered"])
+    assert least_room(robot, motion, OFF.numbers) >= -1e-9
+    for part in range(3):
+        numbers = OFF.numbers
+        numbers[part] = 9.0
+        assert least_room(robot, motion, numbers) < 0.0
+        assert not accepted(changed(content, "robot", "tracking_error", value=numbers.tolist()))
+
+
+def test_the_share_of_a_speed_without_a_limit_leaves_no_range() -> None:
+    _, _, content = tracked()
+    with pytest.raises(checker.RefusedError, match="joint range of one"):
+        divided(changed(content, "robot", "limits", 0, 0, value=None)["stages"][0])

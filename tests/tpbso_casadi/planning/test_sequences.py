@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import csv
+import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from helpers.running import refusal, status
 import tpbso_casadi as tp
 from problems.base import FloatArray, as_array
 from problems.certify import CertificateStatus
+from problems.certify import check_certificate as checker
 from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning import BOUND
 from tpbso_casadi.scenario import Cell
@@ -121,6 +124,44 @@ def test_contacts_that_are_allowed_are_said_with_their_stage(picked: tp.Plan) ->
     lines = picked.not_judged
     assert any("panda_hand and part" in line and "stage 2 (line)" in line for line in lines)
     assert any("part and table" in line and "stage 6 (line)" in line for line in lines)
+
+
+def test_one_certificate_holds_all_stages_and_their_joints(picked: tp.Plan, tmp_path: Path) -> None:
+    """Each stage's claims, that it begins where the one before ended, what is carried, rests; one file, one verdict."""
+    content = json.loads(picked.certificate(tmp_path / "c.json").read_text())
+    stages = content["stages"]
+    checker.check(copy.deepcopy(content))
+    assert sum(stage["breakpoints"][-1] + stage["pause"] for stage in stages) == pytest.approx(
+        picked.trajectory.duration
+    )
+    carrying = ["part" in stage["robot"]["links"] for stage in stages]
+    lying = ["part" in [obstacle["name"] for obstacle in stage["obstacles"]] for stage in stages]
+    assert carrying == [not there for there in lying]
+    first = carrying.index(True)
+
+    def refused_by(number: int, change: Callable[[Any], None], kind: type[Exception] = checker.RefusedError) -> str:
+        other = copy.deepcopy(content)
+        change(other["stages"][number])
+        with pytest.raises(kind) as refused:
+            checker.check(other)
+        return str(refused.value)
+
+    assert "of stage" in refused_by(1, lambda stage: stage["start"][0].__setitem__(0, stage["start"][0][0] + 1e-6))
+    assert "the same arm" in refused_by(
+        1, lambda stage: stage["robot"]["translations"][3].__setitem__(0, 0.1), ValueError
+    )
+    drifting = refused_by(1, lambda stage: stage["obstacles"][0].update(velocity=[0.0, 0.0, 1e-9]), ValueError)
+    assert "rest of all obstacles" in drifting
+    part = stages[first]["robot"]["links"].index("part")
+
+    def swollen(stage: Any) -> None:
+        for ball, link in zip(stage["robot"]["balls"], stage["robot"]["ball_links"], strict=True):
+            ball[3] += 0.2 * (link == part)
+
+    assert refused_by(first + 1, swollen).startswith("clearance of part from ")
+    without = {**content, "stages": [stages[0], *stages[2:]]}
+    with pytest.raises(checker.RefusedError, match="position of stage"):
+        checker.check(without)
 
 
 def test_a_run_folder_is_read_back_and_says_the_same(picked: tp.Plan, tmp_path: Path) -> None:

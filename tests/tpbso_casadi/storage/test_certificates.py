@@ -7,11 +7,17 @@ import json
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
+import numpy as np
 import pytest
+from helpers.certificates import criteria_of, straight
 from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
+from problems.assembly import certificate_of
+from problems.base import as_array
 from problems.certify import check_certificate as checker
+from problems.robots import PlanarArm, planar_payload
 from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.planning import plan
@@ -47,9 +53,10 @@ def test_a_plan_writes_one_that_is_accepted(tmp_path: Path) -> None:
     path = found.certificate(tmp_path / "new" / "motion.json.gz")
     assert checker.main([str(path)]) == 0
     content = json.loads(gzip.decompress(path.read_bytes()))
-    assert content["motion"]["breakpoints"] == found.trajectory.breakpoints.tolist()
-    assert content["ends"]["goal"]["position"] == TOWARD["goal"]["joints"]
-    assert "limit: torque" not in content["not_covered"]
+    (stage,) = content["stages"]
+    assert stage["breakpoints"] == found.trajectory.breakpoints.tolist()
+    assert stage["goal"][0] == TOWARD["goal"]["joints"]
+    assert "limit: torque" not in stage["not_covered"]
     again = found.certificate(str(tmp_path / "again.json.gz"))
     assert again.read_bytes() == path.read_bytes()
 
@@ -64,27 +71,60 @@ def test_the_command_line_writes_one_and_an_audit_of_the_run_the_same(
     assert one.read_bytes() == two.read_bytes()
     capsys.readouterr()
     assert checker.main([str(one)]) == 0
-    assert "obstacles: crate\n" in capsys.readouterr().out
+    assert "  crate: box [0.05, 0.05, 0.05], 0 points, at [0.0, 0.7, 0.6]" in capsys.readouterr().out
 
 
 def test_what_is_not_claimed_is_listed(tmp_path: Path) -> None:
     content = space_scenario(task={"goal": {"position": [0.3, 0.3, 0.6]}}, obstacles=[])
     found = Plan(plan(parse_scenario(content)))
     path = found.certificate(tmp_path / "motion.json")
-    assert "condition: goal" in json.loads(path.read_text())["not_covered"]
+    assert "condition: goal" in json.loads(path.read_text())["stages"][0]["not_covered"]
     assert checker.main([str(path)]) == 0
 
 
 def test_a_plan_that_is_not_certified_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = tp.plan("obstacle-3", evaluations=60, seed=1)
-    with pytest.raises(OutputError, match=r"arms in space|not certified"):
+    with pytest.raises(OutputError, match=r"planar arms that have to keep clear|not certified"):
         found.certificate(tmp_path / "motion.json")
     assert not (tmp_path / "motion.json").exists()
 
 
-def test_planar_arms_and_sequences_have_none_so_far(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="certificates of arms in space alone"):
-        tp.plan("time-3", evaluations=300, seed=1).certificate(tmp_path / "motion.json")
+def test_planar_arms_without_obstacles_have_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tp.plan("time-3", evaluations=300, seed=1).certificate(tmp_path / "motion.json")
+    assert checker.main([str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "joint 3: speed 4.0, acceleration 20.0; " in said
+    assert "not in this certificate: condition: goal" in said
+
+
+def test_torques_of_planar_arms_are_those_of_the_models() -> None:
+    """Masses, payload, friction, an inclined base; against the recursion of the models."""
+    arm = PlanarArm(
+        link_lengths=(0.5, 0.4, 0.3), max_speed=(4.0,) * 3, max_acceleration=(20.0,) * 3, max_torque=(1e4,) * 3,
+        link_masses=(3.0, 2.0, 1.0), viscous_friction=(0.3, 0.2, 0.1), base_angle=0.4, base_point=(0.1, 0.2),
+        payload=planar_payload(0.5, (0.05, 0.02), 0.01),
+    )  # fmt: skip
+    motion = straight(arm, np.array([0.1, -0.4, 0.8]), np.array([1.2, 0.7, -0.3]))
+    content = certificate_of(criteria_of(arm, motion, ()), motion)
+    checker.check(json.loads(json.dumps(content)))
+    with np.errstate(invalid="ignore"):
+        stage = checker.Stage(checker.formed(content["stages"][0], "STAGE", "stage", {}), "stage")
+    cells = checker.Cells(stage, np.arange(512 * stage.pieces, 1024 * stage.pieces))
+    low, high = checker.torques(stage.given.robot, cells)
+    states = [ca.DM(motion.at(cells.times, order)) for order in range(3)]
+    torques = as_array(arm.inverse_dynamics(*states))
+    assert (low <= torques).all()
+    assert (torques <= high).all()
+    assert (high - low < 0.05 * np.abs(torques).max(axis=0)).all()
+
+
+def test_planar_arms_among_obstacles_are_refused_before_the_search(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    assert solve.main(["obstacle-3", "--out", str(out), "--certificate", str(tmp_path / "c.json")]) == 2
+    assert "keep clear of anything" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_a_scenario_has_no_certificate(scenario_file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -60,7 +60,7 @@ from tpbso_casadi.scenario import (
     overridden,
     plugin_failures_named,
 )
-from tpbso_casadi.storage import OutputError, result_of
+from tpbso_casadi.storage import OutputError, check_certificate, result_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -188,6 +188,8 @@ def written(
     scenario: Scenario, evaluation: EvaluationOptions | None, output: Output, options: argparse.Namespace
 ) -> int:
     """Plan, write and print the plan, then draw it; returns the exit status."""
+    if output.certificate is not None:
+        check_certificate(output.certificate, scenario)
     problem = scenario.problem() if scenario.task.is_searched else None
     with deferred_interrupt() as interruption:
         with _working(problem, options) as progress:
