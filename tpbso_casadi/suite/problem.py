@@ -336,7 +336,13 @@ def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: 
 
     Raises:
         InvalidSuite: there is no such suite, function or instance.
+        TypeError: the name is no text, or the others are no lists of names and of whole numbers.
     """
+    for argument, value, kind in (("functions", functions, str), ("instances", instances, int)):
+        if value is not None and not _are(value, kind):
+            raise TypeError(f"{argument}: a list of {'names' if kind is str else 'whole numbers'} is needed")
+    if not isinstance(name, str):
+        raise TypeError("name: that of a suite is needed")
     known = descriptions(name)
     wanted = {*(functions or ())}
     chosen = [each for each in known if functions is None or {each.name, each.group} & wanted]
@@ -350,6 +356,12 @@ def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: 
     if wrong is not None:
         raise InvalidSuite(f"{name}: no instance {wrong}; they are 1 to {most}")
     return Suite(name, tuple(SuiteProblem(name, each, number) for each in chosen for number in numbers))
+
+
+def _are(values: object, kind: type) -> bool:
+    """Whether these are a sequence of such values, and not one text."""
+    is_sequence = isinstance(values, Sequence) and not isinstance(values, str | bytes)
+    return is_sequence and all(isinstance(value, kind) and not isinstance(value, bool) for value in values)  # type: ignore[attr-defined]
 
 
 @cache

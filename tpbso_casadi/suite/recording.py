@@ -7,6 +7,7 @@ far fell, and one for its last evaluation.
 from __future__ import annotations
 
 import csv
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import inf, isfinite
@@ -32,6 +33,9 @@ class Recording:
         evaluations: numbers of those at which the lowest merit fell, the first is 1.
         merits: the lowest from then on, descending.
         done: all evaluations.
+
+    Raises:
+        TypeError: no problem of a suite, no text, or no whole number.
     """
 
     problem: SuiteProblem
@@ -40,6 +44,13 @@ class Recording:
     evaluations: list[int] = field(default_factory=list)
     merits: list[float] = field(default_factory=list)
     done: int = 0
+
+    def __post_init__(self) -> None:
+        for name, kind, what in (("problem", SuiteProblem, "a problem of a suite"), ("solver", str, "a label")):
+            if not isinstance(getattr(self, name), kind):
+                raise TypeError(f"{name}: {what} is needed")
+        if not isinstance(self.run, int):
+            raise TypeError("run: a whole number is needed")
 
     def __call__(self, x: FloatArray) -> FloatArray | float:
         """Merits (m,) of candidates (m, d), or the merit of one vector (d,).
@@ -85,13 +96,31 @@ def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
     """Write the table of some runs; a file that is there is replaced.
 
     Raises:
-        OSError: it cannot be written.
+        InvalidSuite: it cannot be written.
+        TypeError: no path, or no runs.
     """
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(HEADER)
-        for run in runs:
-            writer.writerows((*row[:-1], repr(row[-1])) for row in run.rows)
+    listed = list(runs) if isinstance(runs, Iterable) else [runs]
+    if not all(isinstance(run, Recording) for run in listed):
+        raise TypeError("runs: recordings are needed")
+    try:
+        with checked_path(path).open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(HEADER)
+            for run in listed:
+                writer.writerows((*row[:-1], repr(row[-1])) for row in run.rows)
+    except OSError as error:
+        raise InvalidSuite(f"{path}: {error.strerror}") from error
+
+
+def checked_path(path: str | Path) -> Path:
+    """The path of a file.
+
+    Raises:
+        TypeError: it is none.
+    """
+    if not isinstance(path, str | os.PathLike) or "\0" in str(path):
+        raise TypeError("path: that of a file is needed")
+    return Path(path)
 
 
 def read_runs(path: str | Path) -> list[Recording]:
@@ -99,11 +128,12 @@ def read_runs(path: str | Path) -> list[Recording]:
 
     Raises:
         InvalidSuite: the file cannot be read, or a line of it is wrong; the message names file, line and reason.
+        TypeError: no path.
     """
     runs: dict[tuple[str, str, int], Recording] = {}
-    line = 0
+    file_path, line = checked_path(path), 0
     try:
-        with Path(path).open(newline="", encoding="utf-8") as file:
+        with file_path.open(newline="", encoding="utf-8") as file:
             for line, row in enumerate(csv.reader(file), start=1):
                 if line == 1 and tuple(row) != HEADER:
                     raise ValueError(f"the first line is not {','.join(HEADER)}")

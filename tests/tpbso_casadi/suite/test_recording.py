@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -95,3 +96,27 @@ def test_two_objectives_are_not_judged_by_one() -> None:
     two = tp.suite()["time-length-4@1"]
     with pytest.raises(ValueError, match="has two objectives; runs are judged by one"):
         Recording(two, "mine")(np.zeros(two.dimension))
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        (lambda folder: write_runs(None, []), "path: that of a file is needed"),  # type: ignore[arg-type]
+        (lambda folder: write_runs(folder / "runs.csv", [1]), "runs: recordings are needed"),  # type: ignore[list-item]
+        (lambda folder: read_runs(7), "path: that of a file is needed"),  # type: ignore[arg-type]
+        (lambda folder: Recording("spline-2@1", "mine"), "problem: a problem of a suite is needed"),  # type: ignore[arg-type]
+        (lambda folder: Recording(PROBLEM, 1), "solver: a label is needed"),  # type: ignore[arg-type]
+        (lambda folder: Recording(PROBLEM, "mine", "one"), "run: a whole number is needed"),  # type: ignore[arg-type]
+        (lambda folder: tp.suite(functions="spline"), "functions: a list of names is needed"),
+        (lambda folder: tp.suite(instances=[True]), "instances: a list of whole numbers is needed"),
+        (lambda folder: tp.suite(1), "name: that of a suite is needed"),  # type: ignore[arg-type]
+    ],
+)
+def test_other_arguments_are_refused(call: Callable[[Path], object], reason: str, tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match=reason):
+        call(tmp_path)
+
+
+def test_a_table_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InvalidSuite, match=r"nowhere/runs\.csv: No such file or directory"):
+        write_runs(tmp_path / "nowhere/runs.csv", [])
