@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from tpbso_casadi.api import *  # noqa: F403
 
 __version__ = version("tpbso-casadi")
-COMMANDS = {"audit", "certify", "compare", "pareto", "retime", "simulate"}  # modules with the names of functions
+# modules with the names of functions:
+COMMANDS = {"audit", "certify", "compare", "pareto", "retime", "simulate", "suite"}
 
 
 class _Package(ModuleType):
@@ -30,6 +31,8 @@ def __getattr__(name: str) -> object:
     """Load what is imported from here when it is: a command handles Ctrl-C before CasADi has been loaded."""
     if name.startswith("__") and name != "__all__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "suite":  # whose problems are evaluated without CasADi
+        return import_module("tpbso_casadi.suite").suite
     api = import_module("tpbso_casadi.api")
     if name == "__all__" or name in api.__all__:
         return getattr(api, name)

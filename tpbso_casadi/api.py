@@ -83,6 +83,7 @@ from tpbso_casadi.figures import write_run
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.scenario import Scenario, ScenarioError, builtin, find_solver, parse_scenario, read_scenario
 from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of
+from tpbso_casadi.suite import InvalidSuite, Recording, Suite, SuiteProblem, read_runs, suite, write_runs
 
 Sphere = Ball
 
@@ -119,6 +120,7 @@ __all__ = [
     "HalfSpace",
     "InvalidProblem",
     "InvalidRun",
+    "InvalidSuite",
     "Iterations",
     "JointPath",
     "Joints",
@@ -145,6 +147,7 @@ __all__ = [
     "Pose",
     "Position",
     "Problem",
+    "Recording",
     "Rectangle",
     "Repair",
     "Replanner",
@@ -165,6 +168,8 @@ __all__ = [
     "Step",
     "StopReason",
     "StoredPlan",
+    "Suite",
+    "SuiteProblem",
     "Tabulated",
     "ToolOrientation",
     "ToolRegion",
@@ -186,6 +191,7 @@ __all__ = [
     "pentagram",
     "plan",
     "read_run",
+    "read_runs",
     "read_scenario",
     "repair",
     "replan",
@@ -195,5 +201,7 @@ __all__ = [
     "scenario_of",
     "sequence",
     "simulate",
+    "suite",
     "write_run",
+    "write_runs",
 ]

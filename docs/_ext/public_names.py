@@ -30,6 +30,7 @@ GROUPS = {
     "scenarios": ("tpbso_casadi.scenario",),
     "replanning": ("tpbso_casadi.replanning", "tpbso_casadi.simulation", "tpbso_casadi.facade.simulating"),
     "stored": ("tpbso_casadi.storage",),
+    "suite": ("tpbso_casadi.suite",),
     "model": ("problems",),
     "plans": ("tpbso_casadi",),
 }

@@ -169,6 +169,14 @@ class Problem(Criteria, ABC, Generic[P]):
     def cost_program(self) -> Program:
         """The cost, in steps over samples."""
 
+    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
+        """The cost and, as further values of one program, the objective and each penalty; and the penalties' names.
+
+        Raises:
+            NotImplementedError: this problem does not tell its parts from each other.
+        """
+        raise NotImplementedError
+
     @abstractmethod
     def nlp(self) -> NonlinearProgram:
         """The same problem for solvers that follow gradients."""

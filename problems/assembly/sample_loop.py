@@ -148,14 +148,14 @@ class SampleLoop:
         step: of the program.
         orders: of the derivatives that the blocks have to hold.
         starting_values: vectors that an earlier step has to set to zero, with their sizes.
-        penalties: how many of the sums are penalties; one more is the objective's, where there is one.
+        penalties: names of the sums that are penalties; one more is the objective's, where there is one.
         further: steps that go on with what this one leaves of each sample.
     """
 
     step: Step
     orders: tuple[int, ...]
     starting_values: dict[str, int]
-    penalties: int = 0
+    penalties: tuple[str, ...] = ()
     further: tuple[Step, ...] = ()
 
 
@@ -228,7 +228,7 @@ def cost_loop(
     durations = ca.SX.sym("durations", motion.duration_count)
     now = motion.at(window, row[:-1], durations, orders)
     before, passed_on = instant.before(now)
-    contributions, count = _contributions(limits, objective, penalty, before, now, row[-1])
+    contributions, names = _contributions(limits, objective, penalty, before, now, row[-1])
     carried = [pair for pair in passed_on if any(ca.which_depends(contributions, ca.vec(pair[0]), 1, False))]
     sums = ca.SX.sym("sums", contributions.numel())
     inputs = {"p": p, "durations": durations, "window": window, "row": row, "sums": sums}
@@ -247,7 +247,7 @@ def cost_loop(
         step=Step.of("sample", inputs, outputs, loop, stacked),
         orders=orders,
         starting_values=starting_values,
-        penalties=count,
+        penalties=names,
         further=tuple(further),
     )
 
@@ -259,8 +259,8 @@ def _contributions(
     before: Samples,
     now: Samples,
     inner: Matrix,
-) -> tuple[Matrix, int]:
-    """The contributions of one sample to each penalty and, last, to the objective, (c, 1); and the number of penalties.
+) -> tuple[Matrix, tuple[str, ...]]:
+    """The contributions of one sample to each penalty and, last, to the objective, (c, 1); and the penalties' names.
 
     Args:
         limits: that are penalised.
@@ -271,16 +271,18 @@ def _contributions(
         inner: 0 for the first sample, which has none before it, else 1.
     """
     parts: list[Matrix] = []
+    names: list[str] = []
     for limit in limits:
-        parts += [penalty(constraint) for constraint in limit.constraints_at(now, SAMPLING_MARGIN)]
-        parts += [_if(inner, penalty(c)) for c in limit.between(before, now, SAMPLING_MARGIN)]
-    penalties = len(parts)
+        here, steps = limit.constraints_at(now, SAMPLING_MARGIN), limit.between(before, now, SAMPLING_MARGIN)
+        parts += [penalty(constraint) for constraint in here]
+        parts += [_if(inner, penalty(constraint)) for constraint in steps]
+        names += [constraint.name for constraint in (*here, *steps)]
     sample, step = objective.at(now), objective.between(before, now)
     added = [total(part) for part in (sample,) if part is not None]
     added += [_if(inner, total(part)) for part in (step,) if part is not None]
     if added:
         parts.append(sum(added, ca.DM(0)))
-    return ca.vertcat(*parts) if parts else ca.SX(0, 1), penalties
+    return ca.vertcat(*parts) if parts else ca.SX(0, 1), tuple(names)
 
 
 def _if(inner: Matrix, value: Matrix) -> Matrix:
@@ -289,6 +291,23 @@ def _if(inner: Matrix, value: Matrix) -> Matrix:
 
 
 P = TypeVar("P")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Accumulated:
+    """What all samples have added up to, as expressions of the inputs of the last step.
+
+    Attributes:
+        inputs: of that step, by name.
+        objective: of the motion, scalar.
+        penalties: names and scalars, in the order in which the cost adds them.
+        reach: the condition of inverse kinematics, (1, n); None where every vector is reached.
+    """
+
+    inputs: dict[str, ca.SX]
+    objective: Matrix
+    penalties: Sequence[tuple[str, Matrix]]
+    reach: Matrix | None
 
 
 def statements_of(problem: Problem[Any]) -> tuple[Any, ...]:
@@ -335,14 +354,38 @@ class CostSteps(ABC, Generic[P]):
 
     def program(self) -> Program:
         """The program of all steps."""
+        front, end = self._assembled()
+        return self._ending_in(front, end, self._cost(end))
+
+    def parts(self) -> tuple[Program, tuple[str, ...]]:
+        """The same with the objective and each penalty behind the cost; and the penalties' names.
+
+        Where inverse kinematics may fail, how far it is from reaching is the last one.
+        """
+        front, end = self._assembled()
+        penalties = [*end.penalties]
+        if end.reach is not None:
+            penalties.append(("reach", ca.sum2(ca.fmax(ca.fabs(end.reach) - 1.0, 0.0))))
+        values = ca.vertcat(self._cost(end), end.objective, *(value for _, value in penalties))
+        return self._ending_in(front, end, values), tuple(name for name, _ in penalties)
+
+    def _ending_in(self, front: Sequence[Step], end: Accumulated, values: Matrix) -> Program:
+        last = Step.of("finish", end.inputs, {"cost": values})
+        return Program(steps=(*front, last), parameters=self.arguments.values)
+
+    def _cost(self, end: Accumulated) -> Matrix:
+        return self.encoding.cost(end.objective, [value for _, value in end.penalties], end.reach, self.weights)
+
+    def _assembled(self) -> tuple[list[Step], Accumulated]:
+        """All steps but the last, and what that goes on from."""
         penalised, penalty = self.encoding.penalised(self.limits), self.encoding.penalty
         written_out = [limit for limit in penalised if not self._repetitions.get(id(limit))]
         repeated = [each for limit in penalised for each in self._repetitions.get(id(limit), ())]
         loop = cost_loop(self.motion, written_out, self.objective, penalty, self.least_orders, self.p, repeated)
         orders = tuple(sorted({*(loop.orders if loop else ()), *self.least_orders}))
         front = self.front(orders, loop.starting_values if loop else {})
-        steps = [*front, *([loop.step, *loop.further] if loop else []), *self.further_steps(orders), self._finish(loop)]
-        return Program(steps=tuple(steps), parameters=self.arguments.values)
+        steps = [*front, *([loop.step, *loop.further] if loop else []), *self.further_steps(orders)]
+        return steps, self._accumulated(loop, repeated)
 
     @abstractmethod
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
@@ -389,8 +432,8 @@ class CostSteps(ABC, Generic[P]):
         sizes = Instant(self.motion).widths(self.slowing)
         return [part.T for part in ca.vertsplit(peaks, np.cumsum([0, *sizes]).tolist())]
 
-    def _finish(self, loop: SampleLoop | None) -> Step:
-        """The last step: the cost from the accumulated sums."""
+    def _accumulated(self, loop: SampleLoop | None, repeated: Sequence[Repetition]) -> Accumulated:
+        """What the last step makes the cost of."""
         inputs: dict[str, ca.SX] = {"p": self.p, "durations": ca.SX.sym("durations", self.motion.duration_count)}
         if loop is not None:
             inputs |= {n: ca.SX.sym(n, size) for n, size in loop.starting_values.items() if n in {"sums", REPEATED}}
@@ -399,14 +442,17 @@ class CostSteps(ABC, Generic[P]):
         for name in self.further_penalties:
             inputs[name] = ca.SX.sym(name)
         sums: Sequence[Matrix] = ca.vertsplit(inputs["sums"]) if loop is not None else []
-        count = loop.penalties if loop is not None else 0
+        named = loop.penalties if loop is not None else ()
         objective = self.objective.terminal(self.motion.duration(inputs["durations"]))
-        for accumulated in sums[count:]:
+        for accumulated in sums[len(named) :]:
             objective = objective + accumulated
-        repeated = ca.vertsplit(inputs[REPEATED]) if REPEATED in inputs else []
-        penalties = [*sums[:count], *repeated, *(inputs[name] for name in self.further_penalties)]
+        penalties = list(zip(named, sums, strict=False))
+        if REPEATED in inputs:
+            names = (" and ".join(dict.fromkeys(limit.name for limit in each.limits)) for each in repeated)
+            penalties += zip(names, ca.vertsplit(inputs[REPEATED]), strict=True)
+        penalties += [(name, inputs[name]) for name in self.further_penalties]
         if self.duration_bounds is not None and self.encoding.scales_time:  # else the search box keeps them
             durations = self.duration_bounds.at(inputs["durations"].T, SAMPLING_MARGIN)
-            penalties.append(self.encoding.penalty(durations))
+            penalties.append((durations.name, self.encoding.penalty(durations)))
         reach = inputs["reach"].T if self.reach_size else None
-        return Step.of("finish", inputs, {"cost": self.encoding.cost(objective, penalties, reach, self.weights)})
+        return Accumulated(inputs=inputs, objective=objective, penalties=penalties, reach=reach)

@@ -20,6 +20,7 @@ from problems.evaluation.population import (
     processors,
 )
 from problems.evaluation.program import PARAMETERS, InvalidProgram, Loop, Program, RowFunction, Step
+from problems.evaluation.structure import ProgramStructure
 
 __all__ = [
     "BACKENDS",
@@ -34,6 +35,7 @@ __all__ = [
     "NativeUnavailable",
     "PopulationFunction",
     "Program",
+    "ProgramStructure",
     "RowFunction",
     "Step",
     "Symbolic",

@@ -37,12 +37,12 @@ def operations(kernels: Sequence[Kernel], data: Sequence[KernelData]) -> int:
 
 
 def unrolled(kernels: Sequence[Kernel], data: Sequence[KernelData], dimension: int) -> ca.Function:
-    """One SX function ``(x, numbers) -> cost`` with all rows written out."""
+    """One SX function ``(x, numbers) -> cost`` with all rows written out; the cost is a column (k, 1)."""
     x, numbers = ca.SX.sym(CANDIDATE, dimension), ca.SX.sym(NUMBERS, numbers_of(data).size)
     with as_written():
         calls = [partial(_called, kernel.function) for kernel in kernels]
         cost = _cost(kernels, data, calls, entries(x), entries(numbers))
-        return ca.Function("unrolled", [x, numbers], [cost], [CANDIDATE, NUMBERS], [COST])
+        return ca.Function("unrolled", [x, numbers], [column(cost)], [CANDIDATE, NUMBERS], [COST])
 
 
 def batch_of_unrolled(function: ca.Function, width: int) -> tuple[ca.Function, FloatArray]:
@@ -60,8 +60,8 @@ def batch_of_unrolled(function: ca.Function, width: int) -> tuple[ca.Function, F
     points, size = ca.MX.sym(CANDIDATE, width, function.size1_in(CANDIDATE)), function.size1_in(NUMBERS)
     numbers = ca.MX.sym(NUMBERS, size + columns.constants.size)
     each = entries(numbers)
-    [[cost]] = columns([ca.horzsplit(points), each[:size]], each[size:])
-    return ca.Function("batch", [points, numbers], [cost]), columns.constants
+    [values] = columns([ca.horzsplit(points), each[:size]], each[size:])
+    return ca.Function("batch", [points, numbers], [ca.horzcat(*values)]), columns.constants
 
 
 def batch_of_calls(
@@ -75,8 +75,8 @@ def batch_of_calls(
     each_number = entries(numbers)
     remaining = iter(each_number[size:])
     calls = [partial(each, constants=[next(remaining) for _ in each.constants]) for each in columns]
-    cost = _cost(kernels, data, calls, ca.horzsplit(points), each_number[:size])
-    return ca.Function("batch", [points, numbers], [cost]), constants
+    values = _cost(kernels, data, calls, ca.horzsplit(points), each_number[:size])
+    return ca.Function("batch", [points, numbers], [ca.horzcat(*values)]), constants
 
 
 def _called(function: ca.Function, arguments: Sequence[list[ca.SX]]) -> list[list[ca.SX]]:
@@ -86,13 +86,12 @@ def _called(function: ca.Function, arguments: Sequence[list[ca.SX]]) -> list[lis
 
 def _cost(
     kernels: Sequence[Kernel], data: Sequence[KernelData], calls: Sequence[Call[E]], x: list[E], numbers: list[E]
-) -> E:
-    """The cost of a candidate, or of a column of candidates."""
+) -> list[E]:
+    """The cost of a candidate, or of a column of candidates, and what is written with it."""
     vectors, remaining = {CANDIDATE: x}, iter(numbers)
     for kernel, each, call in zip(kernels, data, calls, strict=True):
         _run(kernel, each, call, vectors, remaining)
-    [cost] = vectors[COST]
-    return cost
+    return vectors[COST]
 
 
 def _run(kernel: Kernel, data: KernelData, call: Call[E], vectors: dict[str, list[E]], numbers: Iterator[E]) -> None:
@@ -146,7 +145,7 @@ class VirtualMachine:
         return other
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
-        """Write the costs (m,) of contiguous points (m, d)."""
+        """Write the costs (m,) or (m, k) of contiguous points (m, d)."""
         self._evaluations += len(points)
         if self._batch is None and len(points) > MAX_UNBATCHED and self._evaluations > BATCH_AFTER_CANDIDATES:
             self._batch = self._batch_of(min(len(points), BATCH_SIZE))
@@ -174,7 +173,8 @@ class Batch:
     """Up to ``width`` candidates at once.
 
     Args:
-        function: of their coordinates, (width * d,), one coordinate after the other, and of the numbers.
+        function: of their coordinates, (width * d,), one coordinate after the other, and of the numbers; to the values
+            of each candidate, (width * k,), likewise.
         numbers: of the scene.
         constants: further numbers that the function takes behind them.
         dimension: entries d of a candidate.
@@ -187,7 +187,7 @@ class Batch:
         self.width = width
         self._function, self._constants = function, constants
         self._buffer, self._evaluate = function.buffer()
-        self._columns, self._results = np.ones((dimension, width)), np.empty(width)
+        self._columns, self._results = np.ones((dimension, width)), np.empty((function.numel_out(0) // width, width))
         self._numbers = np.append(numbers, constants)
         self._buffer.set_arg(0, self._columns.data)  # type: ignore[call-arg]
         self._buffer.set_arg(1, self._numbers.data)  # type: ignore[call-arg]
@@ -198,7 +198,7 @@ class Batch:
         return Batch(self._function, numbers, self._constants, len(self._columns), self.width)
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
-        """Write the costs (m,) of at most ``width`` points (m, d)."""
+        """Write the costs (m,) or (m, k) of at most ``width`` points (m, d)."""
         self._columns[:, : len(points)] = points.T
         self._evaluate()
-        costs[:] = self._results[: len(points)]
+        costs[:] = self._results[:, : len(points)].T.reshape(costs.shape)

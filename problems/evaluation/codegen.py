@@ -224,7 +224,7 @@ extern "C" void evaluate(
             const double *point = points + (start + (lane < rest ? lane : 0)) * {dimension};
             for (int i = 0; i < {dimension}; i++) w[i][lane] = point[i];
         }}
-{loops}        for (int lane = 0; lane < rest; lane++) costs[start + lane] = w[{cost}][lane];
+{loops}        for (int lane = 0; lane < rest; lane++) {results}
     }}
 {release}}}
 """
@@ -233,6 +233,10 @@ DATA = """    const double *const p_{step} = numbers, *const rows_{step} = numbe
     numbers = rows_{step} + n_{step} * {row};
     indices = starts_{step} + n_{step};
 """
+ONE = "costs[start + lane] = w[{cost}][lane];"
+SEVERAL = """{{
+            for (int k = 0; k < {count}; k++) costs[(start + lane) * {count} + k] = w[{cost} + k][lane];
+        }}"""
 LOOP = """        for (long long i = 0; i < n_{step}; i++) {{
             const double *const row = rows_{step} + i * {row};
             const lanes *const window = w + {window} + starts_{step}[i];
@@ -315,8 +319,9 @@ def cpp(kernels: Sequence[Kernel], sizes: dict[str, int]) -> str:
         loops += LOOP.format(step=step, row=row, window=window, calls=calls)
     simd = Path(__file__).with_name("simd.hpp").read_text()
     memory, release = _memory(size)
+    results = (ONE if sizes[COST] == 1 else SEVERAL).format(cost=offsets[COST], count=sizes[COST])
     frame = EVALUATE.format(
-        memory=memory, data=data, dimension=sizes[CANDIDATE], loops=loops, cost=offsets[COST], release=release
+        memory=memory, data=data, dimension=sizes[CANDIDATE], loops=loops, results=results, release=release
     )
     return simd + functions + frame
 

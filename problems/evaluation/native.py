@@ -17,6 +17,7 @@ from tempfile import NamedTemporaryFile, TemporaryFile
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import FloatArray, cache
 from problems.evaluation.compiler import Compiler, NativeUnavailable, find_compiler
@@ -39,8 +40,7 @@ class Native:
 
     def __init__(self, evaluate: Evaluate, data: Sequence[KernelData], threads: int = 1) -> None:
         self._evaluate = evaluate
-        self._numbers = np.concatenate([part.ravel() for each in data for part in (each.parameters, each.rows)])
-        self._indices = np.concatenate([part for each in data for part in ([len(each.rows)], each.starts)])
+        self._numbers, self._indices = scene_of(data)
         self._scene = self._numbers.ctypes.data, self._indices.ctypes.data
         self._threads = threads
 
@@ -49,7 +49,7 @@ class Native:
         return Native(self._evaluate, data, self._threads)
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
-        """Write the costs (m,) of contiguous, writable points (m, d)."""
+        """Write the costs (m,) or (m, k) of contiguous, writable points (m, d)."""
         parts = min(self._threads, len(points) // CANDIDATES_PER_THREAD)
         if parts <= 1:
             self._run(points, costs)
@@ -64,6 +64,12 @@ class Native:
     @cached_property
     def _pool(self) -> ThreadPoolExecutor:
         return ThreadPoolExecutor(self._threads)
+
+
+def scene_of(data: Sequence[KernelData]) -> tuple[FloatArray, NDArray[np.int64]]:
+    """What compiled code reads of a scene beside candidates: numbers, and counts and starts of rows."""
+    numbers = np.concatenate([part.ravel() for each in data for part in (each.parameters, each.rows)])
+    return numbers, np.concatenate([part for each in data for part in ([len(each.rows)], each.starts)]).astype(np.int64)
 
 
 def name_of(source: str) -> str:

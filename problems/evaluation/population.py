@@ -98,7 +98,7 @@ class PopulationFunction:
         return PopulationFunction, (self.program, self.options)
 
     def __call__(self, candidates: FloatArray) -> FloatArray:
-        """Costs (m,) of candidates (m, d), m of any size, zero included.
+        """Costs (m,) of candidates (m, d), m of any size, zero included; (m, k) of a program of k values, k > 1.
 
         Raises:
             ValueError: the candidates are not (m, d).
@@ -109,7 +109,8 @@ class PopulationFunction:
         points = np.ascontiguousarray(candidates, dtype=np.float64)
         if not points.flags.writeable:  # nothing is written, but its memory could not be borrowed
             points = points.copy()
-        costs = np.empty(len(points))
+        several = (self.program.values,) if self.program.values > 1 else ()
+        costs = np.empty((len(points), *several))
         if self._evaluate is None:
             self._evaluate = self._first()
         started = time.perf_counter()

@@ -174,7 +174,7 @@ class Program:
     """Steps from a candidate to its cost.
 
     Attributes:
-        steps: in order; the last one writes ``cost``, a scalar.
+        steps: in order; the last one writes ``cost``, a scalar, or a column whose first entry is the cost.
         parameters: values of the input ``p``, (q,): what changes from scene to scene.
 
     Raises:
@@ -209,6 +209,11 @@ class Program:
         """Entries d of a candidate."""
         return self.sizes[CANDIDATE]
 
+    @property
+    def values(self) -> int:
+        """Numbers that a candidate is given: the cost, and what else the last step writes with it."""
+        return self.sizes[COST]
+
     @cached_property
     def sizes(self) -> dict[str, int]:
         """Entries of every vector, by name: the candidate, the parameters and all that steps write."""
@@ -222,8 +227,8 @@ class Program:
             except InvalidProgram as error:
                 raise InvalidProgram(f"step {number} ({step.function.name()}): {error}") from None
             sizes.update(step.written())
-        if self.steps[-1].written().get(COST) != 1:
-            raise InvalidProgram("the last step does not write a scalar called cost")
+        if not self.steps[-1].written().get(COST):
+            raise InvalidProgram("the last step does not write what is called cost")
         return sizes
 
     def with_numbers(self, parameters: FloatArray) -> Program:

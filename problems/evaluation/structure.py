@@ -11,11 +11,13 @@ import json
 from functools import cached_property
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
-from problems.base import kept_text, structure_key
+from problems.base import FloatArray, kept_text, structure_key
 from problems.evaluation.codegen import cpp
-from problems.evaluation.kernel import Kernel, Preparation, kernels
-from problems.evaluation.native import name_of
+from problems.evaluation.kernel import Kernel, Preparation, data, kernels
+from problems.evaluation.native import name_of, scene_of
 from problems.evaluation.program import Program
 
 
@@ -53,6 +55,10 @@ class ProgramStructure:
         """Of all steps."""
         known = "kernels" in self.__dict__
         return tuple(kernel.preparation for kernel in self.kernels) if known else self._kept[1]
+
+    def scene(self) -> tuple[FloatArray, NDArray[np.int64]]:
+        """What compiled code reads of the program's own scene beside candidates: numbers, counts and starts of rows."""
+        return scene_of(data(self._program, self.preparations))
 
     @property
     def key(self) -> str | None:

@@ -365,6 +365,10 @@ class TimeMoveProblem(Problem[SplineShape]):
             return TimeMoveSteps(self).program()
         return with_numbers_of(self.first.program, self, self._reading.values)
 
+    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
+        """The same with its parts."""
+        return TimeMoveSteps(self).parts()
+
     def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         """That of the first problem of its make with other numbers, where there is one."""
         if self.first is None:

@@ -24,25 +24,31 @@ from tpbso_casadi.campaign.grid import (
     parse_solver,
     parse_solvers,
 )
+from tpbso_casadi.campaign.measures import PLANS, gap
 from tpbso_casadi.campaign.polishing import HEADER as POLISH_HEADER
 from tpbso_casadi.campaign.polishing import PolishedRun, PolishGain
 from tpbso_casadi.campaign.results import Best, Results, best_runs, results_of
 from tpbso_casadi.campaign.run import AnyRun, Outcome, Record, Run
 from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign
 from tpbso_casadi.campaign.statistics import (
+    FEWEST_SOLVERS,
     SIGNIFICANCE_LEVEL,
     Judgement,
     PairComparison,
+    Ranking,
     Relation,
     Summary,
+    cases_needed,
     compare_summaries,
     judge,
     p_text,
     rank_sum,
+    ranking,
     smallest_p,
     summarise,
 )
 from tpbso_casadi.campaign.store import STORE, Store, StoreError
+from tpbso_casadi.campaign.suite_runs import SuiteRun, recordings, suite_grid
 from tpbso_casadi.campaign.tables import (
     HEADER,
     check_export,
@@ -55,8 +61,10 @@ from tpbso_casadi.campaign.tables import (
 )
 
 __all__ = [
+    "FEWEST_SOLVERS",
     "FUNCTION_SOLVERS",
     "HEADER",
+    "PLANS",
     "POLISH_HEADER",
     "PREFIX",
     "SIGNIFICANCE_LEVEL",
@@ -74,6 +82,7 @@ __all__ = [
     "PairComparison",
     "PolishGain",
     "PolishedRun",
+    "Ranking",
     "Record",
     "Relation",
     "Results",
@@ -81,11 +90,13 @@ __all__ = [
     "SolverSpec",
     "Store",
     "StoreError",
+    "SuiteRun",
     "Summary",
     "best_runs",
     "budgeted",
     "campaign_of",
     "campaign_seconds",
+    "cases_needed",
     "check_address",
     "check_export",
     "cluster",
@@ -94,6 +105,7 @@ __all__ = [
     "files_of",
     "function_grid",
     "functions_of",
+    "gap",
     "grid",
     "in_process",
     "judge",
@@ -104,10 +116,13 @@ __all__ = [
     "print_tables",
     "processes",
     "rank_sum",
+    "ranking",
+    "recordings",
     "results_of",
     "rows",
     "run_campaign",
     "smallest_p",
+    "suite_grid",
     "summarise",
     "write_comparison",
 ]

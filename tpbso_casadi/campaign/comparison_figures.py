@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import ceil, floor
 
 import numpy as np
@@ -169,10 +170,19 @@ def wrapped(label: str) -> str:
 BAR, BAR_STEP = 0.35, 0.3  # the first bar below the axis, and from one to the next, in rows
 
 
-@in_print
 def critical_difference_figure(results: Results) -> Figure:
-    """Solvers on an axis of mean ranks, the best on the left; a thick bar joins those that do not differ."""
-    found = ranking(results.solvers, results.scores())
+    """The solvers of a campaign on an axis of mean ranks."""
+    return rank_figure(ranking(results.solvers, results.scores()), results.solvers)
+
+
+@in_print
+def rank_figure(found: Ranking, solvers: Sequence[str]) -> Figure:
+    """Solvers on an axis of mean ranks, the best on the left; a thick bar joins those that do not differ.
+
+    Args:
+        found: their ranking.
+        solvers: in the order of their colours.
+    """
     half = ceil(len(found.solvers) / 2)
     depth = BAR + BAR_STEP * len(found.groups)
     figure = Figure(figsize=(TWO_COLUMNS, 1.2 + 0.3 * (depth + half)), layout="constrained")
@@ -187,7 +197,7 @@ def critical_difference_figure(results: Results) -> Figure:
         axes.plot(found.ranks[[first, last]] + (-0.04, 0.04), [y, y], color="0.2", linewidth=4, solid_capstyle="butt")
     for place, (solver, rank) in enumerate(zip(found.solvers, found.ranks, strict=True)):
         row = place if place < half else len(found.solvers) - 1 - place
-        draw_solver(axes, found, results.solvers.index(solver), solver, float(rank), place < half, -depth - row)
+        draw_solver(axes, found, solvers.index(solver), solver, float(rank), place < half, -depth - row)
     axes.set_ylim(-depth - half + 0.3, 1.2)
     return figure
 

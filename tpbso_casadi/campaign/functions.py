@@ -1,4 +1,4 @@
-"""Searches of benchmark functions."""
+"""Searches of benchmark functions, and of problems of a suite."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from problems.base import FloatArray
-from solvers import BenchmarkFunction, InvalidFunction, Solver, benchmark_function, minimize
+from solvers import BenchmarkFunction, Box, InvalidFunction, Solver, benchmark_function, minimize
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
+from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, problem_named
 
 KEY = "function"  # which only searches of functions have, scenarios have none
+SUITE_KEY = "problem"  # which only searches of a suite's problems have
 PREFIX = "function:"  # of the name of one on a command line
 UNIT = "above minimum"
 MOST_SHOWN = 6  # numbers of a vector
@@ -105,6 +107,51 @@ def search_text(statement: Mapping[str, Any]) -> str:
             "cost": _above(result.history.cost, function),
         },
         "improvements": {"evaluations": recorder.evaluations, "cost": _above(np.array(recorder.values), function)},
+    }
+    return as_json(plain(content), None)
+
+
+def find_problem(name: str) -> SuiteProblem:
+    """A problem of a suite by its name.
+
+    Raises:
+        ScenarioError: there is none.
+    """
+    try:
+        return problem_named(name)
+    except InvalidSuite as error:
+        raise ScenarioError(str(error)) from error
+
+
+def suite_text(statement: Mapping[str, Any]) -> str:
+    """Do a search of a problem of a suite, by its merit; the text that is stored of it.
+
+    Raises:
+        ScenarioError: it cannot be done.
+        InterruptedError: Ctrl-C.
+    """
+    problem, section = find_problem(statement[SUITE_KEY]), section_of(statement["solver"])
+    solver = section.build()
+    assert isinstance(solver, Solver)
+    recording = Recording(problem, section.name, section.seed)
+    result = minimize(recording.of_population, Box(*problem.bounds), solver, section.budget(), section.seed)
+    if result.stop_reason.value == "interrupted":
+        raise InterruptedError("the run was interrupted")
+    [(objective, unit)] = problem.objectives
+    content = {
+        SUITE_KEY: problem.name,
+        "solver": {"name": section.name, "settings": settings_of(solver)},
+        "seed": section.seed,
+        "objective": {"name": objective, "value": result.cost, "unit": unit},
+        "cost": result.cost,
+        "feasible": result.cost <= problem.feasible_merit,
+        "x": result.x,
+        "evaluations": result.evaluations,
+        "iterations": result.iterations,
+        "seconds": result.seconds,
+        "stop_reason": result.stop_reason.value,
+        "history": {"evaluations": result.history.evaluations, "cost": result.history.cost},
+        "improvements": {"evaluations": recording.evaluations, "cost": recording.merits},
     }
     return as_json(plain(content), None)
 

@@ -19,7 +19,7 @@ from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import Box
-from tpbso_casadi.campaign.functions import KEY, search_text
+from tpbso_casadi.campaign.functions import KEY, SUITE_KEY, search_text, suite_text
 from tpbso_casadi.campaign.measures import PLANS, Measure
 from tpbso_casadi.plain import one_line, settings_of, versions, visible
 from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, plan
@@ -293,7 +293,7 @@ def run_one(scenario: str, expected: dict[str, str], backend: str | None = None)
     """Do one run; whatever is raised within it becomes a failed outcome, an exit by a plug-in too. Ctrl-C passes.
 
     Args:
-        scenario: JSON, or the statement of the search of a benchmark function.
+        scenario: JSON, or the statement of the search of a benchmark function or of a suite's problem.
         expected: versions that the campaign is made with.
         backend: evaluates populations; None for that of the environment. It changes no result.
     """
@@ -324,6 +324,8 @@ def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str
     content = json.loads(scenario)
     if KEY in content:
         return search_text(content)
+    if SUITE_KEY in content:
+        return suite_text(content)
     stated = parse_scenario(content)
     problem = problem_of(stated)
     finished = plan(stated, evaluation=None if backend is None else EvaluationOptions(backend), problem=problem)

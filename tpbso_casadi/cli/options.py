@@ -179,6 +179,16 @@ def add_seed(group: Group, default: int | None = None) -> None:
     )
 
 
+def add_solvers(group: Group, default: str) -> None:
+    """Several solvers."""
+    group.add_argument(
+        "--solvers",
+        default=default,
+        metavar="A,B,...",
+        help="NAME or NAME(setting=value,...), on scenarios either with +polish or +polishN",
+    )
+
+
 def add_evaluations(group: Group, default: object = SCENARIOS) -> None:
     """The budget of evaluations."""
     group.add_argument(

@@ -23,6 +23,7 @@ COMMANDS = {
     "robots": "the robots that are built in, or one from a URDF",
     "tracking": "how far joints are off what is planned, from logs of a robot",
     "simulate": "plan again and again among moving obstacles, in a simulation",
+    "suite": "solvers judged on robot motions, a benchmark suite",
     "completion": "completion of the command line for bash, zsh or tcsh",
 }
 OVERVIEW = """\

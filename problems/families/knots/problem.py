@@ -137,6 +137,10 @@ class PathFollowingProblem(Problem[SplineShape]):
         """Postures at the knots, spline, [peaks, scale,] samples, points of the path, finish."""
         return KnotSteps(self).program()
 
+    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
+        """The same with its parts."""
+        return KnotSteps(self).parts()
+
     def nlp(self) -> PathNlp:
         """The same problem for solvers that follow gradients."""
         return PathNlp(self.task, self.motion, self.encoding, self.objective, self.limits, self.trajectory)

@@ -340,6 +340,10 @@ class MoveProblem(SplineProblem):
             else self.same_structure_as.program.with_numbers(steps.arguments.values)
         )
 
+    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
+        """The same with its parts."""
+        return MoveSteps(self).parts()
+
     def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         """That of the sibling with other numbers, where there is one."""
         if self.same_structure_as is None:

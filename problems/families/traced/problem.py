@@ -102,6 +102,10 @@ class TracedProblem(SplineProblem):
         """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""
         return TracedSteps(self).program()
 
+    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
+        """The same with its parts."""
+        return TracedSteps(self).parts()
+
 
 class TracedSteps(MoveSteps):
     """Postures at the knots one after the other, and the spline through them, in the place of control points."""

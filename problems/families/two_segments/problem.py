@@ -260,6 +260,10 @@ class PointToPointProblem(Problem[Quantities]):
         """Decode, [find the peaks, scale the time,] sample, finish."""
         return SegmentSteps(self).program()
 
+    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
+        """The same with its parts."""
+        return SegmentSteps(self).parts()
+
     def nlp(self) -> PointToPointNlp:
         """The same problem for solvers that follow gradients."""
         return PointToPointNlp(self.task, self.motion, self.objective, self.limits, self.parameters_of)

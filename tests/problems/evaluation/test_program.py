@@ -76,6 +76,31 @@ def test_native_gives_the_bits_of_the_virtual_machine(name: str, block: int, mon
     assert same_bits(costs, PopulationFunction(program, EvaluationOptions("vm"))(candidates))
 
 
+def with_values(program: Program) -> Program:
+    """The same with two more numbers behind the cost."""
+    *front, last = program.steps
+    inputs = sym(**last.inputs)
+    [cost] = last.function.call([*inputs.values()])
+    values = ca.vertcat(cost, -2.0 * cost, ca.fabs(cost))
+    return Program(steps=(*front, Step.of("finish", inputs, {"cost": values})), parameters=program.parameters)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.parametrize("limit", [0, 10**9], ids=["called", "unrolled"])
+def test_several_values_of_one_candidate(name: str, limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(virtual_machine_module, "UNROLLED_OPERATIONS", limit)
+    program = PROGRAMS[name]()
+    candidates = points(2000, program.dimension)
+    costs = PopulationFunction(program, EvaluationOptions("vm"))(candidates)
+    expected = np.column_stack([costs, -2.0 * costs, np.abs(costs)])
+    for backend, rows in product(("vm", "native"), (0, 1, 20, 2000)):
+        found = PopulationFunction(with_values(program), EvaluationOptions(backend, threads=3))(candidates[:rows])
+        assert same_bits(found, expected[:rows])
+    evaluate = PopulationFunction(with_values(program), EvaluationOptions("vm"))
+    assert same_bits(np.concatenate([evaluate(part) for part in np.split(candidates, 20)]), expected)
+
+
 @needs_compiler
 @pytest.mark.parametrize("limit", [0, 10**9], ids=["called", "unrolled"])
 def test_nothing_is_simplified_across_steps(limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,7 +259,7 @@ def test_vectors_are_replaced_only_by_those_that_read_them() -> None:
     ]:
         with pytest.raises(InvalidProgram, match=message):
             Program(steps=(first, replace, cost))
-    with pytest.raises(InvalidProgram, match="last step does not write a scalar called cost"):
+    with pytest.raises(InvalidProgram, match="last step does not write what is called cost"):
         Program(steps=(first,))
     with pytest.raises(InvalidProgram, match="no step reads the candidate"):
         Program(steps=(Step.of("cost", {}, {"cost": ca.SX(1)}),))

@@ -49,6 +49,7 @@ from tpbso_casadi.cli.options import (
     add_outside_files,
     add_population,
     add_seed,
+    add_solvers,
     add_time_limit,
     defaulting,
     figure_formats,
@@ -74,9 +75,9 @@ def parser() -> OneLineParser:
     """The command line's options."""
     command_line = command_parser(
         "compare",
-        "Compare solvers on scenarios: scenarios times solvers times --runs. The number of runs and an estimate of the "
-        "time are shown before it starts; by default it takes seconds to minutes a scenario. The same command resumes "
-        "an interrupted campaign.",
+        "Compare solvers on scenarios, the others with the first: scenarios times solvers times --runs. The number "
+        "of runs and an estimate of the time are shown before it starts; by default it takes seconds to minutes a "
+        "scenario. The same command resumes an interrupted campaign.",
         examples=[
             "time-3 obstacle-3 --runs 20 --out runs/compare",
             "time-3 --solvers 'pso,pso(population=40),ga+polish' --table runs.csv",
@@ -90,12 +91,7 @@ def parser() -> OneLineParser:
     )
     add_outside_files(problem_group(command_line))
     search = search_group(command_line)
-    search.add_argument(
-        "--solvers",
-        default=DEFAULT_SOLVERS,
-        metavar="A,B,...",
-        help="NAME, NAME(setting=value,...), either with +polish or +polishN; the others are compared with the first",
-    )
+    add_solvers(search, DEFAULT_SOLVERS)
     search.add_argument(
         "--runs", type=positive_int, default=USUAL_RUNS, metavar="N", help="of each solver on each scenario"
     )

@@ -1,0 +1,173 @@
+"""Makes ``arm-motions-1``: its files, frozen, from the definitions; then values that are known of its instances.
+
+    python -m benchmarks.suite freeze [NAME ...]           # each function's file and description
+    python -m benchmarks.suite collect                     # the descriptions in one file
+    python -m benchmarks.suite known LAST [NAME ...]       # best known values of instances 1 to LAST
+    python -m benchmarks.suite merge                       # these in one file, with lower bounds
+    python -m benchmarks.suite table                       # the functions, as the manual lists them
+    python -m benchmarks.suite speed                       # microseconds an evaluation
+
+What stands in a package is frozen: this is how it came about, and how a next suite would.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+import timeit
+from collections.abc import Iterator, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solvers import LSHADE, AdaptiveBeetleSwarm, Box, Budget, minimize
+from tpbso_casadi.planning import plan
+from tpbso_casadi.scenario import SolverSection
+from tpbso_casadi.suite import SuiteProblem, suite
+from tpbso_casadi.suite.definitions import DEFINITIONS, SUITE
+from tpbso_casadi.suite.freezing import frozen, lower_bound
+from tpbso_casadi.suite.frozen import DESCRIPTIONS, Content, content_of, folder_of
+from tpbso_casadi.suite.motions import motion, problem_of
+from tpbso_casadi.suite.problem import BEST_KNOWN
+
+FOLDER = folder_of(SUITE)
+WORK = Path("runs", SUITE)  # what is collected and merged in the end
+NAMES = [definition.name for definition in DEFINITIONS]
+SEARCHES = {"lshade+cma": LSHADE(), "abso+cma": AdaptiveBeetleSwarm()}  # each followed by CMA-ES from what it found
+SEEDS = (1, 2)
+SEARCHED, REFINED, STARTS = 20_000, 6_000, 2  # evaluations of both parts; descents of IPOPT
+SAME = 1e-4  # relative
+CANDIDATES = 1024
+
+
+def freeze(names: Sequence[str]) -> None:
+    FOLDER.mkdir(exist_ok=True)
+    WORK.mkdir(parents=True, exist_ok=True)
+    for definition in DEFINITIONS:
+        if names and definition.name not in names:
+            continue
+        began = time.perf_counter()
+        fine = Content.read(path_of(definition.fine).read_bytes()).scenarios if definition.fine else ()
+        description, content = frozen(definition, fine)
+        path_of(definition.name).write_bytes(content)
+        (WORK / f"{definition.name}.part").write_text(json.dumps(description.plain))
+        seconds = time.perf_counter() - began
+        print(
+            f"{definition.name:22} d={description.dimension:2} {len(content) / 1e3:6.0f} kB {seconds:6.1f} s",
+            flush=True,
+        )
+
+
+def path_of(function: str) -> Path:
+    return FOLDER / f"{function}.npz.xz"
+
+
+def collect(_: Sequence[str] = ()) -> None:
+    parts = [json.loads((WORK / f"{name}.part").read_text()) for name in NAMES if (WORK / f"{name}.part").exists()]
+    lines = ",\n".join(json.dumps(part) for part in parts)
+    (FOLDER / DESCRIPTIONS).write_text(f'{{"suite": "{SUITE}", "functions": [\n{lines}\n]}}\n')
+
+
+def known(arguments: Sequence[str]) -> None:
+    last, *names = arguments
+    for problem in suite(SUITE, names or None, range(1, int(last) + 1)):
+        place = WORK / f"{problem.function.name}@{problem.instance}.known"
+        if len(problem.objectives) > 1 or place.exists():
+            continue
+        began = time.perf_counter()
+        best = best_of(problem)
+        place.write_text(json.dumps(best))
+        told = "no feasible candidate" if best is None else f"{best['value']:.8g} {best['ways']} {best['certified']}"
+        more = "" if best is None else f" {best['motion_value']:.6g} {best['descended_value']}"
+        print(f"{problem.name} {told}{more} {time.perf_counter() - began:.1f} s", flush=True)
+
+
+def best_of(problem: SuiteProblem) -> dict[str, Any] | None:
+    """The best candidate of all runs, whether its motion is certified, and how often each way comes near it."""
+    runs = [(way, *found) for way in SEARCHES for found in searched(problem, way)]
+    _, value, x = min(runs, key=lambda run: run[1])
+    if value > problem.feasible_merit:
+        return None
+    found = motion(problem.scenario, x, problem.name)
+    return {
+        "value": value,
+        "x": x.tolist(),
+        "certified": found.certified,
+        "motion_value": found.objective,
+        "ways": {
+            way: [sum(merit <= value * (1.0 + SAME) for w, merit, _ in runs if w == way), len(SEEDS)]
+            for way in SEARCHES
+        },
+        "descended_value": descended(problem),
+    }
+
+
+def searched(problem: SuiteProblem, way: str) -> Iterator[tuple[float, np.ndarray]]:
+    """Merits and candidates, one of each seed."""
+    from solvers.external.cma_es import CMAES  # noqa: PLC0415 (optional)
+
+    box = Box(*problem.bounds)
+    for seed in SEEDS:
+        first = minimize(problem.merit, box, SEARCHES[way], Budget(evaluations=SEARCHED), seed)
+        second = minimize(problem.merit, box, CMAES(sigma=0.02), Budget(evaluations=REFINED), seed, known=first.x[None])
+        better = min((first, second), key=lambda result: result.cost)
+        yield float(better.cost), better.x
+
+
+def descended(problem: SuiteProblem) -> float | None:
+    """The objective of the best certified motion of a few descents by IPOPT; None where there is none."""
+    model = problem_of(problem.scenario)
+    if not model.has_program:
+        return None
+    solver = SolverSection(name="ipopt", iterations=STARTS)
+    found = plan(problem.scenario.model_copy(update={"solver": solver}), problem=model)
+    value = float(found.objective)
+    return value if found.motion.feasible and isfinite(value) else None
+
+
+def merge(_: Sequence[str] = ()) -> None:
+    everything = {}
+    for problem in suite(SUITE):
+        place = WORK / f"{problem.function.name}@{problem.instance}.known"
+        best = json.loads(place.read_text()) if place.exists() else None
+        tables = content_of(SUITE, problem.function.name, problem.function.digest).scenarios[problem.instance - 1]
+        single = len(problem.objectives) == 1
+        least = lower_bound(tables, problem_of(problem.scenario)) if single else None
+        told = ({} if best is None else {"best": best}) | ({} if least is None else {"lower_bound": least})
+        if told:
+            everything[f"{problem.function.name}@{problem.instance}"] = told
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(told)}" for name, told in everything.items())
+    (FOLDER / BEST_KNOWN).write_text(f"{{\n{lines}\n}}\n")
+
+
+def table_lines() -> Iterator[str]:
+    """The functions as a table in Markdown."""
+    yield "| function | group | variables | minimised | constraints | what it is |"
+    yield "|---|---|---|---|---|---|"
+    for function in suite(SUITE).functions:
+        objectives = ", ".join(f"{name} ({unit})" if unit != "1" else name for name, unit in function.objectives)
+        constraints = ", ".join(function.constraints)
+        yield (
+            f"| `{function.name}` | {function.group} | {function.dimension} | {objectives} | {constraints} | "
+            f"{function.title} |"
+        )
+
+
+def table(_: Sequence[str] = ()) -> None:
+    print("\n".join(table_lines()))
+
+
+def speed(_: Sequence[str] = ()) -> None:
+    """Microseconds an evaluation, of 1,024 candidates at once, the best of seven."""
+    for problem in suite(SUITE, instances=[1]):
+        candidates = np.random.default_rng(0).uniform(*problem.bounds, (CANDIDATES, problem.dimension))
+        seconds = min(timeit.repeat(lambda p=problem, x=candidates: p.merit(x), number=1, repeat=7))
+        print(f"{problem.function.name:26} {1e6 * seconds / CANDIDATES:6.1f}")
+
+
+if __name__ == "__main__":
+    commands = {each.__name__: each for each in (freeze, collect, known, merge, table, speed)}
+    commands[sys.argv[1]](sys.argv[2:])

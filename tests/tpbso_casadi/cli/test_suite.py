@@ -1,0 +1,116 @@
+"""``tpbso suite``: list, check, run, report."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.evaluation import needs_compiler
+from helpers.running import campaigns_here, refusal, status
+
+import tpbso_casadi as tp
+from tpbso_casadi.campaign import parse_solvers
+from tpbso_casadi.campaign.functions import suite_text
+from tpbso_casadi.campaign.suite_runs import suite_grid
+from tpbso_casadi.cli.commands.suite import main, numbers
+from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.suite import read_runs
+
+pytestmark = [pytest.mark.usefixtures("in_an_empty_folder"), needs_compiler]
+FEW = ["--functions", "spline-2,star-time", "--instances", "1-2", "--solvers", "pso,ga,lshade", "--budget", "30"]
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    campaigns_here(monkeypatch)
+
+
+def run(*arguments: str) -> int:
+    return status(main, *arguments)
+
+
+def test_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    assert run("list", "--functions", "spline") == 0
+    printed = capsys.readouterr().out
+    assert "105 problems" in printed and "rotation-5" in printed and "narrow-3" not in printed
+    assert run() == 0
+    assert f"{len(tp.suite())} problems" in capsys.readouterr().out
+
+
+def test_check(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    chosen = ("check", "--functions", "spline-2", "--instances", "1,3")
+    assert run(*chosen) == 0
+    assert capsys.readouterr().out == "2 of 2 problems give the bits of arm-motions-1\n"
+    monkeypatch.setattr(tp.SuiteProblem, "is_intact", lambda problem: problem.instance == 1)
+    assert run(*chosen) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "arm-motions-1/spline-2@3: other values than those of the suite"
+
+
+def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("run", *FEW, "--workers", "1", "--out", "judged") == 0
+    printed = capsys.readouterr().out
+    assert "12 runs on 4 problems" in printed and "written to judged" in printed
+    runs = read_runs("judged/runs.csv")
+    assert [each.done for each in runs] == [30 * each.problem.dimension for each in runs]
+    first, bounds = runs[0], np.array(runs[0].problem.bounds).T
+    alone = tp.minimize(first.problem.merit, bounds, tp.PSO(), first.done, 1, vectorized=True)
+    assert first.merits[-1] == alone.cost
+    before = Path("judged/runs.csv").read_text()
+    assert run("run", *FEW, "--workers", "1", "--out", "judged", "--quiet", "--no-plots") == 0
+    assert Path("judged/runs.csv").read_text() == before
+    header, *rows = before.splitlines()
+    mine = [f"mine,{row.partition(',')[2]}" for row in rows if row.startswith("ga,")]
+    Path("mine.csv").write_text("\n".join([header, *mine]) + "\n")
+    capsys.readouterr()
+    assert run("report", "judged", "--runs", "mine.csv", "--no-plots") == 0
+    printed = capsys.readouterr().out
+    assert "16 runs on 4 problems" in printed and "mine" in printed
+    assert "mine" in Path("judged/suite.html").read_text()
+
+
+def test_the_same_search_wherever_it_is_done() -> None:
+    [one, *_] = suite_grid([tp.suite()["spline-2@1"]], parse_solvers("ga"), 1, 10)
+    first, second = suite_text(one.statement), suite_text(one.statement)
+    cut = first.index('"seconds"'), second.index('"seconds"')
+    assert first[: cut[0]] == second[: cut[1]]
+    assert one.searched == one.case == "arm-motions-1/spline-2@1"
+    assert one.least_infeasible_cost > tp.suite()["spline-2@1"].feasible_merit
+    assert one.box.dimension == 16 and "constraint" in one.found(first).words
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (("run", "--functions", "nope"), "no function or group 'nope'"),
+        (("run", "--instances", "16"), "no instance 16; they are 1 to 15"),
+        (("run", "--instances", "3-1"), "'3-1' is not a number or a range such as 1-3"),
+        (("run", "--solvers", "ipopt", "--functions", "spline-2"), "ipopt: IPOPT needs the derivatives"),
+        (("run", "--solvers", "nope", "--functions", "spline-2"), "nope"),
+        (("run", "--functions", "time-length-4"), "all have two objectives"),
+        (("run", "--budget", "0"), "0 is not positive"),
+        (("report", "nowhere"), "there are no runs; say --runs FILE"),
+        (("report", "nowhere", "--runs", "none.csv"), "none.csv: No such file"),
+    ],
+)
+def test_errors_are_one_line(arguments: tuple[str, ...], reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert reason in refusal(capsys, main, *arguments)
+
+
+@pytest.mark.parametrize(("text", "expected"), [("3", (3,)), ("1-3,2,9", (1, 2, 3, 9))])
+def test_numbers(text: str, expected: tuple[int, ...]) -> None:
+    assert numbers(text) == expected
+
+
+@pytest.mark.parametrize("text", ["", "1-", "x", "1-2000", "-3", "5-4"])
+def test_no_numbers(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match="is not a number or a range"):
+        numbers(text)
+
+
+def test_two_objectives_are_left_out_by_name() -> None:
+    with pytest.raises(ScenarioError, match="time-length-4@1: has two objectives"):
+        suite_grid([tp.suite()["time-length-4@1"]], parse_solvers("ga"), 1, 10)

@@ -1,0 +1,151 @@
+"""Runs judged, against numbers computed by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tpbso_casadi as tp
+from tpbso_casadi.referee import Referee, evaluations_needed
+from tpbso_casadi.referee.page import PAGE, SUMMARY, class_rows, render, solver_rows, summary_rows, write_report
+from tpbso_casadi.suite import Recording, SuiteProblem
+from tpbso_casadi.suite.problem import BestKnown
+
+SUITE = tp.suite()
+
+
+class Known(SuiteProblem):
+    """A problem of which a value of 2 is known, or none."""
+
+    value: float | None = 2.0
+
+    @property
+    def best_known(self) -> BestKnown | None:  # type: ignore[override]
+        if self.value is None:
+            return None
+        x = np.zeros(self.dimension)
+        return BestKnown(
+            value=self.value, x=x, certified=True, motion_value=2.0, ways={"way": (1, 1)}, descended_value=None
+        )
+
+
+class Unknown(Known):
+    value = None
+
+
+def problem(name: str = "spline-2@1", kind: type[Known] = Known) -> SuiteProblem:
+    each = SUITE[name]
+    return kind(each.suite, each.function, each.instance)
+
+
+BOUND = problem().feasible_merit
+
+
+def run(solver: str, course: list[tuple[int, float]], done: int, of: SuiteProblem, number: int = 1) -> Recording:
+    evaluations, merits = [n for n, _ in course], [m for _, m in course]
+    return Recording(of, solver, number, evaluations, merits, done)
+
+
+def two() -> Referee:
+    """One problem of 16 variables whose best value is 2; two runs of each of two solvers."""
+    of = problem()
+    return Referee(
+        [
+            run("a", [(1, BOUND + 5), (16, 4.0), (32, 2.2), (80, 2.0)], 160, of, 1),
+            run("a", [(1, BOUND + 1), (48, 3.0)], 160, of, 2),
+            run("b", [(1, BOUND + 2)], 320, of, 1),
+            run("b", [(8, 2.02)], 160, of, 2),
+        ]
+    )
+
+
+def test_evaluations_needed() -> None:
+    first = two().runs[0]
+    targets = np.array([1.5, 1.0, 0.5, 0.1, 1e-4])
+    assert evaluations_needed(first, 2.0, targets).tolist() == [16, 16, 32, 32, 80]
+    assert evaluations_needed(first, inf, targets).tolist() == [inf] * 5
+    assert two().needed(two().runs[2], targets).tolist() == [inf] * 5
+
+
+def test_expected_running_times_are_all_evaluations_over_successes() -> None:
+    referee = two()
+    assert referee.expected_running_time("a", referee.problems, 1.0) == (16 + 48) / 16 / 2
+    assert referee.expected_running_time("a", referee.problems, 0.1) == (32 + 160) / 16 / 1
+    assert referee.expected_running_time("b", referee.problems, 0.01) == (320 + 8) / 16 / 1
+    assert referee.expected_running_time("b", referee.problems, 1e-3) == inf
+
+
+def test_shares_of_runs_and_targets() -> None:
+    referee = two()
+    evaluations, shares = referee.shares("b", referee.problems)
+    assert evaluations.tolist() == [0.5]  # 8 evaluations of 16 variables
+    reached = sum(target >= 0.01 * (1 - 1e-12) for target in 10.0 ** np.linspace(1.0, -4.0, 51))
+    assert shares.tolist() == [reached / 102]
+    assert referee.shares("nobody", referee.problems)[1].size == 0
+
+
+def test_scores_ranks_and_constraints() -> None:
+    referee = two()
+    assert referee.scores.tolist() == [[0.25, inf]]  # medians of (0, 0.5) and of (inf, 0.01)
+    assert referee.ranking.solvers == ("a", "b") and referee.ranking.ranks.tolist() == [1.0, 2.0]
+    assert referee.feasibility("a", referee.problems) == (2, 2, 3.0)
+    assert referee.feasibility("b", referee.problems) == (1, 2, inf)
+    assert referee.too_few == "2 solvers, where the test needs 3"
+
+
+def test_gaps_within_a_hundredth_of_a_percent_are_none() -> None:
+    of = problem()
+    referee = Referee([run("a", [(1, 2.0002)], 2, of), run("b", [(1, 2.0001)], 2, of), run("c", [(1, 2.001)], 2, of)])
+    assert referee.scores.tolist() == [[0.0, 0.0, pytest.approx(5e-4)]]
+    assert referee.ranking.ranks.tolist() == [1.5, 1.5, 3.0]
+    assert referee.too_few == "1 problems, where 7 are needed"
+
+
+def test_where_nothing_is_known_the_best_run_is_the_reference_and_that_is_said() -> None:
+    of = problem(kind=Unknown)
+    referee = Referee([run("a", [(1, 5.0)], 9, of), run("b", [(1, 4.0)], 9, of)])
+    assert referee.references == {of.name: 4.0} and referee.unknown == [of.name] and referee.improved == []
+    assert referee.scores.tolist() == [[0.25, 0.0]]
+    lost = Referee([run("a", [(1, BOUND + 5)], 9, of)])
+    assert lost.references == {of.name: inf} and lost.scores.tolist() == [[inf]]
+    assert "no best value is known" in render(referee, [], "tpbso suite")
+
+
+def test_better_than_the_best_known_is_said() -> None:
+    of = problem()
+    referee = Referee([run("a", [(3, 1.9)], 9, of), run("b", [(3, 2.0)], 9, of)])
+    assert referee.improved == [(of.name, "a", 1.9, 2.0)]
+    assert referee.scores.tolist() == [[0.0, 0.0]]
+    assert "a found 1.9, better than 2, the best known" in render(referee, [], "tpbso suite")
+    assert not Referee([run("a", [(3, 2.0 - 1e-7)], 9, of)]).improved
+
+
+def test_classes_hold_every_problem_once_of_each_kind() -> None:
+    problems = [problem(name) for name in ("spline-2@1", "spline-2@2", "constrained-3@1", "spline-7@1", "star-time@1")]
+    referee = Referee([run("a", [(1, 3.0)], 9, each) for each in problems])
+    sizes = {name: len(of) for name, of in referee.classes().items()}
+    assert sizes == {
+        **{"all problems": 5, "spline": 3, "constrained": 1, "path": 1},
+        **{"1 to 10 variables": 1, "11 to 30 variables": 3, "31 to 60 variables": 1},
+    }
+
+
+def test_the_page_says_what_was_judged(tmp_path: Path) -> None:
+    problems = [problem(f"spline-2@{k}") for k in range(1, 9)]
+    runs = [run(s, [(4, 2.0 + gap)], 9, p) for p in problems for s, gap in (("a", 0.0), ("b<i>", 0.2), ("c", 1.0))]
+    referee = Referee(runs)
+    assert referee.too_few == "" and referee.ranking.p < 0.05
+    write_report(tmp_path, referee, "tpbso suite report here")
+    text = (tmp_path / PAGE).read_text()
+    assert "24 runs" in text and "tpbso suite report here" in text and text.count("<svg") == 2
+    assert "b&lt;i&gt;" in text and "b<i>" not in text
+    lines = (tmp_path / SUMMARY).read_text().splitlines()
+    assert len(lines) == 1 + 24 and lines[2].startswith("arm-motions-1/spline-2@1,16,2.0,best known,b<i>,0.1")
+    assert [row.solver for row in solver_rows(referee)] == ["a", "b<i>", "c"]
+    assert [row.times[1] for row in solver_rows(referee)] == [4 / 16, 4 / 16, inf]
+    assert {row.name for row in class_rows(referee)} == {"all problems", "spline", "11 to 30 variables"}
+    assert len(summary_rows(replace(referee))) == 24

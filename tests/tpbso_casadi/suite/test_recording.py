@@ -1,0 +1,122 @@
+"""Runs and their table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.evaluation import needs_compiler
+
+import tpbso_casadi as tp
+from tpbso_casadi.suite import HEADER, InvalidSuite, Recording, read_runs, write_runs
+
+NAME = "arm-motions-1/spline-2@1"
+PROBLEM = tp.suite()["spline-2@1"]
+
+
+def written(path: Path, *lines: str, header: str = ",".join(HEADER)) -> Path:
+    path.write_text("\n".join([header, *lines]) + "\n")
+    return path
+
+
+@needs_compiler
+def test_a_recording_keeps_where_the_merit_fell() -> None:
+    recording = Recording(PROBLEM, "mine", 7)
+    candidates = np.random.default_rng(1).uniform(*PROBLEM.bounds, (50, PROBLEM.dimension))
+    merits = recording(candidates[:30])
+    assert np.array_equal(merits, PROBLEM.merit(candidates[:30]))
+    alone = [recording(x) for x in candidates[30:]]
+    assert alone == PROBLEM.merit(candidates[30:]).tolist()
+    every = PROBLEM.merit(candidates)
+    falls = [0, *(k for k in range(1, 50) if every[k] < every[:k].min())]
+    assert recording.evaluations == [k + 1 for k in falls] and recording.merits == every[falls].tolist()
+    assert recording.done == 50
+    assert recording.rows[0] == ("mine", NAME, 7, 1, every[0])
+    assert recording.rows[-1][3] == 50
+
+
+@needs_compiler
+def test_a_table_gives_the_runs_back(tmp_path: Path) -> None:
+    runs = [Recording(PROBLEM, solver, run) for solver in ("a", "b, c") for run in (1, 2)]
+    for seed, run in enumerate(runs):
+        run(np.random.default_rng(seed).uniform(*PROBLEM.bounds, (40, PROBLEM.dimension)))
+    write_runs(tmp_path / "runs.csv", runs)
+    for run, again in zip(runs, read_runs(tmp_path / "runs.csv"), strict=True):
+        assert (again.solver, again.run, again.problem.name, again.done) == (run.solver, run.run, NAME, 40)
+        assert (again.evaluations, again.merits) == (run.evaluations, run.merits)
+
+
+def test_when_it_was_feasible_first(tmp_path: Path) -> None:
+    bound = PROBLEM.feasible_merit
+    path = written(tmp_path / "runs.csv", f"a,{NAME},1,1,{bound + 1}", f"a,{NAME},1,5,{bound}", f"b,{NAME},1,9,1e9")
+    a, b = read_runs(path)
+    assert (a.feasible_from, b.feasible_from) == (5, np.inf)
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        (f"a,{NAME},1,1", "line 2: 4 fields where 5 are needed"),
+        (f",{NAME},1,1,2.0", "line 2: solver: a name in printable characters is needed"),
+        ("a,arm-motions-1/nope@1,1,1,2.0", "line 2: there is no problem 'nope@1'"),
+        ("a,nope,1,1,2.0", "line 2: 'nope' is no problem such as"),
+        (f"a,{NAME},x,1,2.0", "line 2: invalid literal"),
+        (f"a,{NAME},1,0,2.0", "line 2: a finite merit and at least one evaluation are needed"),
+        (f"a,{NAME},1,1,nan", "line 2: a finite merit and at least one evaluation are needed"),
+        (f"a,{NAME},1,2,2.0\na,{NAME},1,2,1.0", "line 3: evaluations: 2 after 2 of the same run"),
+        (f"a,{NAME},1,2,2.0\na,{NAME},1,3,2.5", "line 3: merit: 2.5 after 2 of the same run"),
+        (
+            "a,arm-motions-1/time-length-4@1,1,1,2.0",
+            "line 2: problem: arm-motions-1/time-length-4@1 has two objectives",
+        ),
+    ],
+)
+def test_a_wrong_line_is_named(line: str, reason: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "runs.csv", *line.split("\n"))
+    with pytest.raises(InvalidSuite) as caught:
+        read_runs(path)
+    assert str(caught.value).startswith(f"{path}: {reason}") and "\n" not in str(caught.value)
+
+
+def test_other_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InvalidSuite, match=r"none\.csv: No such file"):
+        read_runs(tmp_path / "none.csv")
+    with pytest.raises(InvalidSuite, match=r"line 1: the first line is not solver,problem,run,evaluations,merit"):
+        read_runs(written(tmp_path / "a.csv", header="x,y"))
+    with pytest.raises(InvalidSuite, match="there are no runs in it"):
+        read_runs(written(tmp_path / "b.csv"))
+    (tmp_path / "c.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InvalidSuite, match="is no text in UTF-8"):
+        read_runs(tmp_path / "c.csv")
+
+
+def test_two_objectives_are_not_judged_by_one() -> None:
+    two = tp.suite()["time-length-4@1"]
+    with pytest.raises(ValueError, match="has two objectives; runs are judged by one"):
+        Recording(two, "mine")(np.zeros(two.dimension))
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        (lambda folder: write_runs(None, []), "path: that of a file is needed"),  # type: ignore[arg-type]
+        (lambda folder: write_runs(folder / "runs.csv", [1]), "runs: recordings are needed"),  # type: ignore[list-item]
+        (lambda folder: read_runs(7), "path: that of a file is needed"),  # type: ignore[arg-type]
+        (lambda folder: Recording("spline-2@1", "mine"), "problem: a problem of a suite is needed"),  # type: ignore[arg-type]
+        (lambda folder: Recording(PROBLEM, 1), "solver: a label is needed"),  # type: ignore[arg-type]
+        (lambda folder: Recording(PROBLEM, "mine", "one"), "run: a whole number is needed"),  # type: ignore[arg-type]
+        (lambda folder: tp.suite(functions="spline"), "functions: a list of names is needed"),
+        (lambda folder: tp.suite(instances=[True]), "instances: a list of whole numbers is needed"),
+        (lambda folder: tp.suite(1), "name: that of a suite is needed"),  # type: ignore[arg-type]
+    ],
+)
+def test_other_arguments_are_refused(call: Callable[[Path], object], reason: str, tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match=reason):
+        call(tmp_path)
+
+
+def test_a_table_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InvalidSuite, match=r"nowhere/runs\.csv: No such file or directory"):
+        write_runs(tmp_path / "nowhere/runs.csv", [])

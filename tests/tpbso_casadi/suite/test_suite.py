@@ -1,0 +1,313 @@
+"""The suite: what it holds, the bits of its values, what is known of its problems, what stands behind the numbers."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.evaluation import needs_compiler
+
+import tpbso_casadi as tp
+from benchmarks.suite import table_lines
+from problems.evaluation import EvaluationOptions, NativeUnavailable
+from tpbso_casadi.suite import InvalidSuite, SuiteProblem, frozen, kernels, problem, problem_named
+from tpbso_casadi.suite.definitions import DEFINITIONS, INSTANCES
+from tpbso_casadi.suite.freezing import Instance, instance_of, lower_bound
+from tpbso_casadi.suite.frozen import check_points, content_of, descriptions
+from tpbso_casadi.suite.motions import problem_of
+
+SUITE = tp.suite()
+LIGHT = ("spline-2@1", "star-time@2", "constrained-3@1", "time-length-4@3")
+FIRST = [each.name for each in SUITE if each.instance == 1]
+ALL = [pytest.param(name.partition("/")[2], marks=pytest.mark.slow) for name in FIRST]
+KNOWN = [each.name for each in SUITE if each.best_known is not None]
+
+
+def points_of(problem: SuiteProblem, rows: int = 200) -> np.ndarray:
+    return np.random.default_rng(0).uniform(*problem.bounds, (rows, problem.dimension))
+
+
+# What it holds
+
+
+def test_all_functions_and_instances_in_order() -> None:
+    assert len(SUITE) == len(DEFINITIONS) * INSTANCES
+    assert [each.name for each in SUITE.functions] == [definition.name for definition in DEFINITIONS]
+    assert SUITE[0].name == "arm-motions-1/paper-time-3@1" and SUITE[-1].instance == INSTANCES
+    assert SUITE["spline-3@2"] is SUITE["arm-motions-1/spline-3@2"]
+    assert [each.instance for each in SUITE[15:18]] == [1, 2, 3]
+    assert {5, 6} <= {each.dimension for each in SUITE} and max(each.dimension for each in SUITE) == 56
+    assert repr(SUITE[:30]) == "<suite arm-motions-1: 30 problems of 2 functions>"
+    for definition, described in zip(DEFINITIONS, SUITE.functions, strict=True):
+        for key in ("group", "form", "title", "fine"):
+            assert getattr(described, key) == getattr(definition, key)
+        assert len(described.objectives) == (2 if described.form == "two objectives" else 1)
+
+
+def test_the_manual_lists_the_functions() -> None:
+    page = Path(__file__).parents[3] / "docs/reference/suite.md"
+    assert "\n".join(table_lines()) in page.read_text()
+
+
+def test_some_of_it() -> None:
+    some = tp.suite("arm-motions-1", functions=["narrow", "spline-2"], instances=[3, 1])
+    assert [each.name.partition("/")[2] for each in some] == [
+        *("spline-2@3", "spline-2@1", "narrow-3@3", "narrow-3@1", "narrow-5@3", "narrow-5@1")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: tp.suite("arm-motions-9"), "there is no suite 'arm-motions-9'; there is 'arm-motions-1'"),
+        (lambda: tp.suite(functions=["nope"]), "no function or group 'nope'; the groups are paper, path, spline"),
+        (lambda: tp.suite(instances=[1, 16]), "no instance 16; they are 1 to 15"),
+        (lambda: SUITE["nope@1"], "there is no problem 'nope@1' in <suite arm-motions-1: "),
+        (lambda: problem_named("spline-2@1"), "is no problem such as arm-motions-1/spline-3@1"),
+    ],
+)
+def test_what_there_is_not(call: object, message: str) -> None:
+    with pytest.raises(InvalidSuite, match=message) as caught:
+        call()  # type: ignore[operator]
+    assert "\n" not in str(caught.value)
+
+
+# Values
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", [*LIGHT, *ALL])
+def test_the_bits_are_those_of_the_frozen_suite_and_of_the_models(name: str) -> None:
+    """The kernels give what they gave, and what the scenario's problem gives today in CasADi's virtual machine."""
+    each = SUITE[name]
+    assert each.is_intact()
+    instance = Instance({}, problem_of(each.scenario), each.form)
+    candidates = points_of(each, 60)
+    found = each.values(candidates)
+    for number, part in enumerate(instance.problems):
+        merit = part.evaluator(EvaluationOptions("vm"))(candidates)
+        assert np.array_equal(found.merit.reshape(60, -1)[:, number], merit)
+    assert each.names == tuple(variable.name for variable in instance.problem.variables)
+    assert all(np.array_equal(*pair) for pair in zip(each.bounds, instance.problem.bounds, strict=True))
+
+
+@pytest.mark.slow
+@needs_compiler
+@pytest.mark.parametrize("function", [definition.name for definition in DEFINITIONS])
+def test_every_instance_is_intact(function: str) -> None:
+    assert all(each.is_intact() for each in tp.suite(functions=[function]))
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", LIGHT)
+def test_merit_is_feasibility_first(name: str) -> None:
+    each = SUITE[name]
+    candidates = points_of(each)
+    merit, objectives, violations = each.values(candidates)
+    assert merit.shape == ((200,) if len(each.objectives) == 1 else (200, 2))
+    assert objectives.shape == (200, len(each.objectives)) and violations.shape == (200, len(each.constraint_names))
+    assert np.isfinite(objectives).all() and (violations >= 0.0).all()
+    merits = merit.reshape(200, -1)
+    feasible = (violations == 0.0).all(axis=1)
+    assert np.array_equal(feasible, merits[:, 0] <= each.feasible_merit)
+    assert np.array_equal(merits[feasible], objectives[feasible])
+    assert np.array_equal(each.constraints(candidates), violations)
+    assert np.array_equal(each.merit(candidates), merit)
+
+
+@needs_compiler
+def test_forms() -> None:
+    penalised, constrained, two = (SUITE[name] for name in ("spline-2@1", "constrained-3@1", "time-length-4@3"))
+    for each, expected in ((penalised, "merit"), (constrained, "objectives"), (two, "objectives")):
+        candidates = points_of(each, 20)
+        wanted = getattr(each.values(candidates), expected)
+        assert np.array_equal(each.evaluate(candidates), wanted if len(each.objectives) > 1 else wanted.reshape(20))
+    assert two.evaluate(points_of(two, 4)).shape == (4, 2)
+    for wrong in (np.zeros(16), np.zeros((3, 15))):
+        with pytest.raises(ValueError, match=r"spline-2@1: candidates of shape .* where \(m, 16\) is needed"):
+            penalised.evaluate(wrong)
+
+
+@needs_compiler
+def test_a_coarse_function_has_the_instances_of_its_fine_one() -> None:
+    coarse, fine = SUITE["reduced-obstacle-4-coarse@4"], SUITE["reduced-obstacle-4@4"]
+    assert coarse.function.fine == fine.function.name
+    assert all(np.array_equal(*pair) for pair in zip(coarse.bounds, fine.bounds, strict=True))
+    candidates = points_of(fine)
+    near = (fine.constraints(candidates) == 0.0).all(axis=1) & (coarse.constraints(candidates) == 0.0).all(axis=1)
+    assert near.any()
+    assert 0.9 < np.median(coarse.merit(candidates)[near] / fine.merit(candidates)[near]) < 1.0  # chords are shorter
+    assert not np.array_equal(coarse.merit(candidates), fine.merit(candidates))
+
+
+@pytest.mark.process
+@needs_compiler
+def test_values_need_no_casadi_once_a_kernel_is_there() -> None:
+    assert SUITE["spline-2@1"].is_intact()
+    code = "import sys, tpbso_casadi as tp; p = tp.suite()['spline-2@1']; assert p.is_intact(); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"casadi", "problems", "scipy", "matplotlib"} & {*done.stdout.split()}
+
+
+def test_without_a_compiler_the_models_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> None:
+        raise NativeUnavailable("no C++ compiler")
+
+    each = SUITE["star-time@2"]
+    monkeypatch.setattr(kernels, "_known", lambda key: None)
+    monkeypatch.setattr("problems.evaluation.usable_compiler", refuse)
+    fresh = SuiteProblem(each.suite, each.function, 3)
+    content_of.cache_clear()  # and with it what has been loaded
+    assert fresh.is_intact()
+    broken = SuiteProblem(each.suite, replace(each.function, checks=("0" * 64,) * INSTANCES), 3)
+    with pytest.raises(InvalidSuite, match="without a C\\+\\+ compiler this version does not give the suite's values"):
+        broken.merit(points_of(broken, 1))
+    content_of.cache_clear()
+
+
+def test_a_library_that_others_could_write_is_not_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(kernels.CACHE, str(tmp_path))
+    tmp_path.chmod(0o700)
+    (tmp_path / "key.so").write_bytes(b"")
+    (tmp_path / "key.so").chmod(0o600)
+    assert kernels._known("key") == tmp_path / "key.so"
+    (tmp_path / "key.so").chmod(0o666)
+    assert kernels._known("key") is None
+    (tmp_path / "link.so").symlink_to(tmp_path / "key.so")
+    assert kernels._known("link") is None and kernels._known("other") is None
+
+
+def test_what_is_no_library_is_reported(tmp_path: Path) -> None:
+    (tmp_path / "key.so").write_bytes(b"no library")
+    with pytest.raises(kernels.NoCompiler, match="what was compiled cannot be loaded"):
+        kernels._loaded(tmp_path / "key.so")
+
+
+# Files
+
+
+def test_other_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(frozen, "folder_of", lambda suite: tmp_path)
+    monkeypatch.setattr(problem, "folder_of", lambda suite: tmp_path)
+    with pytest.raises(InvalidSuite, match=r"f\.npz\.xz: No such file"):
+        content_of("s", "f", "0")
+    (tmp_path / "f.npz.xz").write_bytes(b"other")
+    with pytest.raises(InvalidSuite, match=r"f\.npz\.xz: is not the file that belongs to this suite"):
+        content_of("s", "f", "0")
+    with pytest.raises(InvalidSuite, match=r"best_known\.json: is not the file"):
+        problem._known("s")
+
+
+def test_descriptions_and_contents_are_read_as_they_were_written() -> None:
+    [described] = [each for each in descriptions("arm-motions-1") if each.name == "spline-2"]
+    assert frozen.Description.of(json.loads(json.dumps(described.plain))) == described
+    content = content_of("arm-motions-1", "spline-2", described.digest)
+    again = frozen.Content.read(content.written())
+    assert again.kernels == content.kernels and again.scenarios == content.scenarios
+    assert all(np.array_equal(*pair) for pair in zip(again.numbers, content.numbers, strict=True))
+
+
+def test_check_points_lie_in_the_box_and_differ() -> None:
+    lower, upper = np.array([-1.0, 2.0, 0.0]), np.array([1.0, 5.0, 0.5])
+    points = check_points(lower, upper)
+    assert points.shape == (64, 3) and len(np.unique(points, axis=0)) == 64
+    assert (points >= lower).all() and (points <= upper).all()
+    assert points[2] == pytest.approx([-1 + 2 * (3 * 2**0.5 - 4), 2 + 3 * (3 * 3**0.5 - 5), 0.5 * (3 * 5**0.5 - 6)])
+
+
+# How it was made
+
+
+def test_an_instance_is_made_of_its_scenario() -> None:
+    """What is stored follows from the tables alone; the last digits may be those of another CasADi."""
+    [definition] = [each for each in DEFINITIONS if each.name == "spline-2"]
+    content = content_of("arm-motions-1", "spline-2", SUITE["spline-2@1"].function.digest)
+    instance = instance_of(content.scenarios[4], definition)
+    [(numbers, indices)] = instance.scenes()
+    np.testing.assert_allclose(numbers, content.numbers[0][4], rtol=1e-13)
+    assert np.array_equal(indices, content.indices[0][4])
+    assert [structure.source for structure in instance.structures] == [kernel.source for kernel in content.kernels]
+
+
+def test_the_straight_motion_is_no_answer_where_something_stands() -> None:
+    for name in ("spline-2@1", "constrained-3@1"):
+        each = SUITE[name]
+        middle = np.mean(each.bounds, axis=0)[None]
+        assert each.merit(middle)[0] > each.feasible_merit
+
+
+def test_lower_bounds_are_those_of_joints_by_themselves() -> None:
+    each = SUITE["spline-2@1"]
+    tables, model = each._content.scenarios[0], problem_of(each.scenario)
+    arm, task = tables["arm"], tables["task"]
+    way = np.abs(np.subtract(task["goal"]["joints"], task["start"]["joints"]))
+    speed, acceleration = np.array(arm["max_speed"]), np.array(arm["max_acceleration"])
+    full, short = way / speed + speed / acceleration, 2.0 * np.sqrt(way / acceleration)
+    ramps = np.where(way * acceleration > speed**2, full, short)
+    assert lower_bound(tables, model) == pytest.approx(ramps.max(), rel=1e-12)
+    assert each.lower_bound == pytest.approx(ramps.max(), rel=1e-12)
+    paper = SUITE["paper-time-3@1"]
+    assert lower_bound(paper._content.scenarios[0], problem_of(paper.scenario)) is None and paper.lower_bound is None
+
+
+# What is known
+
+
+def test_some_values_are_known_and_others_say_that_they_are_not() -> None:
+    assert KNOWN
+    assert any(each.best_known is None for each in SUITE)
+    assert all(each.best_known is None for each in SUITE if len(each.objectives) > 1)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_a_known_value_keeps_what_is_said_of_it(name: str) -> None:
+    each = problem_named(name)
+    known = each.best_known
+    assert known is not None
+    assert known.value <= each.feasible_merit and known.x.shape == (each.dimension,)
+    lower, upper = each.bounds
+    assert (known.x >= lower).all() and (known.x <= upper).all()
+    assert any(hits for hits, _ in known.ways.values()) and all(hits <= runs for hits, runs in known.ways.values())
+    if each.lower_bound is not None and known.certified:
+        assert known.motion_value >= each.lower_bound * (1.0 - 1e-9)
+        assert known.descended_value is None or known.descended_value >= each.lower_bound * (1.0 - 1e-9)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", [name for name in KNOWN if name.endswith(("/spline-2@1", "/star-time@1"))])
+def test_known_candidates_have_their_values_and_motions(name: str) -> None:
+    _check_known(problem_named(name))
+
+
+@pytest.mark.slow
+@needs_compiler
+@pytest.mark.parametrize("name", KNOWN)
+def test_every_known_candidate_has_its_value_and_motion(name: str) -> None:
+    _check_known(problem_named(name))
+
+
+def _check_known(each: SuiteProblem) -> None:
+    known = each.best_known
+    assert known is not None
+    assert each.merit(known.x[None])[0] == known.value
+    motion = each.decode(known.x)
+    assert motion.certified == each.certify(known.x) == known.certified
+    assert motion.objective == pytest.approx(known.motion_value, rel=1e-9)
+
+
+def test_a_motion_can_be_seen() -> None:
+    each = SUITE["spline-2@1"]
+    motion = each.decode(np.mean(each.bounds, axis=0))
+    assert not motion.certified and "violated" in repr(motion) and "spline-2@1" in repr(motion)
+    assert {verdict.name for verdict in motion.verdicts} >= {"speed", "acceleration", "clearance"}
+    assert motion.trajectory.duration == pytest.approx(motion.objective)
+    assert motion.plot().axes
+    with pytest.raises(ValueError, match="there is no figure 'nope'"):
+        motion.plot("nope")
+    with pytest.raises(ValueError, match=r"x of shape \(3,\) where \(16,\) is needed"):
+        each.decode(np.zeros(3))

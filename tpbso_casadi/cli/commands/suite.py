@@ -1,0 +1,226 @@
+"""``tpbso suite``."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from tpbso_casadi.campaign import SuiteRun, parse_solvers, recordings, suite_grid
+from tpbso_casadi.cli.campaign import (
+    CAMPAIGN_FAILURES,
+    INTERRUPTED,
+    add_campaign_options,
+    failures,
+    prepare,
+    run_with_progress,
+    stored,
+)
+from tpbso_casadi.cli.command import Exit, OneLineParser, add_verbose, command_parser, run_command
+from tpbso_casadi.cli.options import (
+    Group,
+    add_no_plots,
+    add_solvers,
+    defaulting,
+    output_group,
+    path,
+    positive_int,
+    problem_group,
+    search_group,
+)
+from tpbso_casadi.cli.progress import phase
+from tpbso_casadi.referee import Referee
+from tpbso_casadi.referee.page import PAGE, RUNS, SUMMARY, solver_rows, write_report, write_table
+from tpbso_casadi.suite import SUITE, InvalidSuite, Suite, read_runs, suite
+
+USUAL_SOLVERS = "bso,pso,ga,abso,lshade"
+USUAL_BUDGET, USUAL_RUNS = 500, 1
+FAILURES = (*CAMPAIGN_FAILURES, InvalidSuite)
+RANGE = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status."""
+    stated = sys.argv[1:] if arguments is None else arguments
+    work = partial(dispatch, command=shlex.join(["tpbso", "suite", *stated]))
+    return run_command(parser(), work, arguments, failures=FAILURES, interrupted=INTERRUPTED)
+
+
+def parser() -> OneLineParser:
+    """The command line's options."""
+    command_line = command_parser(
+        "suite",
+        f"Judge solvers on {SUITE}: real robot motions, frozen, with best known values.",
+        examples=["list", "run --solvers pso,lshade --budget 300 --instances 1-3", "report judged"],
+    )
+    commands = command_line.add_subparsers(dest="command", metavar="COMMAND", parser_class=OneLineParser)
+    listing = commands.add_parser("list", help="the functions of the suite; the default")
+    checking = commands.add_parser("check", help="whether this machine gives the bits with which the suite was frozen")
+    running = commands.add_parser(
+        "run",
+        help="run solvers on problems, and judge them; the same command resumes",
+        examples=["--solvers pso,lshade --functions spline,narrow-3 --instances 1-3"],
+    )
+    reporting = commands.add_parser(
+        "report",
+        help="judge the runs of a folder, and anybody's runs in tables",
+        examples=["judged", "judged --runs mine.csv"],
+    )
+    for command in (listing, checking, running, reporting):
+        add_verbose(command, default=argparse.SUPPRESS)
+    for command in (listing, checking, running):
+        add_problems(problem_group(command))
+    add_search(search_group(running))
+    add_no_plots(add_campaign_options(running, Path("runs/suite")))
+    reporting.add_argument("folder", type=path, metavar="DIR", help="of `tpbso suite run`, or an empty one")
+    reporting.add_argument(
+        "--runs",
+        type=path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help=defaulting("a table of further runs, CSV: solver,problem,run,evaluations,merit; repeatable", "none"),
+    )
+    add_no_plots(output_group(reporting))
+    return command_line
+
+
+def add_problems(group: Group) -> None:
+    """Which problems of the suite."""
+    group.add_argument(
+        "--functions", metavar="A,B,...", help=defaulting("names of functions or of groups of them", "all")
+    )
+    group.add_argument("--instances", type=numbers, metavar="N,N-N,...", help=defaulting("numbers of instances", "all"))
+
+
+def add_search(group: Group) -> None:
+    """By which solvers, how long."""
+    add_solvers(group, USUAL_SOLVERS)
+    group.add_argument(
+        "--budget",
+        type=positive_int,
+        default=USUAL_BUDGET,
+        metavar="N",
+        help="evaluations of a run for each variable of a problem",
+    )
+    group.add_argument(
+        "--repeat", type=positive_int, default=USUAL_RUNS, metavar="N", help="runs of each solver on each problem"
+    )
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """Numbers of a command line, ``1,4-6``.
+
+    Raises:
+        ArgumentTypeError: they are not.
+    """
+    found: list[int] = []
+    for part in text.split(","):
+        match = RANGE.fullmatch(part)
+        first, last = (0, -1) if match is None else (int(match[1]), int(match[2] or match[1]))
+        if not first <= last <= first + 1000:
+            raise argparse.ArgumentTypeError(f"{part!r:.40} is not a number or a range such as 1-3")
+        found += range(first, last + 1)
+    return tuple(dict.fromkeys(found))
+
+
+def dispatch(options: argparse.Namespace, command: str) -> int:
+    """Do what the options ask for; returns the exit status.
+
+    Args:
+        options: of the command line.
+        command: the whole of it, for the page.
+    """
+    if options.command == "run":
+        return run(options, command)
+    if options.command == "report":
+        return report(options, command)
+    return check(options) if options.command == "check" else list_functions(options)
+
+
+def chosen(options: argparse.Namespace) -> Suite:
+    """The problems that the options state.
+
+    Raises:
+        InvalidSuite: there is no such function or instance.
+    """
+    stated = getattr(options, "functions", None)
+    return suite(SUITE, None if stated is None else stated.split(","), getattr(options, "instances", None))
+
+
+def list_functions(options: argparse.Namespace) -> int:
+    """Print the functions; returns the exit status."""
+    problems = chosen(options)
+    table = Table(title=f"{SUITE}: {len(problems)} problems")
+    for heading in ("function", "group", "variables", "objectives", "constraints", "best known", "title"):
+        table.add_column(heading)
+    for function in problems.functions:
+        of_function = [problem for problem in problems if problem.function is function]
+        known = sum(problem.best_known is not None for problem in of_function)
+        objectives = ", ".join(f"{name} ({unit})" for name, unit in function.objectives)
+        cells = objectives, str(len(function.constraints)), f"{known} of {len(of_function)}", function.title
+        table.add_row(function.name, function.group, str(function.dimension), *cells)
+    Console().print(table)
+    return Exit.FEASIBLE
+
+
+def check(options: argparse.Namespace) -> int:
+    """Compare values with those that the suite was frozen with; returns the exit status."""
+    problems = chosen(options)
+    wrong = [problem.name for problem in problems if not problem.is_intact()]
+    for name in wrong:
+        print(f"{name}: other values than those of the suite")
+    print(f"{len(problems) - len(wrong)} of {len(problems)} problems give the bits of {SUITE}")
+    return Exit.INFEASIBLE if wrong else Exit.FEASIBLE
+
+
+def run(options: argparse.Namespace, command: str) -> int:
+    """Run the campaign of the options and judge it; returns the exit status."""
+    prepare(options, PAGE, RUNS, SUMMARY)
+    problems = [problem for problem in chosen(options) if len(problem.objectives) == 1]
+    if not problems:
+        raise InvalidSuite("--functions: all have two objectives, which the solvers here do not search")
+    runs: list[SuiteRun] = suite_grid(problems, parse_solvers(options.solvers), options.repeat, options.budget)
+    with phase("building the kernels", options.quiet):
+        for problem in {problem.function.name: problem for problem in problems}.values():
+            problem.is_intact()
+    with stored(options) as store:
+        run_with_progress(runs, store, options)
+        records, found = store.records(runs), list(recordings(runs, store))
+    if found:
+        write_table(options.out, found)
+        judge(Referee(found), options.out, options, command)
+    return failures(records)
+
+
+def report(options: argparse.Namespace, command: str) -> int:
+    """Judge the runs of a folder and of tables; returns the exit status."""
+    own = options.folder / RUNS
+    files = [*([own] if own.exists() else []), *options.runs]
+    if not files:
+        raise InvalidSuite(f"{own}: there are no runs; say --runs FILE, or the folder of `tpbso suite run`")
+    judge(Referee([run for file in files for run in read_runs(file)]), options.folder, options, command)
+    return Exit.FEASIBLE
+
+
+def judge(referee: Referee, folder: Path, options: argparse.Namespace, command: str) -> None:
+    """Write the page and print the ranks."""
+    quiet = getattr(options, "quiet", False)
+    with phase("writing the page", quiet):
+        write_report(folder, referee, command, pictures=not options.no_plots)
+    if quiet:
+        return
+    table = Table(title=f"{len(referee.runs)} runs on {len(referee.problems)} problems")
+    for heading in ("solver", "mean rank", "targets reached", "runs"):
+        table.add_column(heading)
+    for row in solver_rows(referee):
+        table.add_row(row.solver, f"{row.rank:.2f}", f"{100.0 * row.reached:.0f} %", str(row.runs))
+    Console().print(table)
+    Console().print(f"written to {folder}", highlight=False, soft_wrap=True)

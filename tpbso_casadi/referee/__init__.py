@@ -1,0 +1,5 @@
+"""Runs of solvers on a benchmark suite, judged, and the page of it."""
+
+from tpbso_casadi.referee.judging import Referee, evaluations_needed
+
+__all__ = ["Referee", "evaluations_needed"]

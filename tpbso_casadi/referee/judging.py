@@ -1,0 +1,165 @@
+"""Runs on a suite judged: targets, expected running times, shares of targets, ranks, constraints.
+
+[1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
+    Optimization Methods and Software 36, 2021: targets, expected running times and their distributions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf, isfinite
+
+import numpy as np
+import scipy  # whose parts are loaded when they are used
+
+from problems.base import FloatArray
+from tpbso_casadi.campaign import FEWEST_SOLVERS, PLANS, Ranking, cases_needed, gap, ranking
+from tpbso_casadi.suite import Recording, SuiteProblem
+
+TARGETS = PLANS.targets  # gaps to the reference, descending
+SHOWN_TARGETS = (1.0, 0.1, 0.01, 0.001)  # of which expected running times are listed
+DIMENSIONS = ((1, 10), (11, 30), (31, 60))  # classes of problems by the number of variables
+BEATEN = 1e-6  # relative: what is lower than the best known by more than that is better than it
+
+
+@dataclass(frozen=True, eq=False)
+class Referee:
+    """Runs of several solvers on problems of a suite.
+
+    Attributes:
+        runs: all of them, at least one.
+    """
+
+    runs: Sequence[Recording]
+
+    @cached_property
+    def solvers(self) -> list[str]:
+        """Labels, in the order of the runs."""
+        return list(dict.fromkeys(run.solver for run in self.runs))
+
+    @cached_property
+    def problems(self) -> list[SuiteProblem]:
+        """In the order of the runs."""
+        return list({run.problem.name: run.problem for run in self.runs}.values())
+
+    @cached_property
+    def references(self) -> dict[str, float]:
+        """By problem the merit that gaps are measured from: the best known, or where none is the lowest of the runs.
+
+        Infinite where neither is feasible.
+        """
+        return {problem.name: self._reference(problem) for problem in self.problems}
+
+    def _reference(self, problem: SuiteProblem) -> float:
+        if problem.best_known is not None:
+            return problem.best_known.value
+        return min((run.merits[-1] for run in self.of(problem.name) if isfinite(run.feasible_from)), default=inf)
+
+    def of(self, problem: str, solver: str | None = None) -> list[Recording]:
+        """The runs on a problem, of one solver or of all."""
+        return [run for run in self.runs if run.problem.name == problem and solver in {None, run.solver}]
+
+    @cached_property
+    def unknown(self) -> list[str]:
+        """Problems of which no best value is known, so that the runs are measured from the best of themselves."""
+        return [problem.name for problem in self.problems if problem.best_known is None]
+
+    @cached_property
+    def improved(self) -> list[tuple[str, str, float, float]]:
+        """Problems on which a run was better than the best known: their names, the solver, its merit, the known one."""
+        found = []
+        for problem in self.problems:
+            best = min(self.of(problem.name), key=lambda run: run.merits[-1])
+            known = problem.best_known
+            if known is not None and best.merits[-1] < known.value - BEATEN * abs(known.value):
+                found.append((problem.name, best.solver, best.merits[-1], known.value))
+        return found
+
+    def needed(self, run: Recording, targets: FloatArray = TARGETS) -> FloatArray:
+        """After how many evaluations a run first came within each gap (n,), with all constraints kept; inf if never."""
+        return evaluations_needed(run, self.references[run.problem.name], targets)
+
+    def final_gap(self, run: Recording) -> float:
+        """Of a run to the reference, not less than 0; inf where it never kept all constraints."""
+        reference = self.references[run.problem.name]
+        if not (isfinite(run.feasible_from) and isfinite(reference)):
+            return inf
+        return max(0.0, float(gap(np.array(run.merits[-1]), reference)))
+
+    @cached_property
+    def scores(self) -> FloatArray:
+        """The median gap of each solver on each problem, (problems, solvers); equal where within 0.01 % of none."""
+        table = np.full((len(self.problems), len(self.solvers)), inf)
+        for row, problem in enumerate(self.problems):
+            for column, solver in enumerate(self.solvers):
+                gaps = sorted(self.final_gap(run) for run in self.of(problem.name, solver))
+                if gaps:
+                    middle = (gaps[(len(gaps) - 1) // 2], gaps[len(gaps) // 2])
+                    table[row, column] = middle[0] if middle[0] == middle[1] else sum(middle) / 2.0
+        return np.where(table <= PLANS.equal, 0.0, table)
+
+    @cached_property
+    def ranking(self) -> Ranking:
+        """Solvers by mean rank, and groups without a significant difference; fewer than three are ranked alone."""
+        if len(self.solvers) >= FEWEST_SOLVERS:
+            return ranking(self.solvers, self.scores)
+        ranks = scipy.stats.rankdata(self.scores, axis=1).mean(axis=0)
+        order = np.argsort(ranks, kind="stable")
+        return Ranking(tuple(self.solvers[k] for k in order), ranks[order], len(self.problems), 1.0, ())
+
+    @property
+    def too_few(self) -> str:
+        """Why no difference between solvers can be significant; empty where one can."""
+        if len(self.solvers) < FEWEST_SOLVERS:
+            return f"{len(self.solvers)} solvers, where the test needs {FEWEST_SOLVERS}"
+        least = cases_needed(len(self.solvers))
+        return f"{len(self.problems)} problems, where {least} are needed" if len(self.problems) < least else ""
+
+    def expected_running_time(self, solver: str, problems: Iterable[SuiteProblem], target: float) -> float:
+        """Evaluations of all runs until they came within a gap, over how many did [1], each by the problem's dimension.
+
+        Infinite where no run did.
+        """
+        spent, reached = 0.0, 0
+        for run in (run for problem in problems for run in self.of(problem.name, solver)):
+            [needed] = self.needed(run, np.array([target]))
+            spent += (needed if isfinite(needed) else run.done) / run.problem.dimension
+            reached += isfinite(needed)
+        return spent / reached if reached else inf
+
+    def shares(self, solver: str, problems: Iterable[SuiteProblem]) -> tuple[FloatArray, FloatArray]:
+        """The share of runs and targets reached, (n,), after so many evaluations by dimension, (n,)."""
+        runs = [run for problem in problems for run in self.of(problem.name, solver)]
+        every = np.concatenate([self.needed(run) / run.problem.dimension for run in runs] or [np.empty(0)])
+        evaluations, counts = np.unique(every[np.isfinite(every)], return_counts=True)
+        return evaluations, np.cumsum(counts) / max(1, every.size)
+
+    def classes(self) -> dict[str, list[SuiteProblem]]:
+        """What shares are shown of: all problems, groups of them, dimensions."""
+        found = {"all problems": self.problems}
+        for group in dict.fromkeys(problem.group for problem in self.problems):
+            found[group] = [problem for problem in self.problems if problem.group == group]
+        for low, high in DIMENSIONS:
+            found[f"{low} to {high} variables"] = [p for p in self.problems if low <= p.dimension <= high]
+        return {name: problems for name, problems in found.items() if problems}
+
+    def feasibility(self, solver: str, problems: Iterable[SuiteProblem]) -> tuple[int, int, float]:
+        """Runs that ended with all constraints kept, all runs, and the median evaluations by dimension until then.
+
+        The median is infinite where half of the runs and more never were there.
+        """
+        runs = [run for problem in problems for run in self.of(problem.name, solver)]
+        firsts = sorted(run.feasible_from / run.problem.dimension for run in runs)
+        return sum(map(isfinite, firsts)), len(firsts), firsts[len(firsts) // 2] if firsts else inf
+
+
+def evaluations_needed(run: Recording, reference: float, targets: FloatArray) -> FloatArray:
+    """After how many evaluations a run first had a feasible merit within each gap (n,) of a reference; inf if never."""
+    merits, evaluations = np.array(run.merits), np.array(run.evaluations, dtype=np.float64)
+    feasible = merits <= run.problem.feasible_merit
+    gaps = gap(merits[feasible], reference) if isfinite(reference) else np.empty(0)
+    evaluations = evaluations[feasible][: gaps.size]
+    first = np.searchsorted(-gaps, -targets * (1.0 + 1e-12))
+    return np.append(evaluations, inf)[first]

@@ -1,0 +1,25 @@
+"""A benchmark suite of robot-arm motions: boxes of numbers with values, frozen, the same bits on every machine.
+
+What is imported from here loads NumPy and nothing else of size; CasADi is loaded when a problem is asked for motions.
+"""
+
+from tpbso_casadi.suite.definitions import SUITE
+from tpbso_casadi.suite.frozen import Description, InvalidSuite
+from tpbso_casadi.suite.problem import BestKnown, Suite, SuiteProblem, Values, problem_named, suite
+from tpbso_casadi.suite.recording import HEADER, Recording, read_runs, write_runs
+
+__all__ = [
+    "HEADER",
+    "SUITE",
+    "BestKnown",
+    "Description",
+    "InvalidSuite",
+    "Recording",
+    "Suite",
+    "SuiteProblem",
+    "Values",
+    "problem_named",
+    "read_runs",
+    "suite",
+    "write_runs",
+]

@@ -1,0 +1,167 @@
+"""Problems of a suite as other libraries have theirs.
+
+Every adapter asks for the values of candidates and nothing else; constraints are ``<= 0``. A library that takes one
+number for a candidate is given the merit: feasibility first, then the objective.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tpbso_casadi.suite.frozen import InvalidSuite
+from tpbso_casadi.suite.kernels import FloatArray
+
+if TYPE_CHECKING:
+    from tpbso_casadi.suite.problem import SuiteProblem
+
+
+def adapted(problem: SuiteProblem, library: str) -> Any:
+    """The problem of another library.
+
+    Raises:
+        InvalidSuite: there is no such adapter, the library is missing, or it has no problems of this form.
+    """
+    if library not in ADAPTERS:
+        raise InvalidSuite(f"no adapter for {library!r:.60}; there are {', '.join(ADAPTERS)}")
+    module, make = ADAPTERS[library]
+    try:
+        loaded = import_module(module)
+    except ImportError as error:
+        raise InvalidSuite(f"{library} is not installed: pip install {library}") from error
+    return make(problem, loaded)
+
+
+def one_objective(problem: SuiteProblem, library: str) -> None:
+    """Make sure that a number says all of a candidate.
+
+    Raises:
+        InvalidSuite: there are two objectives.
+    """
+    if len(problem.objectives) > 1:
+        raise InvalidSuite(f"{problem.name}: has two objectives, and {library} takes one; pymoo and pygmo take both")
+
+
+@dataclass(frozen=True, eq=False)
+class ScipyFunction:
+    """A function for SciPy, and for any other library that calls functions of one vector.
+
+    Attributes:
+        problem: whose merit it is.
+        bounds: ``scipy.optimize.Bounds``.
+    """
+
+    problem: SuiteProblem
+    bounds: Any
+
+    def __call__(self, x: FloatArray) -> float:
+        """The merit of one vector (d,)."""
+        return float(self.problem.merit(np.asarray(x, dtype=np.float64)[None])[0])
+
+    def vectorized(self, x: FloatArray) -> FloatArray:
+        """The merits (m,) of vectors (d, m), as ``differential_evolution(vectorized=True)`` has them."""
+        return self.problem.merit(np.asarray(x).T)
+
+
+def scipy_function(problem: SuiteProblem, optimize: Any) -> ScipyFunction:
+    """For ``scipy.optimize``: the merit."""
+    one_objective(problem, "scipy")
+    return ScipyFunction(problem, optimize.Bounds(*problem.bounds))
+
+
+def ioh_problem(problem: SuiteProblem, ioh: Any) -> Any:
+    """For IOHexperimenter and its loggers: the merit over the unit box, as ioh has one interval for all variables."""
+    one_objective(problem, "ioh")
+    lower, upper = problem.bounds
+
+    def merit(shares: list[float]) -> float:
+        return float(problem.merit((lower + np.array(shares) * (upper - lower))[None])[0])
+
+    return ioh.wrap_problem(
+        merit, name=problem.function.name, dimension=problem.dimension, instance=problem.instance, lb=0.0, ub=1.0
+    )
+
+
+def nevergrad_function(problem: SuiteProblem, functions: Any) -> Any:
+    """For nevergrad: an experiment function, the merit."""
+    one_objective(problem, "nevergrad")
+    lower, upper = problem.bounds
+    array = import_module("nevergrad").p.Array(shape=(problem.dimension,), lower=lower, upper=upper)
+    return functions.ExperimentFunction(ScipyFunction(problem, None), array.set_name(problem.name))
+
+
+def pymoo_problem(problem: SuiteProblem, core: Any) -> Any:
+    """For pymoo: objectives and violations, whole populations at once; the merit alone where the form is penalised."""
+    constraints = 0 if problem.form == "penalised" else len(problem.constraint_names)
+
+    class Adapted(core.Problem):  # type: ignore[misc]
+        """The problem of pymoo."""
+
+        def __init__(self) -> None:
+            lower, upper = problem.bounds
+            super().__init__(
+                n_var=problem.dimension, n_obj=len(problem.objectives), n_ieq_constr=constraints, xl=lower, xu=upper
+            )
+
+        def _evaluate(self, x: FloatArray, out: dict[str, Any], *_: Any, **__: Any) -> None:
+            found = problem.values(x)
+            if constraints:
+                out["F"], out["G"] = found.objectives, found.violations
+            else:
+                out["F"] = found.merit[:, None]
+
+    return Adapted()
+
+
+def pygmo_problem(problem: SuiteProblem, pygmo: Any) -> Any:
+    """For pygmo: a problem with objectives and inequality constraints; the merit alone where the form is penalised."""
+    return pygmo.problem(Pygmo(problem))
+
+
+@dataclass(frozen=True, eq=False)
+class Pygmo:
+    """What pygmo asks of a problem.
+
+    Attributes:
+        problem: of the suite.
+    """
+
+    problem: SuiteProblem
+
+    def fitness(self, x: FloatArray) -> FloatArray:
+        """Of one vector (d,): objectives, then violations."""
+        return self.batch_fitness(x)
+
+    def batch_fitness(self, rows: FloatArray) -> FloatArray:
+        """Of vectors behind each other (m * d,), behind each other too."""
+        found = self.problem.values(np.asarray(rows).reshape(-1, self.problem.dimension))
+        return (np.hstack([found.objectives, found.violations]) if self.get_nic() else found.merit).ravel()
+
+    def get_bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Corners of the box."""
+        return self.problem.bounds
+
+    def get_nobj(self) -> int:
+        """How many objectives."""
+        return len(self.problem.objectives)
+
+    def get_nic(self) -> int:
+        """How many inequality constraints."""
+        return 0 if self.problem.form == "penalised" else len(self.problem.constraint_names)
+
+    def get_name(self) -> str:
+        """Of the problem."""
+        return self.problem.name
+
+
+ADAPTERS: dict[str, tuple[str, Callable[[SuiteProblem, Any], Any]]] = {
+    "ioh": ("ioh", ioh_problem),
+    "nevergrad": ("nevergrad.functions", nevergrad_function),
+    "pygmo": ("pygmo", pygmo_problem),
+    "pymoo": ("pymoo.core.problem", pymoo_problem),
+    "scipy": ("scipy.optimize", scipy_function),
+}

@@ -1,0 +1,199 @@
+"""A function made of its definition: instances drawn, tried, and written as kernels and numbers.
+
+Only instances are kept that can be judged by: all of a function have one structure, hence one kernel; in each a search
+finds a feasible candidate; where obstacles are stated the straight motion, which is the middle of the search box, meets
+one; and where a lower bound is known the search does not come near it at once.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+from itertools import count, islice
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+
+from problems import Problem
+from problems.base import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction, Program, ProgramStructure
+from problems.objectives import DirectMoves
+from problems.timing import least_durations
+from solvers import LSHADE, Box, Budget, minimize
+from tpbso_casadi.scenario import ScenarioError, parse_scenario
+from tpbso_casadi.suite.definitions import INSTANCES, Definition, NoPlace, Tables
+from tpbso_casadi.suite.frozen import Content, Description, check_points, digest_of
+from tpbso_casadi.suite.kernels import Kernel
+
+SEED = 1  # of the suite
+SURVEYED = 10  # drawn instances of which the most frequent structure is taken
+MOST_DRAWN = 3000
+EVALUATIONS = 10_000  # of a search that tries an instance
+FARTHER = 1.02  # times the lower bound: what that search finds is no lower
+
+
+class NotFrozen(RuntimeError):
+    """A definition of which not enough instances can be had; the message names it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A scenario and its programs.
+
+    Attributes:
+        tables: of the scenario file.
+        problem: of it.
+        form: how objectives are seen.
+    """
+
+    tables: Tables
+    problem: Problem[Any]
+    form: str
+
+    @cached_property
+    def objectives(self) -> list[Any]:
+        """What is minimised: each term of a sum by itself, where there are two objectives."""
+        whole = self.problem.objective
+        return [part for _, part in whole.terms] if self.form == "two objectives" else [whole]
+
+    @cached_property
+    def problems(self) -> list[Problem[Any]]:
+        """One for each objective, all with the same search box."""
+        return [replace(self.problem, objective=objective) for objective in self.objectives]
+
+    @cached_property
+    def programs(self) -> list[tuple[Program, tuple[str, ...]]]:
+        """Of merit, objective and violations, for each objective; and names of the violations."""
+        return [problem.parts_program() for problem in self.problems]
+
+    @cached_property
+    def structures(self) -> list[ProgramStructure]:
+        """Of the programs."""
+        return [ProgramStructure(program) for program, _ in self.programs]
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What is the same for instances of one function."""
+        sizes = [part.size for pair in self.scenes() for part in pair]
+        return *(structure.key for structure in self.structures), *sizes
+
+    def scenes(self) -> list[tuple[FloatArray, Any]]:
+        """Numbers and indices for each kernel."""
+        return [structure.scene() for structure in self.structures]
+
+    def is_worth_judging(self) -> bool:
+        """Whether a search finds a feasible candidate, and not at once the best that there can be."""
+        evaluate = PopulationFunction(self.programs[0][0], EvaluationOptions("native"))
+        box, bound = Box(*self.problem.bounds), self.problems[0].objective_upper_bound
+        if self.tables.get("obstacles") and evaluate(box.from_unit(np.full((1, box.dimension), 0.5)))[0, 0] <= bound:
+            return False
+        found = minimize(lambda x: evaluate(x)[:, 0], box, LSHADE(), Budget(evaluations=EVALUATIONS), SEED)
+        least = lower_bound(self.tables, self.problems[0])
+        return bool(found.cost <= bound and (least is None or found.cost >= FARTHER * least))
+
+
+def lower_bound(tables: Tables, problem: Problem[Any]) -> float | None:
+    """What the objective of no motion that keeps all limits for all t is below; None where nothing is known.
+
+    Known where both ends are postures: of the robot's limits alone, as if there were nothing in the way.
+    """
+    task = tables["task"]
+    if not all(isinstance(task.get(end), dict) and "joints" in task[end] for end in ("start", "goal")):
+        return None
+    start, goal = (np.array(task[end]["joints"]) for end in ("start", "goal"))
+    limits = problem.robot.limits
+    durations = least_durations((goal - start)[None], limits).max(axis=1)
+    moves = DirectMoves(robot=problem.robot, start=start, goals=goal[None], durations=durations)
+    [least] = problem.objective.lower_bound(moves).tolist()
+    return least if np.isfinite(least) else None
+
+
+def instance_of(tables: Tables, definition: Definition) -> Instance:
+    """The instance of a scenario.
+
+    Raises:
+        ScenarioError: it cannot be done.
+    """
+    if definition.samples:
+        tables = {**tables, "model": {**tables["model"], "samples": definition.samples}}
+    return Instance(tables, parse_scenario(tables).problem(), definition.form)
+
+
+def drawn(definition: Definition) -> Iterator[Instance]:
+    """Instances that can be stated, one after the other."""
+    for number in count():
+        rng = np.random.default_rng([SEED, crc32(definition.name.encode()), number])
+        try:
+            yield instance_of(definition.draw(rng), definition)
+        except (NoPlace, ScenarioError):
+            continue
+
+
+def chosen(definition: Definition) -> list[Instance]:
+    """The instances of a function.
+
+    Raises:
+        NotFrozen: there are not enough.
+    """
+    surveyed = [instance.key for instance in islice(drawn(definition), SURVEYED)]
+    key = Counter(surveyed).most_common(1)[0][0]
+    alike = (instance for instance in islice(drawn(definition), MOST_DRAWN) if instance.key == key)
+    found = list(islice((instance for instance in alike if instance.is_worth_judging()), INSTANCES))
+    if len(found) < INSTANCES:
+        raise NotFrozen(f"{definition.name}: only {len(found)} instances of {MOST_DRAWN} drawn")
+    return found
+
+
+def frozen(definition: Definition, fine: Sequence[Tables] = ()) -> tuple[Description, bytes]:
+    """A function and its file.
+
+    Args:
+        definition: of it.
+        fine: the scenarios of the function whose instances a coarse one has.
+
+    Raises:
+        NotFrozen: there are not enough instances, or coarse ones of different structure.
+    """
+    instances = [instance_of(tables, definition) for tables in fine] if definition.fine else chosen(definition)
+    if len({instance.key for instance in instances}) > 1:
+        raise NotFrozen(f"{definition.name}: its instances have different structures")
+    first = instances[0]
+    scenes = [instance.scenes() for instance in instances]
+    corners = [instance.problem.bounds for instance in instances]
+    sources = [structure.source for structure in first.structures]
+    content = Content(
+        kernels=tuple(Kernel(s, program.values) for s, (program, _) in zip(sources, first.programs, strict=True)),
+        numbers=tuple(np.array([scene[k][0] for scene in scenes]) for k in range(len(sources))),
+        indices=tuple(np.array([scene[k][1] for scene in scenes]) for k in range(len(sources))),
+        lower=np.array([lower for lower, _ in corners]),
+        upper=np.array([upper for _, upper in corners]),
+        bounds=np.array([[p.objective_upper_bound for p in each.problems] for each in instances]).T,
+        scenarios=tuple(instance.tables for instance in instances),
+    )
+    written = content.written()
+    description = Description(
+        name=definition.name,
+        group=definition.group,
+        title=definition.title,
+        form=definition.form,
+        fine=definition.fine,
+        dimension=len(first.problem.variables),
+        variables=tuple(variable.name for variable in first.problem.variables),
+        objectives=tuple((objective.name, objective.unit) for objective in first.objectives),
+        constraints=first.programs[0][1],
+        instances=len(instances),
+        digest=sha256(written).hexdigest(),
+        checks=tuple(checks_of(content)),
+    )
+    return description, written
+
+
+def checks_of(content: Content) -> Iterator[str]:
+    """Digests of the values at the check points of each instance."""
+    for number, (lower, upper) in enumerate(zip(content.lower, content.upper, strict=True)):
+        points = check_points(lower, upper)
+        yield digest_of(np.hstack([content.values(k, number, points) for k in range(len(content.kernels))]))

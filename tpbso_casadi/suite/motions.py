@@ -1,0 +1,92 @@
+"""What is behind the numbers of a problem: the model, motions of candidates, proofs, pictures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from problems import Problem, Trajectory, Verdict
+from problems.base import FloatArray
+from problems.evaluation import EvaluationOptions, PopulationFunction
+from tpbso_casadi.planning import Motion, PlannedMotion, motion_of
+from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.suite.freezing import Instance
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CACHED_PROBLEMS = 16
+
+
+@dataclass(frozen=True, repr=False)
+class SuiteMotion:
+    """The motion of a candidate.
+
+    Attributes:
+        planned: it, and its scenario.
+    """
+
+    planned: PlannedMotion
+
+    def __repr__(self) -> str:
+        return f"<{self.planned.name}: {self.objective:.6g}, {self.motion.status}>"
+
+    @property
+    def motion(self) -> Motion:
+        """With everything that is known of it."""
+        return self.planned.motion
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """Angles and their derivatives at any time."""
+        return self.planned.trajectory
+
+    @property
+    def objective(self) -> float:
+        """Exact; of two objectives their weighted sum."""
+        return self.motion.objective
+
+    @property
+    def certified(self) -> bool:
+        """Whether all limits are proven to hold for all t."""
+        return self.motion.feasible
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Each limit, judged for all t."""
+        return self.motion.verdicts
+
+    def plot(self, kind: str = "path") -> Figure:
+        """A figure of it.
+
+        Raises:
+            ValueError: there is none of that kind; the message lists those that there are.
+        """
+        from tpbso_casadi.figures.notebook import figure_of  # noqa: PLC0415 (matplotlib)
+
+        return figure_of(self.planned, kind)
+
+
+def motion(scenario: Scenario, x: FloatArray, name: str) -> SuiteMotion:
+    """The motion of a candidate (d,)."""
+    found = motion_of(problem_of(scenario), x)
+    return SuiteMotion(PlannedMotion(scenario=scenario, motion=found, name=name))
+
+
+def interpreted(scenario: Scenario, form: str) -> list[Callable[[FloatArray], FloatArray]]:
+    """Functions of merit, objective and violations in CasADi's virtual machine, for each objective."""
+    instance = Instance({}, problem_of(scenario), form)
+    return [PopulationFunction(program, EvaluationOptions("vm")) for program, _ in instance.programs]
+
+
+def problem_of(scenario: Scenario) -> Problem[Any]:
+    """The problem of a scenario, built once."""
+    return _problem(scenario.model_dump_json())
+
+
+@lru_cache(maxsize=CACHED_PROBLEMS)
+def _problem(scenario: str) -> Problem[Any]:
+    return parse_scenario(json.loads(scenario)).problem()

@@ -1,0 +1,175 @@
+"""Runs of solvers on problems of a suite, and the table that anybody's runs are read from.
+
+A row a line, ``solver,problem,run,evaluations,merit``: one for each evaluation at which the lowest merit of a run so
+far fell, and one for its last evaluation.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from math import inf, isfinite
+from pathlib import Path
+
+import numpy as np
+
+from tpbso_casadi.suite.frozen import InvalidSuite
+from tpbso_casadi.suite.kernels import FloatArray
+from tpbso_casadi.suite.problem import SuiteProblem, problem_named
+
+HEADER = ("solver", "problem", "run", "evaluations", "merit")
+
+
+@dataclass(eq=False)
+class Recording:
+    """A run: call it as the solver would call the problem, and it keeps what the merits were.
+
+    Attributes:
+        problem: that is searched.
+        solver: label of the solver.
+        run: number of the run, usually its seed.
+        evaluations: numbers of those at which the lowest merit fell, the first is 1.
+        merits: the lowest from then on, descending.
+        done: all evaluations.
+
+    Raises:
+        TypeError: no problem of a suite, no text, or no whole number.
+    """
+
+    problem: SuiteProblem
+    solver: str
+    run: int = 1
+    evaluations: list[int] = field(default_factory=list)
+    merits: list[float] = field(default_factory=list)
+    done: int = 0
+
+    def __post_init__(self) -> None:
+        for name, kind, what in (("problem", SuiteProblem, "a problem of a suite"), ("solver", str, "a label")):
+            if not isinstance(getattr(self, name), kind):
+                raise TypeError(f"{name}: {what} is needed")
+        if not isinstance(self.run, int):
+            raise TypeError("run: a whole number is needed")
+
+    def __call__(self, x: FloatArray) -> FloatArray | float:
+        """Merits (m,) of candidates (m, d), or the merit of one vector (d,).
+
+        Raises:
+            ValueError: of another shape, or the problem has two objectives.
+        """
+        points = np.asarray(x, dtype=np.float64)
+        return float(self.of_population(points[None])[0]) if points.ndim == 1 else self.of_population(points)
+
+    def of_population(self, candidates: FloatArray) -> FloatArray:
+        """Merits (m,) of candidates (m, d).
+
+        Raises:
+            ValueError: of another shape, or the problem has two objectives.
+        """
+        if len(self.problem.objectives) > 1:
+            raise ValueError(f"{self.problem.name}: has two objectives; runs are judged by one")
+        merits = self.problem.merit(candidates)
+        for number, merit in enumerate(merits.tolist(), start=self.done + 1):
+            if merit < (self.merits[-1] if self.merits else inf):
+                self.evaluations.append(number)
+                self.merits.append(merit)
+        self.done += len(merits)
+        return merits
+
+    @property
+    def rows(self) -> list[tuple[str, str, int, int, float]]:
+        """Of the table."""
+        head = self.solver, self.problem.name, self.run
+        rows = [(*head, n, merit) for n, merit in zip(self.evaluations, self.merits, strict=True)]
+        last = [(*head, self.done, self.merits[-1])] if rows and self.evaluations[-1] < self.done else []
+        return rows + last
+
+    @property
+    def feasible_from(self) -> float:
+        """After how many evaluations there was a candidate that keeps all constraints; inf where there was none."""
+        feasible = (n for n, m in zip(self.evaluations, self.merits, strict=True) if m <= self.problem.feasible_merit)
+        return next(feasible, inf)
+
+
+def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
+    """Write the table of some runs; a file that is there is replaced.
+
+    Raises:
+        InvalidSuite: it cannot be written.
+        TypeError: no path, or no runs.
+    """
+    listed = list(runs) if isinstance(runs, Iterable) else [runs]
+    if not all(isinstance(run, Recording) for run in listed):
+        raise TypeError("runs: recordings are needed")
+    try:
+        with checked_path(path).open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(HEADER)
+            for run in listed:
+                writer.writerows((*row[:-1], repr(row[-1])) for row in run.rows)
+    except OSError as error:
+        raise InvalidSuite(f"{path}: {error.strerror}") from error
+
+
+def checked_path(path: str | Path) -> Path:
+    """The path of a file.
+
+    Raises:
+        TypeError: it is none.
+    """
+    if not isinstance(path, str | os.PathLike) or "\0" in str(path):
+        raise TypeError("path: that of a file is needed")
+    return Path(path)
+
+
+def read_runs(path: str | Path) -> list[Recording]:
+    """The runs of a table, in order.
+
+    Raises:
+        InvalidSuite: the file cannot be read, or a line of it is wrong; the message names file, line and reason.
+        TypeError: no path.
+    """
+    runs: dict[tuple[str, str, int], Recording] = {}
+    file_path, line = checked_path(path), 0
+    try:
+        with file_path.open(newline="", encoding="utf-8") as file:
+            for line, row in enumerate(csv.reader(file), start=1):
+                if line == 1 and tuple(row) != HEADER:
+                    raise ValueError(f"the first line is not {','.join(HEADER)}")
+                if line > 1 and row:
+                    _add(runs, row)
+    except OSError as error:
+        raise InvalidSuite(f"{path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InvalidSuite(f"{path}: is no text in UTF-8") from error
+    except (ValueError, csv.Error) as error:
+        raise InvalidSuite(f"{path}: line {line}: {error}") from error
+    if not runs:
+        raise InvalidSuite(f"{path}: there are no runs in it")
+    return list(runs.values())
+
+
+def _add(runs: dict[tuple[str, str, int], Recording], row: list[str]) -> None:
+    """Add a line to the run that it belongs to."""
+    if len(row) != len(HEADER):
+        raise ValueError(f"{len(row)} fields where {len(HEADER)} are needed")
+    solver, name, run, evaluations, merit = row[0], row[1], int(row[2]), int(row[3]), float(row[4])
+    if not solver or not solver.isprintable():
+        raise ValueError("solver: a name in printable characters is needed")
+    problem = problem_named(name)
+    if len(problem.objectives) > 1:
+        raise ValueError(f"problem: {name} has two objectives; runs are judged by one")
+    if not isfinite(merit) or evaluations < 1:
+        raise ValueError("a finite merit and at least one evaluation are needed")
+    into = runs.setdefault((solver, name, run), Recording(problem, solver, run))
+    if evaluations <= into.done:
+        raise ValueError(f"evaluations: {evaluations} after {into.done} of the same run")
+    into.done = evaluations
+    if not into.merits or merit < into.merits[-1]:
+        into.evaluations.append(evaluations)
+        into.merits.append(merit)
+    elif merit > into.merits[-1]:
+        raise ValueError(
+            f"merit: {merit:g} after {into.merits[-1]:g} of the same run, where the lowest so far is needed"
+        )
