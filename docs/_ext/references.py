@@ -21,7 +21,7 @@ from problems.base import FloatArray
 
 OURS = ("problems", "solvers", "tpbso_casadi")
 THEIRS = re.compile(r"(numpy|np|casadi|ca|scipy|pandas|pd|matplotlib|pathlib|collections|typing|pydantic)\.")
-NOT_LOADED = ("Figure", "DataFrame")  # of matplotlib and pandas, which are imported where they are used
+NOT_LOADED = ("Figure", "DataFrame", "SuiteMotion")  # imported where they are used, most of them of other libraries
 
 
 def resolved(app: Sphinx, env: BuildEnvironment, node: pending_xref, content: nodes.Element) -> nodes.Node | None:

@@ -280,8 +280,8 @@ def _known(suite: str) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Suite(Sequence[SuiteProblem]):
-    """Problems in order: all instances of a function, then those of the next.
+class Suite:
+    """A sequence of problems: all instances of a function, then those of the next.
 
     Attributes:
         name: of the suite.
