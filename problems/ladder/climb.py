@@ -226,6 +226,11 @@ class Climb:
                 break
         return None if best is None else self._made(best)
 
+    def deviated(self) -> Trajectory | None:
+        """What a polish makes of the motion that all others deviate from; None where that is not proven to be clear."""
+        found = self._proven(Way(np.zeros((self.motions.free, self.motions.dof)), self.motions.direct.duration), np.inf)
+        return None if found is None else self._made(found)
+
     def _made(self, reached: Reached) -> Trajectory:
         """The motion, as long as it has to be where obstacles move or that is chosen."""
         chosen = self.world.moves or self.minimised.chooses_duration
