@@ -374,7 +374,7 @@ class MoveProblem(SplineProblem):
         if self.robot.dim != 3 or self.branches:
             return False
         known = [limit for limit in self.limits if not OwnLimits.know(limit)]
-        free = self.task.passes_nothing and self._own is None and self.task.total_time is None
+        free = self._own is None and self.task.total_time is None
         between_two_states = free and self.robot.limits.jerk is not None
         if not (limits_can_be_polished(known) and (self.task.at_rest or between_two_states)):
             return False
@@ -512,7 +512,8 @@ class MoveProblem(SplineProblem):
 
     def _timed_anew(self, found: Trajectory, least: float) -> Iterator[Trajectory]:
         """A motion past vias along its own path, which may take less than what programs hold to be the least."""
-        if self.objective.sooner_is_better and self.task.vias and found.duration > GOOD_ENOUGH * least:
+        resting = self.task.vias and self.task.at_rest
+        if resting and self.objective.sooner_is_better and found.duration > GOOD_ENOUGH * least:
             with suppress(InvalidProblem):
                 yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)
 
