@@ -1,9 +1,11 @@
 """Moves past a via in space, or between moving ends, without a search and by one: how many are certified, durations.
 
 A Panda between two boxes; start, via and goal are clear postures drawn at random. The via is the posture, or the point
-where the tool is in it; or there is none, and joints move at both ends, at up to a fifth of their speeds.
+where the tool is in it; or there is none, and joints move at both ends, at up to a fifth of their speeds. With
+``--moving`` they do past a via too.
 
     python -m benchmarks.vias --problems 20 --seed 3 --via joints --solver abso
+    python -m benchmarks.vias --moving --solver
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -41,7 +43,7 @@ class Outcome:
 
     Attributes:
         certified: whether all limits are proven.
-        seconds: of the call.
+        seconds: of the processor, of the call.
         duration: of the motion, s.
         searched: whether a search was needed.
     """
@@ -70,18 +72,20 @@ def moving_ends(start: FloatArray) -> dict[str, FloatArray]:
     return {key: rng.uniform(-FIFTH, FIFTH, start.size) * most for key in ("start_velocity", "goal_velocity")}
 
 
-def outcome(start: FloatArray, via: Via, goal: FloatArray, solver: str) -> Outcome:
+def outcome(start: FloatArray, via: Via, goal: FloatArray, solver: str, moving: bool = False) -> Outcome:
     """Of one move.
 
     Raises:
         ScenarioError: the robot touches itself at one of the postures.
     """
-    keys, began = moving_ends(start) if via is None else {"via": [via]}, time.perf_counter()
+    keys: dict[str, Any] = moving_ends(start) if moving or via is None else {}
+    keys |= {} if via is None else {"via": [via]}
+    began = time.process_time()
     plan: Plan = tp.plan(
         panda(), start=tp.Joints(tuple(start)), goal=tp.Joints(tuple(goal)), obstacles=list(OBSTACLES),
         solver=solver, **keys,
     )  # fmt: skip
-    return Outcome(plan.certified, time.perf_counter() - began, plan.duration, plan.result.evaluations > 0)
+    return Outcome(plan.certified, time.process_time() - began, plan.duration, plan.result.evaluations > 0)
 
 
 def measured(measure: Callable[[FloatArray, Via, FloatArray], T], problems: int, seed: int, kind: str) -> list[T]:
@@ -122,9 +126,8 @@ def report(found: list[tuple[Outcome, ...]], solvers: tuple[str, ...]) -> str:
         seconds = "/".join(f"{value:.2f}" for value in np.percentile([one.seconds for one in own], (50, 90, 100)))
         certified = sum(one.certified for one in own)
         alone = sum(one.certified and not one.searched for one in own)
-        lines.append(
-            f"{solver:8} certified {certified} of {len(own)}, {alone} without a search; s, median/90 %/worst: {seconds}"
-        )
+        counts = f"{solver:8} certified {certified} of {len(own)}, {alone} without a search"
+        lines.append(f"{counts}; CPU s, median/90 %/worst: {seconds}")
     both = [each for each in found if all(one.certified for one in each)]
     for number, solver in enumerate(solvers[1:], start=1):
         ratios = np.percentile([each[0].duration / each[number].duration for each in both], (0, 50, 100))
@@ -141,11 +144,13 @@ def main() -> None:
     parser.add_argument("--via", choices=("joints", "position", "none"), default="joints")
     parser.add_argument("--solver", nargs="*", default=["abso"], help="besides the ladder")
     parser.add_argument("--blend", type=float, help="compare a stop at the via with a corner missed by so much")
+    parser.add_argument("--moving", action="store_true", help="joints move at both ends, past a via too")
     given = parser.parse_args()
     drawn = given.problems, given.seed, given.via
     if given.blend is None:
         solvers = ("ladder", *given.solver)
-        print(report(measured(lambda *move: tuple(outcome(*move, each) for each in solvers), *drawn), solvers))
+        found = measured(lambda *move: tuple(outcome(*move, each, given.moving) for each in solvers), *drawn)
+        print(report(found, solvers))
         return
     ratios = np.array(measured(partial(stop_over_blend, blend=given.blend), *drawn))
     known = ratios[np.isfinite(ratios)]

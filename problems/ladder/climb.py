@@ -26,6 +26,7 @@ LOG = logging.getLogger(__name__)
 SPARE, OWN_SPARE = 3e-3, 1e-3  # m, kept of obstacles and of each other where postures are looked at
 AT_ENDS = 0.8  # of what the ends have to spare
 MENDED = 6  # times that a motion is mended
+AGREEING = 10  # times that a motion between moving ends is led back to its places
 FARTHER = 1.5  # times as much is to be spare where a proof fails and nothing was seen
 FIRST_PROGRAMS, MORE_PROGRAMS = 25, 6
 WAYS, MOST_WAYS = 10, 40  # by RRT-Connect, besides the straight one; where none leads to a motion
@@ -226,6 +227,11 @@ class Climb:
                 break
         return None if best is None else self._made(best)
 
+    def deviated(self) -> Trajectory | None:
+        """What a polish makes of the motion that all others deviate from; None where that is not proven to be clear."""
+        found = self._proven(Way(np.zeros((self.motions.free, self.motions.dof)), self.motions.direct.duration), np.inf)
+        return None if found is None else self._made(found)
+
     def _made(self, reached: Reached) -> Trajectory:
         """The motion, as long as it has to be where obstacles move or that is chosen."""
         chosen = self.world.moves or self.minimised.chooses_duration
@@ -271,6 +277,17 @@ class Climb:
         return None
 
     def _passing(self, polish: DeviationPolish, reached: Reached) -> Reached | None:
-        """The motion that passes its places exactly; None where none is found."""
-        x = reached.x if self.passages is None else self.passages.exact(reached.x)
-        return None if x is None else reached if x is reached.x else polish.reached(x, 0.0, reached.duration)
+        """The motion that passes its places exactly; None where none is found.
+
+        Between ends that move, what passes them in one duration may need another.
+        """
+        if self.passages is None:
+            return reached
+        for _ in range(AGREEING if self.motions.moving else 1):
+            x = self.passages.exact(reached.x, reached.duration)
+            if x is None or x is reached.x:
+                return None if x is None else reached
+            before, reached = reached.duration, polish.reached(x, 0.0, reached.duration)
+            if reached.duration == before:
+                break
+        return reached

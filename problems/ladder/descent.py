@@ -267,9 +267,10 @@ class DeviationPolish:
             x: control points.
             trust: how far they may move next.
             near: the duration that is wanted, where that may be chosen; where an end moves, one that is near this;
-                where obstacles do, no less.
+                where obstacles do, or places are passed between ends that move, no less.
         """
-        duration = self.motions.least_duration(x, near, near if self.world.moves else 0.0)
+        matters = self.world.moves or (self.motions.moving and self.passages is not None)
+        duration = self.motions.least_duration(x, near, near if matters else 0.0)
         padded = self.motions.padded(x, duration)
         if self.torques is not None:
             state = self._state(padded, duration)
@@ -335,7 +336,7 @@ class DeviationPolish:
             moved = np.einsum("mak,mak->m", own.weights, padded) - own.by_time * saved
             gained -= OWN_PRICE * float(np.maximum(moved - own.bound, 0.0).sum())
         if self.passages is not None and passed is not None:
-            gained -= PASSAGE_PRICE * self.passages.left(passed, change)
+            gained -= PASSAGE_PRICE * self.passages.left(passed, self.motions.changed(change, -saved))
         return gained
 
     def _program(

@@ -6,7 +6,7 @@ limit L is linear in the control points x, |q_r(u)| <= L T^r. Accelerations are 
 pieces of either, and jerks constant, so that rows there say all; speeds are looked at in between as well.
 
 Where an end moves, S is the fastest motion between both states; the control points there are no longer zero but linear
-in T, as a velocity v is a derivative T v.
+in T, as a velocity v is a derivative T v. S may also be any motion from rest to rest that is known, made of cubics.
 """
 
 from __future__ import annotations
@@ -149,8 +149,26 @@ def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits, rate
     return rest_to_rest(start, goal, limits)
 
 
+SMOOTHED = 240  # pieces of a motion that is deviated from
+
+
+def smoothed(trajectory: Trajectory) -> Trajectory:
+    """The uniform cubic spline whose control points are postures of a motion from rest to rest.
+
+    Its derivatives are averages of those of the motion: what limits that keeps, the spline keeps. It is at rest a
+    little before and after, so that it takes two more of its steps, and is nowhere farther from the motion than that
+    goes in one.
+    """
+    step = trajectory.duration / SMOOTHED
+    knots = step * np.arange(-DEGREE, SMOOTHED + 3 + DEGREE, dtype=np.float64)
+    postures = trajectory.at(np.clip(knots[1:-3], 0.0, trajectory.duration))
+    spline, breakpoints = BSpline(knots, postures, DEGREE), knots[DEGREE:-DEGREE]
+    powers = [spline(breakpoints[:-1], order) / FACTORIALS[order] for order in range(DEGREE, -1, -1)]
+    return Trajectory(breakpoints, np.stack(powers))
+
+
 class Deviations:
-    """All motions between two postures that deviate from the direct one by a spline.
+    """All motions between two postures that deviate from the direct one, or from another, by a spline.
 
     Args:
         start: (k,), rad.
@@ -159,9 +177,10 @@ class Deviations:
         gentler: limits of the direct motion that is deviated from; near both ends there is nothing but that.
         rates: velocities at both ends; at rest where None.
         at_least: no motion may take less time, s.
+        around: a motion from rest to rest that is deviated from in the place of the direct one.
 
     Attributes:
-        direct: the fastest motion between the two, within the gentler limits where there are some.
+        direct: the fastest motion between the two, within the gentler limits where there are some; or that one.
         bound: no motion between the two takes less time, s; between moving ends none that has no accelerations there.
         at_ends: how the control points at the ends change with the duration, (pieces + 3, k), rad/s.
 
@@ -177,11 +196,13 @@ class Deviations:
         gentler: JointLimits | None = None,
         rates: Rates | None = None,
         at_least: float = 0.0,
+        around: Trajectory | None = None,
     ) -> None:
         self.start, self.goal, self.limits = start, goal, limits
         self._own_limits = limits if gentler is None else gentler
         self.moving = rates is not None and rates.moves
-        self.direct = direct_motion(start, goal, self._own_limits, rates)
+        self._is_direct = around is None
+        self.direct = direct_motion(start, goal, self._own_limits, rates) if around is None else smoothed(around)
         at_rest = float(least_durations(goal - start, limits).max())
         self.bound = max((1.0 - MOVING_ALLOWANCE) * self.direct.duration if self.moving else at_rest, at_least)
         self.at_ends = np.zeros((edges().size - 1 + DEGREE, start.size))
@@ -243,7 +264,8 @@ class Deviations:
     @cached_property
     def _intervals(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """Of each joint, parts in which its motion is one cubic: number of the joint, beginning and end, each (m,)."""
-        shares = self._changes if self.moving else switch_shares(self.goal - self.start, self._own_limits)
+        switching = self._is_direct and not self.moving
+        shares = switch_shares(self.goal - self.start, self._own_limits) if switching else self._changes
         joints, ends = [], []
         for joint, own in enumerate(shares):
             nodes = np.unique(np.concatenate([edges(), own]))

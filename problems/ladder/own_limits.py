@@ -1,7 +1,9 @@
 """Bounds on expressions of one instant, as linear programs and samples take them.
 
 Every bound is written as g <= 0, in shares of the limit's scale. What a motion breaks a little between samples it may
-keep by some room there; what falls where a motion is run more slowly is kept by the duration.
+keep by some room there; what falls where a motion is run more slowly is kept by the duration. A length has no slope
+where it is zero. Where postures alone keep it below a small number, as the accuracy of a path, programs have planes
+besides that touch the ball of its components, and keep so much room of these that what is left lies within.
 """
 
 from __future__ import annotations
@@ -9,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -22,11 +26,48 @@ KEPT = 16  # sets of limits
 STATE = 3  # angles, velocities, accelerations
 UNKNOWN = ("jerk", "time", "duration")  # quantities that are no function of these
 SPARE = 0.01  # of the scale, kept at samples
+SMALL = 0.05  # m or rad: a length whose ball steps of programs lead through has planes that touch that
+INSIDE, MOST_COMPONENTS = 0.2, 3  # of the length, kept of the planes: what they leave is within the ball
 AT_ENDS = 0.8  # of what the ends leave of that
 ROUNDING = 1e-10  # of the scale
 STEPS, ENOUGH = 30, 1e-3  # of a projection; of the scale: what is missing of less is enough
 LONGEST = 0.2  # rad or m: no joint goes farther in a step of it
 DAMPED = 1e-6  # relative: keeps a step finite where joints do not matter
+
+
+class Row(NamedTuple):
+    """One bound.
+
+    Attributes:
+        value: g, of the scale.
+        spare: what is kept of it at samples, where the ends let it, of the scale.
+    """
+
+    value: Matrix
+    spare: float
+
+
+def components(value: Matrix) -> list[Matrix]:
+    """Those of which an expression is the length, sqrt(sum of squares), or the least length; else none."""
+    return _squared_in(value.dep(0)) if value.is_op(ca.OP_SQRT) else []
+
+
+def _squared_in(value: Matrix) -> list[Matrix]:
+    if value.is_op(ca.OP_SQ):
+        return [value.dep(0)]
+    if not (value.is_op(ca.OP_ADD) or value.is_op(ca.OP_FMIN)):
+        return []
+    one, other = (_squared_in(value.dep(number)) for number in range(2))
+    if value.is_op(ca.OP_ADD):
+        return [*one, *other] if one and other else []
+    first = value.dep(0) < value.dep(1)
+    return [ca.if_else(first, *each) for each in zip(one, other, strict=True)] if len(one) == len(other) else []
+
+
+def _in_directions(parts: list[Matrix]) -> list[Matrix]:
+    """A vector along its axes and their diagonals, both ways."""
+    signs = [each for each in product((-1.0, 0.0, 1.0), repeat=len(parts)) if np.count_nonzero(each) in (1, len(parts))]
+    return [ca.dot(ca.DM(each) / np.linalg.norm(each), ca.vertcat(*parts)) for each in signs]
 
 
 @dataclass(frozen=True)
@@ -64,18 +105,33 @@ class OwnLimits:
     def _state(self) -> Matrix:
         return ca.horzcat(*map(self._now.derivative, range(STATE))).T
 
-    def _rows_of(self, limit: ExpressionLimit) -> Matrix:
-        """What is at most 0 of one limit, (m, 1)."""
-        values, found = limit.function.at(self._now, smooth=True), []
+    def _rows_of(self, limit: ExpressionLimit) -> list[Row]:
+        """What is at most 0 of one limit."""
+        smooth, exact, found = limit.function.at(self._now, smooth=True), limit.function.at(self._now), list[Row]()
         for sign, bound in ((-1.0, limit.lower), (1.0, limit.upper)):
             for column, number in enumerate(() if bound is None else bound):
-                if np.isfinite(number):
-                    found.append(sign * (values[0, column] - number) / limit.scale[column])
-        return ca.vertcat(*found)
+                if not np.isfinite(number):
+                    continue
+                small = sign > 0.0 and 0.0 < number <= SMALL and self._are_static(exact[0, column])[0]
+                parts = components(exact[0, column]) if small else []
+                scale = number if parts else limit.scale[column]
+                found.append(Row(sign * (smooth[0, column] - number) / scale, SPARE))
+                if 0 < len(parts) <= MOST_COMPONENTS:
+                    found += [Row((along - number) / scale, INSIDE) for along in _in_directions(parts)]
+        return found
+
+    def _are_static(self, values: Matrix) -> NDArray[np.bool_]:
+        """Which values (m, 1) depend on angles alone, (m,)."""
+        moving = ca.vec(ca.horzcat(self._now.speed, self._now.acceleration))
+        return ~np.array(ca.which_depends(values, moving, 1, True), dtype=bool)
 
     @cached_property
+    def _rows(self) -> list[Row]:
+        return [row for limit in self.limits for row in self._rows_of(limit)]
+
+    @property
     def _symbolic(self) -> Matrix:
-        return ca.densify(ca.vertcat(*(self._rows_of(limit) for limit in self.limits)))
+        return ca.densify(ca.vertcat(*(row.value for row in self._rows)))
 
     @cached_property
     def _values(self) -> ca.Function:
@@ -97,8 +153,7 @@ class OwnLimits:
     @cached_property
     def is_static(self) -> NDArray[np.bool_]:
         """Which rows depend on angles alone, (m,)."""
-        moving = ca.vec(ca.horzcat(self._now.speed, self._now.acceleration))
-        return ~np.array(ca.which_depends(self._symbolic, moving, 1, True), dtype=bool)
+        return self._are_static(self._symbolic)
 
     def values(self, state: FloatArray) -> FloatArray:
         """g, (n, m), of angles, velocities and accelerations, (n, 3 k)."""
@@ -131,7 +186,7 @@ class OwnLimits:
     def spare(self, *ends: FloatArray) -> FloatArray:
         """What is kept at samples of a motion between postures (k,), of the scale, (m,)."""
         left = -self.at_rest(np.stack(ends)).max(axis=0)
-        return np.asarray(np.clip(AT_ENDS * left, 0.0, SPARE))
+        return np.asarray(np.clip(AT_ENDS * left, 0.0, [row.spare for row in self._rows]))
 
     def projected(self, theta: FloatArray, spare: FloatArray) -> FloatArray:
         """Postures near some (n, k) that keep what depends on angles alone by some room (m,), as far as steps lead."""

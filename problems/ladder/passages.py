@@ -132,18 +132,19 @@ class Passages:
             np.full(bound.size, PASSAGE_PRICE),
         )  # fmt: skip
 
-    def left(self, rows: WholeRows, change: FloatArray) -> float:
-        """What a change of free control points (free, k) leaves of what is missed, to first order, m and rad."""
-        points = self.motions.padded(change)[rows.first[:, None] + AT_REST + np.arange(rows.weights.shape[1])]
+    def left(self, rows: WholeRows, changed: FloatArray) -> float:
+        """What a change of all control points (n, k) leaves of what is missed, to first order, m and rad."""
+        points = changed[rows.first[:, None] + AT_REST + np.arange(rows.weights.shape[1])]
         return float(np.maximum(np.einsum("mak,mak->m", rows.weights, points) - rows.bound, 0.0).sum())
 
-    def exact(self, x: FloatArray) -> FloatArray | None:
+    def exact(self, x: FloatArray, duration: float | None = None) -> FloatArray | None:
         """Free control points near some (free, k) whose motion passes all places; None where none are found.
 
-        Of one that may be missed, as near as it has to be.
+        Of one that may be missed, as near as it has to be. Between moving ends that is a motion of one duration, s; the
+        direct motion's where None.
         """
         for _ in range(STEPS):
-            passages = self.nearest(self.motions.padded(x))
+            passages = self.nearest(self.motions.padded(x, duration))
             missing = [
                 one.missed * max(0.0, 1.0 - INSIDE * place.within / max(float(np.linalg.norm(one.missed)), THERE))
                 for one, place in zip(passages, self.places, strict=True)

@@ -84,8 +84,8 @@ class StraightWay(ToolWay):
 
     def away(self, tool: ca.SX) -> ca.SX:
         """The distance from the line."""
-        since = tool - ca.DM(self.start)
-        return ca.sqrt(ca.sumsqr(since - ca.DM(self._direction) * self.along(tool)))
+        sideways = scipy.linalg.null_space(self._direction[None]).T
+        return ca.sqrt(ca.sumsqr(ca.DM(sideways) @ (tool - ca.DM(self.start))))
 
     def along(self, tool: ca.SX) -> ca.SX:
         """The projection onto the line."""

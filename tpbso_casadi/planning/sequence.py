@@ -18,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from problems import InvalidProblem, Robot, Trajectory
+from problems import InvalidProblem, Problem, Robot, Trajectory
+from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.tasks import Joints, Place, ToolPath
@@ -48,6 +49,7 @@ DRAWN = 64  # postures of a place that states none, of which the nearest are kep
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
 MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
 FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
+MOST_POLISHES, WORTH_POLISHING = 2, 0.02  # of a way of the tool; of the duration: what one gains before the next
 UNKNOWN = 3.0  # times their bound is what other edges are then taken to need
 
 
@@ -113,6 +115,7 @@ def planned_sequence(
         scenario = scenario.model_copy(update={"task": work.task.in_order(order)})
         work = SequencePlanner(scenario, planning, plan)
     chain = work.best_chain()
+    work.polish(chain)
     trajectory, ends = work.joined(chain)
     criteria = judged_by_stage(scenario, trajectory, ends)
     quantities = {ENDS: ends, BOUND: np.array([bound or work.bound])}
@@ -379,6 +382,28 @@ class SequencePlanner:
         self._broken[layer] = f"{broken.name} {broken.worst:.4g} where {limit} is the limit, {broken.where}"
         return None
 
+    def polish(self, chain: Sequence[int]) -> None:
+        """Make the ways of the tool faster within their accuracy, as long as that is worth it and there is time."""
+        postures = [stop.postures[index] for stop, index in zip(self.stops, chain, strict=True)]
+        for layer, pair in enumerate(_pairs(chain)):
+            motion = self.edges[layer].motions[pair]
+            if motion is None or self.stops[layer + 1].paths[pair[1]] is None:
+                continue
+            self.planning.progress.phase(f"{self.task.labels[self.moving[layer]]}, within its accuracy")
+            stage, cell = self.stage(layer), self._cell(layer, postures)
+            problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()
+            criteria = cell.statement(stage, postures[layer]).judged()
+            for _ in range(MOST_POLISHES):
+                if self.planning.running_out():
+                    return
+                faster = _polished(problem, criteria, motion)
+                if faster is None:
+                    break
+                gained, motion = 1.0 - faster.duration / motion.duration, faster
+                if gained < WORTH_POLISHING:
+                    break
+            self.edges[layer].motions[pair] = motion
+
     def joined(self, chain: Sequence[int]) -> tuple[Trajectory, FloatArray]:
         """The motion of all stages, and when each of them ends, (n,), s."""
         parts: list[Trajectory] = []
@@ -399,6 +424,15 @@ class SequencePlanner:
         for part in parts[1:]:
             whole = whole.followed_by(part)
         return whole, np.array(ends)
+
+
+def _polished(problem: Problem[Any], criteria: Criteria, motion: Trajectory) -> Trajectory | None:
+    """The first certified motion that programs make of one, if it is faster; else None."""
+    with suppress(InvalidProblem):
+        tried = (judged(criteria, trajectory) for trajectory in problem.polished(motion))
+        found = next((other.trajectory for other in tried if other.feasible), motion)
+        return found if found.duration < motion.duration else None
+    return None
 
 
 def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:

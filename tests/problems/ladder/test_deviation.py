@@ -8,8 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems.ladder import Deviations
-from problems.ladder.deviation import edges, weights
+from problems.ladder.deviation import SMOOTHED, edges, smoothed, weights
+from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
+from problems.timing import retime
 
 LIMITS = {
     "jerk": JointLimits(speed=(2.0, 1.0, 3.0), acceleration=(10.0, 5.0, 8.0), jerk=(100.0, 80.0, 300.0)),
@@ -92,3 +94,42 @@ def test_gentler_limits_change_the_beginning_and_not_the_bound() -> None:
     still = np.zeros((other.free, other.dof))
     assert other.direct.duration > usual.bound
     assert usual.bound < other.time_scale(other.padded(still)) < other.direct.duration
+
+
+BENT = np.array([START, [1.2, 0.9, 1.3], [1.5, 0.2, 0.8], GOAL])
+
+
+def peaks(trajectory: Trajectory, order: int) -> np.ndarray:
+    return np.asarray(np.abs(trajectory.at(trajectory.extreme_times(order), order)).max(axis=0))
+
+
+@pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS.keys())
+def test_a_smoothed_motion_keeps_the_limits_and_is_nowhere_far(limits: JointLimits) -> None:
+    known = retime(JointPath.through(BENT), limits)
+    found, step = smoothed(known), known.duration / SMOOTHED
+    assert found.duration == pytest.approx(known.duration + 2.0 * step)
+    for order, bound in enumerate(limits.by_order, start=1):
+        assert (peaks(found, order) <= bound * (1.0 + 1e-8)).all()
+    ends = found.breakpoints[[0, -1]]
+    np.testing.assert_allclose(found.at(ends), [START, GOAL], atol=1e-12)
+    np.testing.assert_allclose([found.at(ends, order) for order in (1, 2)], 0.0, atol=1e-6)
+    times = found.times(2001)
+    away = found.at(times) - known.at(np.clip(times - step, 0.0, known.duration))
+    assert (np.abs(away) <= peaks(known, 1) * step).all()
+
+
+@pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS.keys())
+def test_motions_may_deviate_from_one_that_is_known(limits: JointLimits) -> None:
+    known = retime(JointPath.through(BENT), limits)
+    motions = Deviations(START, GOAL, limits, around=known)
+    still = np.zeros((motions.free, motions.dof))
+    least = motions.least_duration(still, motions.direct.duration)
+    assert motions.bound < least <= motions.direct.duration * (1.0 + 1e-6)
+    same = motions.trajectory(still, motions.direct.duration)
+    shares = np.linspace(0.0, 1.0, 101)
+    np.testing.assert_allclose(
+        same.at(shares * same.duration), motions.direct.at(shares * motions.direct.duration), atol=1e-9
+    )
+    other = motions.trajectory(deviation(motions, 1), motions.direct.duration)
+    for order, bound in enumerate(limits.by_order, start=1):
+        assert (peaks(other, order) <= bound * (1.0 + 1e-6)).all()

@@ -19,6 +19,7 @@ from problems.timing import MotionState, fastest_move
 
 START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
 LEAVING, ARRIVING = np.array([0.3, 0.1, -0.1, 0.0, 0.2, 0.0, 0.1]), np.array([0.2, -0.1, 0.0, 0.1, 0.0, 0.0, 0.0])
+ASIDE = np.array([0.1, 0.9, 0.2, 0.7, 0.1, 0.4, 0.3])
 LOW = np.array([0.0, 0.0, 0.0, 2.5, 0.0, -1.5, 0.0])  # off these, postures of a Panda
 WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 
@@ -92,6 +93,20 @@ def test_a_moving_arm_is_led_around_a_wall() -> None:
     assert found is not None and world.prove(found).status
     ends = np.array([0.0, found.duration])
     np.testing.assert_allclose(found.at(ends, 1), [LEAVING, ARRIVING], atol=1e-10)
+
+
+@pytest.mark.parametrize("via", [tp.Joints(tuple(ASIDE - LOW)), tp.Pose((0.45, 0.1, 0.6))], ids=["joints", "position"])
+def test_a_via_between_moving_ends_needs_no_search(via: tp.Joints | tp.Pose) -> None:
+    plan = tp.plan(
+        tp.robot("panda"), start=START - LOW, goal=GOAL - LOW, obstacles=[WALL], via=[via], start_velocity=LEAVING,
+        goal_velocity=ARRIVING,
+    )  # fmt: skip
+    assert plan.certified and plan.result.evaluations == 0
+    ends = plan.trajectory.breakpoints[[0, -1]]
+    np.testing.assert_allclose(plan.trajectory.at(ends, 1), [LEAVING, ARRIVING], atol=1e-8)
+    if isinstance(via, tp.Joints):
+        away = np.linalg.norm(plan.trajectory.at(plan.trajectory.times(8001)) - (ASIDE - LOW), axis=1)
+        assert away.min() < 2e-3
 
 
 @pytest.mark.parametrize(

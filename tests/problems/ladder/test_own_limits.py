@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 import pytest
 from helpers.space import small_arm
 
 from problems.ladder import OwnLimits
-from problems.ladder.own_limits import SPARE
+from problems.ladder.own_limits import SMALL, SPARE
 from problems.limits import StatedExpression, ToolRegion, ToolSpeed, Upright
 from problems.motions import traced
 
@@ -65,6 +66,32 @@ def test_no_more_is_kept_than_the_ends_leave() -> None:
     theta = OWN.projected(RNG.uniform(-0.2, 0.2, (1, ARM.dof)), np.zeros(3))[0]
     spare = OWN.spare(theta, theta)
     assert (spare <= SPARE).all() and (OWN.at_rest(theta[None])[0] + spare <= 1e-12).all()
+
+
+@pytest.mark.parametrize("components", [2, 3])
+def test_programs_know_a_small_ball_by_planes_that_touch_it(components: int) -> None:
+    radius, point = 0.8 * SMALL, np.array([0.1, -0.2, 0.3])[:components]
+    expression = traced(lambda m: ca.norm_2(m.q[:components] - ca.DM(point)), ARM, "ball")
+    own = OwnLimits.of((StatedExpression("ball", "rad", expression, None, (radius,)).for_robot(ARM, ()),))
+    theta = np.zeros((2000, ARM.dof))
+    theta[:, :components] = point + RNG.uniform(-1.5, 1.5, (2000, components)) * radius
+    away = np.linalg.norm(theta[:, :components] - point, axis=1) / radius
+    values = own.at_rest(theta)
+    np.testing.assert_allclose(values[:, 0], away - 1.0, atol=1e-6)
+    assert values.shape[1] == 1 + {2: 8, 3: 14}[components]
+    np.testing.assert_array_equal(own.allow(theta), away <= 1.0)
+    middle = np.pad(point, (0, ARM.dof - components))
+    spare = own.spare(middle, middle)
+    assert (spare[0], spare[1:].min()) == (SPARE, 0.2)
+    kept = (values[:, 1:] + spare[1:] <= 0.0).all(axis=1)
+    assert kept.any() and (away[kept] <= 1.0).all()
+
+
+def test_large_balls_and_speeds_have_no_planes() -> None:
+    large = traced(lambda m: ca.norm_2(m.q[:3]), ARM, "large")
+    limit = StatedExpression("large", "rad", large, None, (2.0 * SMALL,)).for_robot(ARM, ())
+    slow = ToolSpeed(max=0.5 * SMALL).for_robot(ARM, ())
+    assert OwnLimits.of((limit, slow)).at_rest(np.zeros((1, ARM.dof))).shape == (1, 2)
 
 
 def test_what_depends_on_the_time_is_left_to_a_search() -> None:

@@ -71,7 +71,7 @@ def test_rows_say_what_a_small_change_leaves_missing(place: Place) -> None:
     sideways = one.axes @ after.missed
     signed = np.concatenate([sideways, -sideways]).reshape(2, -1)[:, 1:]
     np.testing.assert_allclose(promised.reshape(2, -1)[:, 1:], signed, atol=1e-8)
-    assert passed.left(rows, change) == pytest.approx(np.maximum(promised, 0.0).sum())
+    assert passed.left(rows, passed.motions.padded(change)) == pytest.approx(np.maximum(promised, 0.0).sum())
 
 
 @pytest.mark.parametrize(
