@@ -5,6 +5,7 @@ docs/reference/certificate.md describes the file; :mod:`problems.certify.check_c
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -100,11 +101,12 @@ class _Statement:
     def content(self) -> dict[str, Any]:
         """All but the proof."""
         robot, trajectory = self._criteria.robot, self._trajectory
+        labels = _told_apart([obstacle.label(n) for n, obstacle in self._obstacles.items()])
         own = robot.self_margin if isinstance(robot, SpatialArm) and robot.is_covered else robot.margin
         return {
             "name": self._name,
             "robot": self._robot_content(),
-            "obstacles": [obstacle_content(n, obstacle) for n, obstacle in self._obstacles.items()],
+            "obstacles": [obstacle_content(*each) for each in zip(labels, self._obstacles.values(), strict=True)],
             "margins": _flat([robot.margin, own]),
             "may_touch": self._may_touch(),
             "breakpoints": trajectory.breakpoints.tolist(),
@@ -150,7 +152,7 @@ class _Statement:
         starts = [start for _, start, _ in numbers.roots]
         sizes = np.diff([*starts, len(nodes)])
         return {
-            "links": [name for name, _, _ in numbers.roots],
+            "links": _told_apart([name for name, _, _ in numbers.roots]),
             "link_bodies": [int(body[start]) for start in starts],
             "balls": nodes.tolist(),
             "ball_links": np.repeat(np.arange(len(starts)), sizes).tolist(),
@@ -270,15 +272,22 @@ def _own_pairs(numbers: RobotNumbers) -> list[list[int]]:
     return [list(pair) for pair in found]
 
 
-def obstacle_content(number: int, obstacle: Obstacle) -> dict[str, Any]:
-    """An obstacle of a shape and motion that the core knows, in numbers; of that number, for its name."""
+def _told_apart(names: Sequence[str]) -> list[str]:
+    """Names with a number where there are several of one."""
+    counts = Counter(names)
+    numbers = [names[: place + 1].count(name) for place, name in enumerate(names)]
+    return [f"{name} ({n})" if counts[name] > 1 else name for name, n in zip(names, numbers, strict=True)]
+
+
+def obstacle_content(name: str, obstacle: Obstacle) -> dict[str, Any]:
+    """An obstacle of a shape and motion that the core knows, in numbers."""
     plain, solid = obstacle_numbers(obstacle.unmoved), obstacle.unmoved
     drifts = drifts_of([obstacle])
     assert plain is not None and drifts is not None and isinstance(solid, Solid)
     (drift,) = drifts
     corners = solid.own_surface()[0] if len(plain.faces) else np.empty((0, 3))
     return {
-        "name": obstacle.label(number),
+        "name": name,
         "shape": plain.shape.name.lower().replace("_", "-"),
         "sizes": _flat(plain.sizes),
         "rotation": _rotation(solid.axes),

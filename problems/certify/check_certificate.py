@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Whole: TypeAlias = NDArray[np.intp]
-Look: TypeAlias = "Callable[[Whole, Cells, Whole], tuple[Array, Array]]"
 
 FORMAT, VERSION = "tpbso-casadi certificate", 1
-U, SLACK, TINY, OFF = 2.0**-53, 2.0**-41, 1e-300, 1e-14  # OFF: of matrices from rotations, of axes from length 1
-LARGEST_FILE, MOST_PIECES, MOST_POWERS, MOST_LEVELS = 1 << 30, 1 << 20, 25, 40
+U, SLACK, TINY, OFF = 2.0**-53, 2.0**-41, 1e-100, 1e-14  # OFF: of matrices from rotations, of axes from length 1
+LARGEST_FILE, MOST_PIECES, MOST_PARTS, MOST_POWERS, MOST_LEVELS = 1 << 30, 1 << 20, 1 << 24, 25, 40
 MOST_TOLERANCES = np.array([1e-6, 1e-6, 1e-4, 1e-1])  # of limits, relative, and of the STATE at ends and breakpoints
 STATE = ("position", "velocity", "acceleration")
 LIMITS, TORQUE = ("joint range", "speed", "acceleration", "jerk", "torque"), 4
@@ -42,7 +41,7 @@ SHAPES: dict[str, tuple[int, Callable[[Array, Array, Array], Any]]] = {  # how m
 # The form of a file: objects, [lists], texts, digits, and arrays: their sizes, numbers or named after what came first;
 # after |: + not negative, ~ up to 1e200 (else 1e6), R rotations, ? null for no limit, < whole numbers of what is named.
 FORMS = {
-    "FILE": "format: text; version: ; robot: text; stages: [STAGE]",
+    "FILE": "format: word; version: ; robot: text; stages: [STAGE]",
     "STAGE": "name: text; robot: ROBOT; obstacles: [OBSTACLE]; may_touch: TOUCH; margins: 2 | +; pause: | +; "
     "breakpoints: times; coefficients: pieces joints powers | ~; start: 3 joints; goal: 3 joints; "
     "tolerances: 4 | +; not_covered: [text]; planes: planes 3; proof: PROOF",
@@ -51,7 +50,7 @@ FORMS = {
     "tracking_error: 3 joints | +; gravity: 3; masses: masses 13; carriers: masses | <joints; links: [text]; "
     "link_bodies: links | <100; balls: balls 4; ball_links: balls | <links; ball_parents: balls | <balls; "
     "own_pairs: pairs 2 | <balls",
-    "OBSTACLE": "name: text; shape: text; sizes: n | +; rotation: 3 3 | R; center: 3; velocity: 3; "
+    "OBSTACLE": "name: text; shape: word; sizes: n | +; rotation: 3 3 | R; center: 3; velocity: 3; "
     "growth: | +; points: m 3",
     "TOUCH": "links: near | <links; obstacles: near | <obstacles",
     "PROOF": "limits: [digits]; obstacles: [digits]; own: [digits]",
@@ -76,7 +75,7 @@ def read(path: Path) -> Any:
     """The content of a file, zipped where its name ends with .gz, in which no key is there twice."""
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        need(len(dict(pairs)) == len(pairs), ", ".join(key for key, _ in pairs), "every key once")
+        need(len(dict(pairs)) == len(pairs), ascii([key for key, _ in pairs]), "every key once")
         return dict(pairs)
 
     with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as file:
@@ -92,11 +91,14 @@ def formed(value: Any, form: str, where: str, sizes: dict[str, int]) -> Any:
     if form.startswith("["):
         need(isinstance(value, list), where, "a list")
         sizes[where.rpartition(".")[2]] = len(value)
-        return [formed(part, form[1:-1], f"{where}[{k}]", dict(sizes)) for k, part in enumerate(value)]
-    if form in ("text", "digits"):
-        need(isinstance(value, str) and value.isprintable(), where, "a line of text")
-        need(form == "text" or set(value) <= set("012"), where, "digits 0, 1 and 2")
-        return value if form == "text" else np.frombuffer(value.encode(), dtype=np.uint8) - ord("0")
+        parts = [formed(part, form[1:-1], f"{where}[{k}]", dict(sizes)) for k, part in enumerate(value)]
+        names = parts if form == "[text]" else [part.name for part in parts if form == "[OBSTACLE]"]
+        need(len(set(names)) == len(names), where, "every name once")
+        return parts
+    if form in ("word", "text", "digits"):  # texts are quoted where they are printed
+        need(isinstance(value, str) and (form != "digits" or set(value) <= set("012")), where, f"{form} in quotes")
+        digits = np.frombuffer(value.encode() if form == "digits" else b"", dtype=np.uint8) - ord("0")
+        return {"word": value, "text": ascii(value), "digits": digits}[form]
     (dims, _, flags), flat, shape = form.partition("|"), [value], []
     for dim in dims.split():
         need(all(isinstance(part, list) for part in flat), where, "a list")
@@ -291,9 +293,9 @@ class Scene:
         error = constant + by_speed * (speed.size + speed.off) + by_quicker * (quicker.size + quicker.off)
         self.away = (np.abs(place.terms[1:]).sum(axis=0) + place.off + error) * (1.0 + SLACK)  # of joints in a cell
         values = place.terms[0].T[:, :, None, None]
-        arm = Arm(given, values, np.asarray, lambda x: (np.cos(x), np.sin(x)))
-        lists = (arm.frames, arm.places, arm.axes)
-        self.frames, self.places, self.axes = (np.stack(np.broadcast_arrays(*each)) for each in lists)
+        each = np.zeros((len(cells.half), 1, 1))  # also of what no joint turns
+        arm = Arm(given, values, lambda x: x + each, lambda x: (np.cos(x), np.sin(x)))
+        self.frames, self.places, self.axes = (np.stack(part) for part in (arm.frames, arm.places, arm.axes))
         size = robot.size + outer + float(np.abs(values[given.turns == 0]).sum(axis=0).max(initial=0.0))
         self.rounding = 8.0 * (robot.dof + 4) * (6.0 * OFF + 128.0 * U) * size  # lemma 7
 
@@ -315,12 +317,12 @@ class Scene:
 class Claim:
     """That pairs (n, 2) have room in cells (n,), and so everything, all the time: the proof divides both (lemma 4)."""
 
-    def __init__(self, stage: "Stage", look: "Look", name: str, roots: Any, names: Sequence[Any], balls: int) -> None:
+    def __init__(self, stage: "Stage", look: Callable[..., Any], name: str, roots: Any, names: Any, balls: int) -> None:
         self.stage, self.look, self.name, self.names, self.balls = stage, look, name, names, balls
         self.pairs = np.repeat(np.array(roots, dtype=np.intp).reshape(-1, 2), stage.pieces, axis=0)
         self.cells = np.tile(np.arange(stage.pieces, 2 * stage.pieces), len(roots))
 
-    def room(self, which: Whole) -> tuple[Array, Array]:
+    def room(self, which: Whole) -> Any:
         """What some of what is left have, and how far they travel."""
         numbers, place = np.unique(self.cells[which], return_inverse=True)
         return self.look(self.pairs[which], Cells(self.stage, numbers), place)
@@ -339,6 +341,7 @@ class Claim:
         need((sizes > 0.0).any(axis=1).all(), "proof", "a ball that has parts, where the digit is 2,")
         rows, which = np.arange(len(pairs)), np.argmax(sizes, axis=1)  # the larger one, of equal ones the first
         ball = pairs[rows, which]
+        need(robot.counts[ball].sum() < MOST_PARTS, "proof", f"fewer than {MOST_PARTS} parts at a time")
         whole, ends = np.repeat(rows, robot.counts[ball]), np.cumsum(robot.counts[ball])
         parts, place = pairs[whole], np.arange(len(whole)) - (ends - robot.counts[ball])[whole]
         parts[np.arange(len(whole)), which[whole]] = robot.children[robot.firsts[ball][whole] + place]
@@ -369,8 +372,8 @@ class Stage:
         self.pieces, powers = local.shape[0], local.shape[2]
         rising = len(self.breaks) == self.pieces + 1 and self.breaks[0] == 0.0 and (np.diff(self.breaks) > 0.0).all()
         need(rising and 0 < self.pieces < MOST_PIECES and 0 < powers <= MOST_POWERS, where, "rising breakpoints")
-        factors = ([float(perm(d, order)) for d in range(powers)] for order in range(TORQUE))
-        self.derivatives = [(local * each)[:, :, min(k, powers - 1) :] for k, each in enumerate(factors)]
+        perms = ([float(perm(d, k)) for d in range(powers)] for k in range(TORQUE))
+        self.derivatives = [(local * each)[:, :, min(k, powers - 1) :] for k, each in enumerate(perms)]
         self.lengths = np.nextafter(np.diff(self.breaks), inf)  # no less than they are
         need((given.tolerances <= MOST_TOLERANCES).all(), f"{where}.tolerances", f"no more than {MOST_TOLERANCES}")
         for k, o in enumerate(given.obstacles):
@@ -386,9 +389,8 @@ class Stage:
         spare = given.tolerances[0] * (stated[0] - robot.ranges[:, 0]) - beside * (1.0 + 16.0 * U)
         self.low, self.high[0] = np.vstack([robot.ranges[:, 0] - spare, -self.high[1:]]), stated[0] + spare
         self.touching = set(zip(given.may_touch.links.tolist(), given.may_touch.obstacles.tolist(), strict=True))
-        links, names = self.robot.links, [o.name for o in given.obstacles]
-        pairs = ((ball, k) for ball in self.robot.roots for k in range(len(names)))
-        kept = [(ball, k) for ball, k in pairs if (robot.ball_links[ball], k) not in self.touching]
+        links, roots, names = self.robot.links, self.robot.roots.tolist(), [o.name for o in given.obstacles]
+        kept = [(b, k) for n, b in enumerate(roots) for k in range(len(names)) if (n, k) not in self.touching]
         self.claims = {
             "limits": Claim(self, self.within, "{} of {}", np.argwhere(np.isfinite(stated)), (LIMITS, robot.joints), 0),
             "obstacles": Claim(self, self.clear, "clearance of {} from {}", kept, (links, names), 1),
@@ -431,8 +433,8 @@ class Stage:
         given, last = self.given, (before or self).given
         if before is not None:
             same = all(np.array_equal(getattr(last.robot, key), getattr(given.robot, key)) for key in CHAIN)
-            still = not (before.pace.any() or self.pace.any()) and (last.pause == 0.0 or not last.goal[1:].any())
-            need(same and still, given.name, "the same arm, and rest of all obstacles, and before a pause,")
+            need(same and not before.pace.any() and not self.pace.any(), given.name, "the same arm, and all at rest,")
+        need(given.pause == 0.0 or not (given.goal[1:].any() or self.pace.any()), given.name, "rest before a pause")
         for order, (what, most) in enumerate(zip(STATE[: self.orders], given.tolerances[1:], strict=False)):
             local = self.derivatives[order]
             terms = local * self.lengths[:, None, None] ** np.arange(local.shape[2])
@@ -441,32 +443,30 @@ class Stage:
             jumps = np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0)
             jumps[0] += 0.0 if before is None else np.abs(last.goal[order] - given.start[order])
             for k in np.flatnonzero(~(jumps <= most).all(axis=1)):
-                raise RefusedError(
-                    f"{what} of {given.name} jumps by {jumps[k].max():.3g} at t = {self.breaks[k]:.9g} s"
-                )
+                raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} at t = {self.breaks[k]} s")
         for key, claim in self.claims.items():
             claim.check(getattr(given.proof, key))
 
     def lines(self) -> Iterator[str]:
         """What it claims, and of what."""
         given, robot, off = self.given, self.given.robot, self.given.tolerances
-        yield f"{given.name}: {self.breaks[-1]:.9g} s, then {given.pause:.9g} s at rest; limits to {off[0]:g} of them"
+        yield f"{given.name}: {self.breaks[-1]} s, then {given.pause} s at rest; limits to {off[0]} of them or widths"
         for j, joint in enumerate(robot.joints):
-            stated = zip(LIMITS, [robot.ranges[j], *robot.limits[j]], strict=True)
+            stated = zip(LIMITS, [robot.ranges[j].tolist(), *robot.limits[j]], strict=True)
             limits = ", ".join(f"{limit} {bound}" for limit, bound in stated if np.isfinite(bound).all())
-            error = "{:g} + {:g} |speed| + {:g} |acceleration|".format(*robot.tracking_error[:, j])
+            error = "{} + {} |speed| + {} |acceleration|".format(*robot.tracking_error[:, j])
             yield f"  {joint}: {limits or 'no limits'}; tracking error {error}"
         for k, what in enumerate(STATE[: self.orders]):
-            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, and no jump above {off[k + 1]:g}"
+            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, and no jump above {off[k + 1]}"
         for o in given.obstacles:
             sizes = f"{o.shape} {o.sizes.tolist()}, {len(o.points)} points"
-            yield f"  {o.name}: {sizes}, at {o.center.tolist()} + t {o.velocity.tolist()}, growing {o.growth:g} m/s"
+            yield f"  {o.name}: {sizes}, at {o.center.tolist()} + t {o.velocity.tolist()}, growing {o.growth} m/s"
         names, links, roots = robot.links, self.robot.links, self.robot.roots
         near = "; ".join(f"{names[link]} from {given.obstacles[k].name}" for link, k in sorted(self.touching))
-        yield f"  {given.margins[0]:g} m between links ({', '.join(names)}) and obstacles; not of {near or 'none'}"
+        yield f"  {given.margins[0]} m between links ({', '.join(names)}) and obstacles; not of {near or 'none'}"
         parts = np.where(np.isin(robot.own_pairs, roots).all(axis=1), "", " (some of their balls alone)")
         own = [f"{links[a]} from {links[b]}{part}" for (a, b), part in zip(robot.own_pairs, parts, strict=True)]
-        yield f"  {given.margins[1]:g} m between own links: {'; '.join(dict.fromkeys(own)) or 'none'}; no other pairs"
+        yield f"  {given.margins[1]} m between own links: {'; '.join(dict.fromkeys(own)) or 'none'}; no other pairs"
         yield from (f"  not in this certificate: {line}" for line in given.not_covered)
 
 
@@ -486,7 +486,7 @@ def main(arguments: Sequence[str]) -> int:
     try:
         need(len(arguments) == 1, "arguments", "one file")
         stages = check(read(Path(arguments[0])))
-    except (OSError, EOFError, ValueError, ArithmeticError, RecursionError, zlib.error) as error:
+    except (OSError, EOFError, ValueError, ArithmeticError, RecursionError, MemoryError, zlib.error) as error:
         print(f"{' '.join(arguments)}: no certificate: {error}", file=sys.stderr)
         return 2
     except RefusedError as error:

@@ -93,7 +93,11 @@ class Recording:
 
 
 def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
-    """Write the table of some runs; a file that is there is replaced.
+    """Write the table of some runs.
+
+    Args:
+        path: of the file; one that is there is replaced.
+        runs: of any solvers and problems.
 
     Raises:
         InvalidSuite: it cannot be written.

@@ -114,7 +114,7 @@ def test_bounds_hold_all_through_cells(name: str) -> None:
 
 @pytest.mark.parametrize("shape", EXAMPLES)
 def test_planes_are_across_the_shortest_way_and_any_other_is_no_farther(shape: str) -> None:
-    content = checker.formed(obstacle_content(1, EXAMPLES[shape]), "OBSTACLE", "it", {})
+    content = checker.formed(obstacle_content(shape, EXAMPLES[shape]), "OBSTACLE", "it", {})
     rng = np.random.default_rng(3)
     points = rng.uniform(-1.5, 1.5, (3_000, 3))
     exact, own = distances(EXAMPLES[shape], points), (points - content.center) @ content.rotation
@@ -183,7 +183,7 @@ def test_a_torque_beyond_its_limit_is_refused_and_one_at_it_is_not() -> None:
         at_it["stages"][0] |= divided(at_it["stages"][0])
         assert accepted(at_it)
         lower = changed(at_it, "robot", "limits", joint, 3, value=float(most[joint]) * (1.0 - 1e-3))
-        assert refusal(lower).startswith(f"torque of panda_joint{joint + 1}, t = ")
+        assert refusal(lower).startswith(f"torque of 'panda_joint{joint + 1}', t = ")
 
 
 OFF = TrackingError(constant=(0.004, 0.001, 0.006, 0.002), speed=(0.01, 0.002, 0.004, 0.0),
@@ -227,5 +227,5 @@ def test_what_is_accepted_holds_for_all_joints_within_their_tracking_errors() ->
 
 def test_the_share_of_a_speed_without_a_limit_leaves_no_range() -> None:
     _, _, content = tracked()
-    with pytest.raises(checker.RefusedError, match="joint range of one"):
+    with pytest.raises(checker.RefusedError, match="joint range of 'one'"):
         divided(changed(content, "robot", "limits", 0, 0, value=None)["stages"][0])

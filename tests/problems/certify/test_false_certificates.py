@@ -52,6 +52,17 @@ def test_as_it_is_it_is_accepted(content: Content) -> None:
     assert outcome(json.loads(json.dumps(content))) == "accepted"
 
 
+def test_planes_whose_length_vanishes_prove_nothing_more(content: Content) -> None:
+    """Squares of 1e-200 are 0: divided by such a length a room would be as large as one likes."""
+    tiny = changed(content, "planes", value=lambda planes: (1e-200 * np.array(planes)).tolist())
+    assert outcome(changed(tiny, "margins", 0, value=0.5)).startswith("refused: clearance of ")
+    assert outcome(tiny).startswith("refused: clearance of ")
+
+
+def test_who_pauses_has_come_to_rest_and_so_has_all_else(content: Content) -> None:
+    assert "rest before a pause" in outcome(changed(content, "pause", value=1.0))  # a cart drives by
+
+
 @pytest.mark.parametrize("name", ["upright", "sliding"])
 @pytest.mark.parametrize("key", ["limits", "obstacles", "own"])
 def test_nothing_of_any_proof_can_be_left_out(name: str, key: str) -> None:
@@ -176,7 +187,8 @@ FAULTS: list[tuple[tuple[Any, ...], Any, str]] = [
     (("goal", 1), [0.0], "a list of 4"),
     (("tolerances", 1), 1.0, "no more than"),
     (("tolerances", 0), -1.0, "from 0"),
-    (("not_covered",), ["two\nlines"], "a line of text"),
+    (("not_covered",), [3], "text in quotes"),
+    (("not_covered",), ["so", "so"], "every name once"),
     (("proof", "obstacles"), ["3"], "digits"),
     (("proof", "obstacles"), "0", "a list"),
     (("proof", "own"), ["1" * 8] * 50, "levels"),
@@ -223,19 +235,19 @@ def test_whatever_stands_anywhere_nothing_else_is_raised(content: Content) -> No
 
 REFUSALS: list[tuple[tuple[Any, ...], Any, str]] = [
     (("robot", "balls", 3, 3), lambda r: r + 1.0, "clearance"),
-    (("robot", "limits", 0, 0), lambda v: 0.01 * v, "speed of one"),
-    (("robot", "limits", 0, 1), lambda v: 0.01 * v, "acceleration of one"),
-    (("robot", "ranges", 2), [-0.01, 0.01], "joint range of three"),
-    (("robot", "tracking_error", 0, 0), 5.0, "joint range of one"),
-    (("robot", "tracking_error", 1, 0), 5.0, "joint range of one"),
-    (("robot", "tracking_error", 2, 0), 5.0, "joint range of one"),
+    (("robot", "limits", 0, 0), lambda v: 0.01 * v, "speed of 'one'"),
+    (("robot", "limits", 0, 1), lambda v: 0.01 * v, "acceleration of 'one'"),
+    (("robot", "ranges", 2), [-0.01, 0.01], "joint range of 'three'"),
+    (("robot", "tracking_error", 0, 0), 5.0, "joint range of 'one'"),
+    (("robot", "tracking_error", 1, 0), 5.0, "joint range of 'one'"),
+    (("robot", "tracking_error", 2, 0), 5.0, "joint range of 'one'"),
     (("margins", 0), 0.5, "clearance"),
     (("margins", 1), 0.5, "self clearance"),
-    (("goal", 0, 0), lambda q: q + 1e-6, "position of motion jumps by 1e-06"),
-    (("start", 0, 3), lambda q: q - 1e-6, "at t = 0 s"),
-    (("start", 1, 0), 1e-3, "velocity of motion jumps by 0.001 at t = 0 s"),
-    (("coefficients", 1, 0, 0), lambda c: c + 1e-6, "position of motion jumps"),
-    (("coefficients", 0, 0, 4), lambda c: c + 1e-4, "position of motion jumps"),
+    (("goal", 0, 0), lambda q: q + 1e-6, "position of 'motion' jumps by 1.00000"),
+    (("start", 0, 3), lambda q: q - 1e-6, "at t = 0.0 s"),
+    (("start", 1, 0), 1e-3, "velocity of 'motion' jumps by 0.00100000"),
+    (("coefficients", 1, 0, 0), lambda c: c + 1e-6, "position of 'motion' jumps"),
+    (("coefficients", 0, 0, 4), lambda c: c + 1e-4, "position of 'motion' jumps"),
     (("obstacles", 0, "sizes"), lambda s: [10.0 * part for part in s], "clearance"),
     (("obstacles", 0, "velocity"), [0.0, 0.0, 100.0], "clearance"),
     (("obstacles", 0, "growth"), 10.0, "clearance"),
@@ -280,7 +292,7 @@ def test_a_file_is_accepted_zipped_or_not(tmp_path: Path, content: Content, caps
     zipped.write_bytes(gzip.compress(data))
     assert (run(plain), run(zipped)) == (0, 0)
     lines = capsys.readouterr().out.splitlines()
-    assert "  not in this certificate: own constraint x" in lines
+    assert "  not in this certificate: 'own constraint x'" in lines
     assert lines[-1].endswith("accepted: all that is claimed is proven, for all t")
     assert any(line.startswith("assumed: ") for line in lines)
 
@@ -289,7 +301,7 @@ def test_a_refusal_is_one_line(tmp_path: Path, content: Content, capsys: pytest.
     path = tmp_path / "c.json"
     path.write_text(json.dumps(changed(content, "robot", "limits", 0, 0, value=0.001)))
     assert run(path) == 1
-    assert capsys.readouterr().out.startswith("refused: speed of one, t = ")
+    assert capsys.readouterr().out.startswith("refused: speed of 'one', t = ")
 
 
 def test_all_that_is_checked_is_said(tmp_path: Path, content: Content, capsys: pytest.CaptureFixture[str]) -> None:
@@ -301,23 +313,23 @@ def test_all_that_is_checked_is_said(tmp_path: Path, content: Content, capsys: p
     path.write_text(json.dumps(less))
     assert run(path) == 0
     said = capsys.readouterr().out
-    assert "one: joint range [-2.8  2.8], acceleration 10.0; tracking error 0 + 0 |speed| + 0 |acceleration|\n" in said
-    assert "two: joint range [-0.3  0.4], speed 0.5, acceleration 2.0, jerk 10000.0; " in said
+    assert "'one': joint range [-2.8, 2.8], acceleration 10.0; tracking error 0.0 + 0.0 |speed| + 0.0 |accel" in said
+    assert "'two': joint range [-0.3, 0.4], speed 0.5, acceleration 2.0, jerk 10000.0; " in said
     assert "velocity: [0.0, 0.0, 0.0, 0.0] to [0.0, 0.0, 0.0, 0.0], and no jump above 2e-09\n" in said
     assert "acceleration: [0.0" in said
-    assert "limits to 1.001e-09 of them\n" in said
-    assert "cart: box [0.1, 0.1, 0.1], 0 points, at [-3.0, 0.5, 0.3] + t [0.5, 0.2, 0.0], growing 0.01 m/s\n" in said
-    assert "(tower, boom, arm, rod) and obstacles; not of none\n" in said
-    assert "0.01 m between own links: arm from tower; no other pairs\n" in said
+    assert "limits to 1.001e-09 of them or widths\n" in said
+    assert "'cart': box [0.1, 0.1, 0.1], 0 points, at [-3.0, 0.5, 0.3] + t [0.5, 0.2, 0.0], growing 0.01 m/s\n" in said
+    assert "('tower', 'boom', 'arm', 'rod') and obstacles; not of none\n" in said
+    assert "0.01 m between own links: 'arm' from 'tower'; no other pairs\n" in said
 
 
 def test_pairs_of_single_balls_are_no_pairs_of_links(content: Content) -> None:
     """And links that may touch an obstacle are named."""
     upright = case("upright").content
     lines = "\n".join(checker.check(upright)[0].lines())
-    assert "forearm from foot (some of their balls alone)" in lines
-    assert "hand from upper arm;" in lines
-    assert "column from cart" in lines
+    assert "'forearm' from 'foot' (some of their balls alone)" in lines
+    assert "'hand' from 'upper arm (1)'; 'hand' from 'upper arm (2)';" in lines
+    assert "'column' from 'cart'" in lines
 
 
 BAD_FILES = {

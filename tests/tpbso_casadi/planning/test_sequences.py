@@ -149,21 +149,21 @@ def test_one_certificate_holds_all_stages_and_their_joints(picked: tp.Plan, tmp_
             checker.check(other)
         return str(refused.value)
 
-    assert "of stage" in refused_by(1, lambda stage: stage["start"][0].__setitem__(0, stage["start"][0][0] + 1e-6))
+    assert "of 'stage" in refused_by(1, lambda stage: stage["start"][0].__setitem__(0, stage["start"][0][0] + 1e-6))
     assert "the same arm" in refused_by(
         1, lambda stage: stage["robot"]["translations"][3].__setitem__(0, 0.1), ValueError
     )
     drifting = refused_by(1, lambda stage: stage["obstacles"][0].update(velocity=[0.0, 0.0, 1e-9]), ValueError)
-    assert "rest of all obstacles" in drifting
+    assert "rest" in drifting
     part = stages[first]["robot"]["links"].index("part")
 
     def swollen(stage: Any) -> None:
         for ball, link in zip(stage["robot"]["balls"], stage["robot"]["ball_links"], strict=True):
             ball[3] += 0.2 * (link == part)
 
-    assert refused_by(first + 1, swollen).startswith("clearance of part from ")
+    assert refused_by(first + 1, swollen).startswith("clearance of 'part' from ")
     without = {**content, "stages": [stages[0], *stages[2:]]}
-    with pytest.raises(checker.RefusedError, match="position of stage"):
+    with pytest.raises(checker.RefusedError, match="position of 'stage"):
         checker.check(without)
 
 

@@ -48,6 +48,23 @@ def scenario_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+GANTRY = """<robot name="gantry"><link name="base"/>
+<joint name="x" type="prismatic"><parent link="base"/><child link="beam"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" velocity="1" effort="100"/></joint><link name="beam"/>
+<joint name="z" type="prismatic"><parent link="beam"/><child link="tool"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="100"/></joint>
+<link name="tool"><collision><geometry><sphere radius="0.05"/></geometry></collision></link></robot>"""
+
+
+def test_arms_in_which_nothing_turns_have_one(tmp_path: Path) -> None:
+    (tmp_path / "gantry.urdf").write_text(GANTRY)
+    robot = tp.robot(str(tmp_path / "gantry.urdf"), max_acceleration=4.0)
+    found = tp.plan(
+        robot, start=[-0.5, 0.0], goal=[0.5, 0.1], obstacles=[tp.Sphere(center=(0.0, 0.0, -0.6), radius=0.1)]
+    )
+    assert checker.main([str(found.certificate(tmp_path / "c.json"))]) == 0
+
+
 def test_a_plan_writes_one_that_is_accepted(tmp_path: Path) -> None:
     found = planned()
     path = found.certificate(tmp_path / "new" / "motion.json.gz")
@@ -71,7 +88,7 @@ def test_the_command_line_writes_one_and_an_audit_of_the_run_the_same(
     assert one.read_bytes() == two.read_bytes()
     capsys.readouterr()
     assert checker.main([str(one)]) == 0
-    assert "  crate: box [0.05, 0.05, 0.05], 0 points, at [0.0, 0.7, 0.6]" in capsys.readouterr().out
+    assert "  'crate': box [0.05, 0.05, 0.05], 0 points, at [0.0, 0.7, 0.6]" in capsys.readouterr().out
 
 
 def test_what_is_not_claimed_is_listed(tmp_path: Path) -> None:
@@ -93,8 +110,8 @@ def test_planar_arms_without_obstacles_have_one(tmp_path: Path, capsys: pytest.C
     path = tp.plan("time-3", evaluations=300, seed=1).certificate(tmp_path / "motion.json")
     assert checker.main([str(path)]) == 0
     said = capsys.readouterr().out
-    assert "joint 3: speed 4.0, acceleration 20.0; " in said
-    assert "not in this certificate: condition: goal" in said
+    assert "'joint 3': speed 4.0, acceleration 20.0; " in said
+    assert "not in this certificate: 'condition: goal'" in said
 
 
 def test_torques_of_planar_arms_are_those_of_the_models() -> None:

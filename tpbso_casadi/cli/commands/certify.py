@@ -90,8 +90,11 @@ def parser() -> OneLineParser:
         action="append",
         default=[],
         metavar="LIMIT",
-        help="a limit by which it is not judged, such as jerk or 'self clearance'; may be said several times; what was "
-        "left out stands beside the status",
+        help=defaulting(
+            "a limit by which it is not judged, such as jerk or 'self clearance'; what was left out stands beside the "
+            "status; repeatable",
+            "none",
+        ),
     )
     problem.add_argument(
         "--message",
