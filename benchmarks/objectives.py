@@ -5,6 +5,10 @@ A Panda between two boxes; start and goal are clear postures drawn at random.
     python -m benchmarks.objectives --problems 20 --seed 3 --objective energy --solver abso
     python -m benchmarks.objectives --objective length
     python -m benchmarks.objectives --objective time=1 energy=0.002
+    python -m benchmarks.objectives --goal pose
+
+With ``--goal pose`` the tool's pose at the goal is asked for, in whatever posture, and what is gained over that posture
+is said.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -45,28 +50,40 @@ class Outcome:
     searched: bool
 
 
-def outcome(start: FloatArray, goal: FloatArray, objective: Objective, solver: str) -> Outcome:
-    """Of one move.
+def pose_of(theta: FloatArray) -> FloatArray:
+    """Of the tool, at joint angles (7,): a frame (4, 4)."""
+    frame, robot = np.eye(4), panda().model
+    place, rotation = robot.tool_at(theta[None])  # type: ignore[attr-defined]
+    frame[:3, :3], frame[:3, 3] = rotation[0], place[0]
+    return frame
+
+
+def outcome(start: FloatArray, goal: Any, objective: Objective, solver: str) -> Outcome:
+    """Of one move to a posture or a pose.
 
     Raises:
         ScenarioError: the robot touches itself at one of the postures.
     """
     began = time.process_time()
     plan: Plan = tp.plan(
-        panda(), start=tp.Joints(tuple(start)), goal=tp.Joints(tuple(goal)), obstacles=list(OBSTACLES),
+        panda(), start=tp.Joints(tuple(start)), goal=goal, obstacles=list(OBSTACLES),
         objective=objective, solver=solver,
     )  # fmt: skip
     seconds = time.process_time() - began
     return Outcome(plan.certified, seconds, plan.result.objective.value, plan.duration, plan.result.evaluations > 0)
 
 
-def measured(problems: int, seed: int, objective: Objective, solvers: tuple[str, ...]) -> Iterator[tuple[Outcome, ...]]:
+def measured(
+    problems: int, seed: int, objective: Objective, solvers: tuple[str, ...], posed: bool
+) -> Iterator[tuple[Outcome, ...]]:
     """What so many moves give; those are passed over with a posture in which the robot touches itself."""
     drawn, left = postures(np.random.default_rng(seed)), problems
     while left:
         start, goal = next(drawn), next(drawn)
         with suppress(tp.ScenarioError):
-            yield tuple(outcome(start, goal, objective, solver) for solver in solvers)
+            posture = tp.Joints(tuple(goal))
+            cases = [("ladder", pose_of(goal)), ("ladder", posture)] if posed else [(each, posture) for each in solvers]
+            yield tuple(outcome(start, asked, objective, solver) for solver, asked in cases)
             left -= 1
 
 
@@ -103,9 +120,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=3)
     parser.add_argument("--objective", nargs="+", default=["energy"], help="a name, or NAME=WEIGHT of several")
     parser.add_argument("--solver", nargs="*", default=["abso"], help="besides the ladder")
+    parser.add_argument("--goal", choices=("joints", "pose"), default="joints")
     given = parser.parse_args()
-    solvers = ("ladder", *given.solver)
-    print(report(list(measured(given.problems, given.seed, stated(given.objective), solvers)), solvers))
+    posed = given.goal == "pose"
+    names = ("pose", "posture") if posed else ("ladder", *given.solver)
+    print(report(list(measured(given.problems, given.seed, stated(given.objective), names, posed)), names))
 
 
 if __name__ == "__main__":
