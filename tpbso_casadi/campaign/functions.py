@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from problems.base import FloatArray
-from solvers import BenchmarkFunction, Box, InvalidFunction, Solver, benchmark_function, minimize
+from solvers import BenchmarkFunction, Box, InvalidFunction, Result, Solver, benchmark_function, minimize
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
 from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, problem_named
@@ -82,33 +83,50 @@ def search_text(statement: Mapping[str, Any]) -> str:
         ScenarioError: it cannot be done.
         InterruptedError: Ctrl-C.
     """
-    function, section = find_function(statement[KEY]), section_of(statement["solver"])
-    solver = section.build()
-    assert isinstance(solver, Solver)
+    function = find_function(statement[KEY])
     recorder = Recorder(function.f)
-    result = minimize(recorder, function.box, solver, section.budget(), section.seed)
-    if result.stop_reason.value == "interrupted":
-        raise InterruptedError("the run was interrupted")
+    result, common = _searched(recorder, function.box, section_of(statement["solver"]), partial(_above, function))
     content = {
         KEY: function.name,
+        **common,
+        "objective": {"name": function.name, "value": common["cost"], "unit": UNIT},
+        "feasible": bool(np.isfinite(result.cost)),
+        "minimum": {"value": function.optimum, "x": function.minimum},
+        "improvements": {"evaluations": recorder.evaluations, "cost": _above(function, np.array(recorder.values))},
+    }
+    return as_json(plain(content), None)
+
+
+def _searched(
+    f: Callable[[FloatArray], FloatArray], box: Box, section: SolverSection, shown: Callable[[Any], Any]
+) -> tuple[Result, dict[str, Any]]:
+    """What the solver of a section finds in a box, and what is stored of any such search.
+
+    Args:
+        f: values (m,) of candidates (m, d).
+        box: of the variables.
+        section: the solver, its budget and seed.
+        shown: of values, what is stored of them.
+
+    Raises:
+        InterruptedError: Ctrl-C.
+    """
+    solver = section.build()
+    assert isinstance(solver, Solver)
+    result = minimize(f, box, solver, section.budget(), section.seed)
+    if result.stop_reason.value == "interrupted":
+        raise InterruptedError("the run was interrupted")
+    return result, {
         "solver": {"name": section.name, "settings": settings_of(solver)},
         "seed": section.seed,
-        "objective": {"name": function.name, "value": _above(result.cost, function), "unit": UNIT},
-        "cost": _above(result.cost, function),
-        "feasible": bool(np.isfinite(result.cost)),
+        "cost": shown(result.cost),
         "x": result.x,
-        "minimum": {"value": function.optimum, "x": function.minimum},
         "evaluations": result.evaluations,
         "iterations": result.iterations,
         "seconds": result.seconds,
         "stop_reason": result.stop_reason.value,
-        "history": {
-            "evaluations": result.history.evaluations,
-            "cost": _above(result.history.cost, function),
-        },
-        "improvements": {"evaluations": recorder.evaluations, "cost": _above(np.array(recorder.values), function)},
+        "history": {"evaluations": result.history.evaluations, "cost": shown(result.history.cost)},
     }
-    return as_json(plain(content), None)
 
 
 def find_problem(name: str) -> SuiteProblem:
@@ -131,26 +149,14 @@ def suite_text(statement: Mapping[str, Any]) -> str:
         InterruptedError: Ctrl-C.
     """
     problem, section = find_problem(statement[SUITE_KEY]), section_of(statement["solver"])
-    solver = section.build()
-    assert isinstance(solver, Solver)
     recording = Recording(problem, section.name, section.seed)
-    result = minimize(recording.of_population, Box(*problem.bounds), solver, section.budget(), section.seed)
-    if result.stop_reason.value == "interrupted":
-        raise InterruptedError("the run was interrupted")
+    result, common = _searched(recording.of_population, Box(*problem.bounds), section, plain)
     [(objective, unit)] = problem.objectives
     content = {
         SUITE_KEY: problem.name,
-        "solver": {"name": section.name, "settings": settings_of(solver)},
-        "seed": section.seed,
+        **common,
         "objective": {"name": objective, "value": result.cost, "unit": unit},
-        "cost": result.cost,
         "feasible": result.cost <= problem.feasible_merit,
-        "x": result.x,
-        "evaluations": result.evaluations,
-        "iterations": result.iterations,
-        "seconds": result.seconds,
-        "stop_reason": result.stop_reason.value,
-        "history": {"evaluations": result.history.evaluations, "cost": result.history.cost},
         "improvements": {"evaluations": recording.evaluations, "cost": recording.merits},
     }
     return as_json(plain(content), None)
@@ -182,6 +188,6 @@ class StoredMinimum(StoredPart):
         return f"f(x) = {value:.7g} where {lowest:.7g} is the minimum, at x = ({shown}{more})"
 
 
-def _above(values: FloatArray | float, function: BenchmarkFunction) -> Any:
+def _above(function: BenchmarkFunction, values: FloatArray | float) -> Any:
     """How far values are above the minimum, not less than 0, which rounding may give."""
     return np.maximum(np.asarray(values) - function.optimum, 0.0).tolist()

@@ -19,13 +19,13 @@ from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.statement import obstacle_tables
 from tpbso_casadi.facade.surroundings import (
     AROUND_TABLES,
-    MODEL_KEYS,
     OWN_TABLES,
     Content,
     around_tables,
     given_keys,
     scenario_around,
     scene_tables,
+    stated_tables,
 )
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
@@ -166,11 +166,9 @@ def _in_scene(file: Path, around: Content, robot: AnyRobot | None) -> Content:
     tables = scene_tables(file)
     if robot is None and any(key in tables for key in OWN_TABLES):
         return tables
-    whole = scenario_around(STANDS, around, robot)
-    kept = whole.model.model_dump(include=set(MODEL_KEYS) & whole.model.model_fields_set)
-    own = {key: value for key, value in whole.model_dump().items() if key in (*OWN_TABLES, *AROUND_TABLES)}
+    known = stated_tables(scenario_around(STANDS, around, robot))
     others = {key: tables[key] for key in AROUND_TABLES if tables.get(key)}
-    merged = own | others | {"model": kept | tables["model"]}
+    merged = known | others | {"model": known["model"] | tables["model"]}
     if others.get("may_touch"):  # whose names are those of links
         with named(file):
             scenario_around(STANDS, merged, None).built()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -114,6 +115,16 @@ def scene_tables(file: Path) -> Content:
     with named(file):
         whole = {**({} if own else ANY_ROBOT), **content, "task": stands}
         scene = parse_scenario(whole, InputFolder(file.parent, outside_allowed=True))
-    stated = scene.model.model_dump(include=set(MODEL_KEYS) & scene.model.model_fields_set)
-    tables = {key: value for key, value in scene.model_dump().items() if key in (*own, *AROUND_TABLES)}
-    return tables | {"model": stated}
+    return stated_tables(scene, own)
+
+
+def stated_tables(scenario: Scenario, own: Collection[str] = OWN_TABLES) -> Content:
+    """What a scenario states of its robot and of what is around it, complete without other files.
+
+    Args:
+        scenario: of any task.
+        own: tables that state its robot.
+    """
+    model = scenario.model.model_dump(include=set(MODEL_KEYS) & scenario.model.model_fields_set)
+    tables = {key: value for key, value in scenario.model_dump().items() if key in (*own, *AROUND_TABLES)}
+    return tables | {"model": model}
