@@ -74,7 +74,7 @@ def collect(_: Sequence[str] = ()) -> None:
 def known(arguments: Sequence[str]) -> None:
     last, *names = arguments
     for problem in suite(SUITE, names or None, range(1, int(last) + 1)):
-        place = WORK / f"{problem.function.name}@{problem.instance}.known"
+        place = known_place(problem)
         if len(problem.objectives) > 1 or place.exists():
             continue
         began = time.perf_counter()
@@ -83,6 +83,12 @@ def known(arguments: Sequence[str]) -> None:
         told = "no feasible candidate" if best is None else f"{best['value']:.8g} {best['ways']} {best['certified']}"
         more = "" if best is None else f" {best['motion_value']:.6g} {best['descended_value']}"
         print(f"{problem.name} {told}{more} {time.perf_counter() - began:.1f} s", flush=True)
+
+
+def known_place(problem: SuiteProblem) -> Path:
+    """Where what is found of a problem lies until it is merged; of another instance of that number elsewhere."""
+    check = problem.function.checks[problem.instance - 1]
+    return WORK / f"{problem.function.name}@{problem.instance}-{check[:8]}.known"
 
 
 def best_of(problem: SuiteProblem) -> dict[str, Any] | None:
@@ -131,7 +137,7 @@ def descended(problem: SuiteProblem) -> float | None:
 def merge(_: Sequence[str] = ()) -> None:
     everything = {}
     for problem in suite(SUITE):
-        place = WORK / f"{problem.function.name}@{problem.instance}.known"
+        place = known_place(problem)
         best = json.loads(place.read_text()) if place.exists() else None
         tables = content_of(SUITE, problem.function.name, problem.function.digest).scenarios[problem.instance - 1]
         single = len(problem.objectives) == 1

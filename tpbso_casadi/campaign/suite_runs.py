@@ -25,8 +25,10 @@ class SuiteRun(FunctionRun):
 
     @property
     def statement(self) -> dict[str, Any]:
-        """Everything that is needed to do it, plain data."""
-        return {SUITE_KEY: self.case, "solver": self.section.model_dump(mode="json")}
+        """Everything that is needed to do it, plain data; and the digest of the problem's values."""
+        problem = find_problem(self.case)
+        check = problem.function.checks[problem.instance - 1]
+        return {SUITE_KEY: self.case, "check": check, "solver": self.section.model_dump(mode="json")}
 
     @property
     def measure(self) -> Measure:

@@ -1,18 +1,19 @@
-"""A function made of its definition: instances drawn, tried, and written as kernels and numbers.
+"""A function made of its definition: instances drawn, chosen, tried, and written as kernels and numbers.
 
 Only instances are kept that can be judged by: all of a function have one structure, hence one kernel; in each a search
 finds a feasible candidate; where obstacles are stated the straight motion, which is the middle of the search box, meets
-one; and where a lower bound is known the search does not come near it at once.
+one; and where a lower bound is known the search does not come near it at once. Of those drawn the most different are
+taken, by the features of their landscapes.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
-from itertools import count, islice
+from itertools import chain, count, islice
 from typing import Any
 from zlib import crc32
 
@@ -26,12 +27,19 @@ from problems.timing import least_durations
 from solvers import LSHADE, Box, Budget, minimize
 from tpbso_casadi.scenario import ScenarioError, parse_scenario
 from tpbso_casadi.suite.definitions import INSTANCES, Definition, NoPlace, Tables
+from tpbso_casadi.suite.features import alike_part, features, sample_of, standardised
 from tpbso_casadi.suite.frozen import Content, Description, check_points, digest_of
 from tpbso_casadi.suite.kernels import Kernel
 
 SEED = 1  # of the suite
 SURVEYED = 10  # drawn instances of which the most frequent structure is taken
+POOL, SPACE_POOL = 24, 40  # drawn instances of that structure that need a search, of which INSTANCES are chosen
+SLOW = {  # functions of which the first INSTANCES that are worth it are taken, as to draw more takes minutes
+    *("star-time", "star-rotation", "spline-5", "spline-7", "clutter-5", "rotation-5", "narrow-3"),
+    *("torque-3", "moving-3", "moving-5", "panda-boxes", "panda-payload"),
+}
 MOST_DRAWN = 3000
+TUNING = 5  # instances that come first, for settings to be tuned on; settings are judged on the others
 EVALUATIONS = 10_000  # of a search that tries an instance
 FARTHER = 1.02  # times the lower bound: what that search finds is no lower
 
@@ -85,15 +93,41 @@ class Instance:
         """Numbers and indices for each kernel."""
         return [structure.scene() for structure in self.structures]
 
+    @cached_property
+    def box(self) -> Box:
+        """That is searched."""
+        return Box(*self.problem.bounds)
+
+    def merits(self, candidates: FloatArray) -> FloatArray:
+        """Of candidates (m, d), (m,); of two objectives those of the first."""
+        return self._evaluate(candidates)[:, 0]
+
+    @cached_property
+    def _evaluate(self) -> PopulationFunction:
+        return PopulationFunction(self.programs[0][0], EvaluationOptions("native"))
+
+    @cached_property
+    def features(self) -> FloatArray:
+        """Of the landscape of the merit."""
+        sample = sample_of(self.box.dimension)
+        return features(sample, self.merits(self.box.from_unit(sample.points)))
+
+    @property
+    def bound(self) -> float:
+        """The merit up to which a candidate is feasible; of two objectives that of the first."""
+        return self.problems[0].objective_upper_bound
+
+    def needs_search(self) -> bool:
+        """Whether the straight motion, which is the middle of the box, meets what is stated as obstacles, if any is."""
+        middle = self.box.from_unit(np.full((1, self.box.dimension), 0.5))
+        return not self.tables.get("obstacles") or bool(self.merits(middle)[0] > self.bound)
+
+    @cached_property
     def is_worth_judging(self) -> bool:
         """Whether a search finds a feasible candidate, and not at once the best that there can be."""
-        evaluate = PopulationFunction(self.programs[0][0], EvaluationOptions("native"))
-        box, bound = Box(*self.problem.bounds), self.problems[0].objective_upper_bound
-        if self.tables.get("obstacles") and evaluate(box.from_unit(np.full((1, box.dimension), 0.5)))[0, 0] <= bound:
-            return False
-        found = minimize(lambda x: evaluate(x)[:, 0], box, LSHADE(), Budget(evaluations=EVALUATIONS), SEED)
+        found = minimize(self.merits, self.box, LSHADE(), Budget(evaluations=EVALUATIONS), SEED)
         least = lower_bound(self.tables, self.problems[0])
-        return bool(found.cost <= bound and (least is None or found.cost >= FARTHER * least))
+        return bool(found.cost <= self.bound and (least is None or found.cost >= FARTHER * least))
 
 
 def lower_bound(tables: Tables, problem: Problem[Any]) -> float | None:
@@ -134,18 +168,43 @@ def drawn(definition: Definition) -> Iterator[Instance]:
 
 
 def chosen(definition: Definition) -> list[Instance]:
-    """The instances of a function.
+    """The instances of a function: those for tuning, then those for judging, which differ as much and alike.
 
     Raises:
         NotFrozen: there are not enough.
     """
-    surveyed = [instance.key for instance in islice(drawn(definition), SURVEYED)]
-    key = Counter(surveyed).most_common(1)[0][0]
-    alike = (instance for instance in islice(drawn(definition), MOST_DRAWN) if instance.key == key)
-    found = list(islice((instance for instance in alike if instance.is_worth_judging()), INSTANCES))
-    if len(found) < INSTANCES:
-        raise NotFrozen(f"{definition.name}: only {len(found)} instances of {MOST_DRAWN} drawn")
-    return found
+    stream = islice(drawn(definition), MOST_DRAWN)
+    surveyed = list(islice(stream, SURVEYED))
+    key = Counter(instance.key for instance in surveyed).most_common(1)[0][0]
+    alike = (instance for instance in chain(surveyed, stream) if instance.key == key and instance.needs_search())
+    if definition.name in SLOW:
+        pool = list(islice((instance for instance in alike if instance.is_worth_judging), INSTANCES))
+    else:
+        pool = list(islice(alike, SPACE_POOL if definition.group == "space" else POOL))
+    table = standardised(np.array([instance.features for instance in pool]))
+    taken = different(table, lambda row: pool[row].is_worth_judging)
+    if len(taken) < INSTANCES:
+        raise NotFrozen(f"{definition.name}: only {len(taken)} instances of {len(pool)} of one structure")
+    first = alike_part(table[taken], TUNING)
+    order = [*first, *(row for row in range(INSTANCES) if row not in first)]
+    return [pool[taken[row]] for row in order]
+
+
+def different(table: FloatArray, is_worth: Callable[[int], bool]) -> list[int]:
+    """``INSTANCES`` rows of a table of features (m, k), or fewer where no more are worth it.
+
+    The first is the nearest to the mean; each other the farthest from all that were taken before.
+    """
+    taken: list[int] = []
+    distance, left = -np.linalg.norm(table, axis=1), np.ones(len(table), dtype=bool)
+    while len(taken) < INSTANCES and left.any():
+        row = int(np.where(left, distance, -np.inf).argmax())
+        left[row] = False
+        if is_worth(row):
+            apart = np.linalg.norm(table - table[row], axis=1)
+            distance = np.minimum(distance, apart) if taken else apart
+            taken.append(row)
+    return taken
 
 
 def frozen(definition: Definition, fine: Sequence[Tables] = ()) -> tuple[Description, bytes]:

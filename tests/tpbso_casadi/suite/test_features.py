@@ -1,0 +1,186 @@
+"""Features of landscapes, against what they are by hand; instances that differ."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+from math import log
+
+import numpy as np
+import pytest
+
+from tpbso_casadi.suite import features as suite_features
+from tpbso_casadi.suite import freezing
+from tpbso_casadi.suite.definitions import DEFINITIONS
+from tpbso_casadi.suite.features import (
+    FEATURES,
+    Sample,
+    _dispersions,
+    _information,
+    _nearest_better,
+    alike_part,
+    features,
+    sample_of,
+    standardised,
+)
+from tpbso_casadi.suite.freezing import NotFrozen, chosen, different
+
+LINE = Sample(np.array([[0.0], [0.1], [0.3], [0.6], [1.0]]))
+CUBE = sample_of(3)
+
+
+def named(sample: Sample, values: object) -> dict[str, float]:
+    return dict(zip(FEATURES, features(sample, np.asarray(values, dtype=np.float64)).tolist(), strict=True))
+
+
+def rugged(x: np.ndarray) -> np.ndarray:
+    return np.asarray(np.sin(17.0 * x @ [1.0, 2.0, 3.0]) + (x**2).sum(axis=1) + x[:, 0] * x[:, 1])
+
+
+def test_a_sample_is_the_same_each_time_and_fills_the_cube() -> None:
+    assert CUBE.points.shape == (150, 3)
+    assert np.array_equal(np.sort((150 * CUBE.points).astype(int), axis=0), np.arange(150)[:, None] + np.zeros((1, 3)))
+    sample_of.cache_clear()
+    assert np.array_equal(sample_of(3).points, CUBE.points)
+
+
+def test_the_tour_goes_to_the_nearest_that_is_left() -> None:
+    order, steps = Sample(np.array([[0.5], [0.0], [0.6], [0.9]])).tour
+    assert order.tolist() == [0, 2, 3, 1]
+    assert steps == pytest.approx([0.1, 0.3, 0.9])
+
+
+@pytest.mark.parametrize(
+    ("function", "explained"),
+    [
+        (lambda x: 3.0 - x @ [1.0, 2.0, -1.0], (1.0, 1.0, 1.0)),
+        (lambda x: (x**2).sum(axis=1) - 3.0 * x[:, 0], (None, 1.0, 1.0)),
+        (lambda x: (x[:, 0] - 0.5) * (x[:, 1] - 0.5), (0.0, 0.0, 1.0)),
+    ],
+)
+def test_models_explain_what_they_are(
+    function: Callable[[np.ndarray], np.ndarray], explained: tuple[float | None, ...]
+) -> None:
+    found = named(CUBE, function(CUBE.points))
+    for model, share in zip(("linear", "quadratic", "full quadratic"), explained, strict=True):
+        assert share is None or found[f"R2 {model}"] == pytest.approx(share, abs=0.05)
+
+
+def test_adjusted_r2_is_that_of_least_squares() -> None:
+    x, y = CUBE.points, rugged(CUBE.points)
+    terms = np.column_stack([np.ones(150), x, x**2])
+    left = y - terms @ np.linalg.lstsq(terms, y)[0]
+    expected = 1.0 - (left @ left / (150 - 7)) / y.var(ddof=1)
+    assert named(CUBE, y)["R2 quadratic"] == pytest.approx(expected, rel=1e-9)
+
+
+def of_line(part: Callable[[Sample, np.ndarray], Iterator[float]], values: list[float]) -> list[float]:
+    return list(part(LINE, np.array(values)))
+
+
+def test_nearest_better_points() -> None:
+    """Rising away from the first point everyone's nearest better is the neighbour before it; then it is the next."""
+    sd, mean, correlation, variation, degree = of_line(_nearest_better, [0.0, 1.0, 2.0, 3.0, 4.0])
+    assert sd == mean == pytest.approx(1.0)
+    assert correlation == pytest.approx(1.0) and variation == pytest.approx(0.0)
+    assert degree == pytest.approx(np.corrcoef([1, 1, 1, 1, 0], range(5))[0, 1])
+    _, mean, _, variation, _ = of_line(_nearest_better, [0.0, 4.0, 3.0, 2.0, 1.0])
+    to_any, to_better = np.array([0.1, 0.1, 0.2, 0.3, 0.4]), np.array([0.1, 0.1, 0.3, 0.4, 1.0])
+    assert mean == pytest.approx(to_any.sum() / to_better.sum())
+    assert variation == pytest.approx(np.std(to_any / to_better, ddof=1) / np.mean(to_any / to_better))
+
+
+def test_dispersion_is_small_where_the_best_lie_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suite_features, "BEST", (0.25,))  # the two best of five
+    every = np.mean([abs(a - b) for a in LINE.points[:, 0] for b in LINE.points[:, 0] if a != b])
+    assert of_line(_dispersions, [0.0, 1.0, 2.0, 3.0, 4.0]) == [pytest.approx(0.1 / every)]
+    assert of_line(_dispersions, [0.0, 2.0, 3.0, 4.0, 1.0]) == [pytest.approx(1.0 / every)]
+
+
+def test_information_content() -> None:
+    content, settled, turns = of_line(_information, [0.0, 1.0, 0.0, 1.0, 0.0])  # slopes 10, -5, 10/3, -5/2
+    assert turns == 1.0 and content >= -(2 / 3 * log(2 / 3) + 1 / 3 * log(1 / 3)) / log(6)
+    assert 10.0**settled == pytest.approx(10.0, rel=0.13)  # of a step of the grid
+    content, _, turns = of_line(_information, [0.0, 0.1, 0.3, 0.6, 1.0])  # of one slope
+    assert turns == 1 / 4 and content == 0.0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda x, y: (x, 1e9 * y - 7.0),
+        lambda x, y: (1.0 - x, y),
+        lambda x, y: (x[:, [2, 0, 1]], y),
+    ],
+    ids=["scaled values", "mirrored", "variables in another order"],
+)
+def test_what_changes_nothing(change: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]) -> None:
+    y = rugged(CUBE.points)
+    points, values = change(CUBE.points, y)
+    np.testing.assert_allclose(features(Sample(points), values), features(CUBE, y), rtol=1e-6, atol=1e-9)
+
+
+def test_a_penalty_moves_no_feature_of_ranks() -> None:
+    y = rugged(CUBE.points)
+    kept, moved = named(CUBE, y), named(CUBE, np.where(y > np.median(y), y + 1e6, y))
+    for name in FEATURES:
+        if "ranks" in name or "dispersion" in name or ("better" in name and "degree" not in name):
+            assert moved[name] == pytest.approx(kept[name], rel=1e-9)
+    assert moved["skewness"] != kept["skewness"]
+
+
+def test_a_constant_has_no_features() -> None:
+    with pytest.raises(ValueError, match="all values are the same"):
+        features(LINE, np.ones(5))
+
+
+def test_columns_are_standardised() -> None:
+    table = standardised(np.array([[1.0, 5.0], [2.0, 5.0], [3.0, 5.0]]))
+    assert table.mean(axis=0).tolist() == [0.0, 0.0] and table[:, 0].std() == pytest.approx(1.0)
+    assert (table[:, 1] == 0.0).all()
+
+
+# Instances
+
+
+def test_the_farthest_are_taken_and_others_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(freezing, "INSTANCES", 4)
+    table = np.array([[0.1], [-3.0], [4.0], [3.9], [-1.5], [1.9]])
+    assert different(table, lambda row: True) == [0, 2, 1, 5]
+    assert different(table, lambda row: row != 2) == [0, 3, 1, 5]
+    assert different(table, lambda row: row > 3) == [4, 5]
+
+
+def test_those_taken_lie_farther_apart_than_others_do() -> None:
+    rng = np.random.default_rng(0)
+    table = rng.normal(size=(40, 19))
+    others = [nearest(table[rng.permutation(40)[: freezing.INSTANCES]]) for _ in range(100)]
+    assert nearest(table[different(table, lambda row: True)]) > max(others)
+
+
+def test_a_part_that_is_like_the_rest() -> None:
+    """Of two pairs and two single points far apart, one of each pair and none, or both, of the singles."""
+    table = np.array([[0.0], [10.0], [20.0], [0.1], [10.1], [20.1]])
+    part = alike_part(table, 3)
+    assert len({row % 3 for row in part}) == 3
+    rest = [row for row in range(6) if row not in part]
+    assert table[part].mean() == pytest.approx(table[rest].mean(), abs=0.1)
+
+
+def test_instances_of_a_function_are_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("SURVEYED", 2), ("POOL", 6), ("INSTANCES", 4), ("TUNING", 1), ("EVALUATIONS", 500)):
+        monkeypatch.setattr(freezing, name, value)
+    [definition] = [each for each in DEFINITIONS if each.name == "paper-rotation-4"]
+    first, again = chosen(definition), chosen(definition)
+    assert [each.tables for each in first] == [each.tables for each in again] and len(first) == 4
+    assert len({each.key for each in first}) == 1
+    drawn = [each.tables for each in islice(freezing.drawn(definition), 6)]
+    assert all(each.tables in drawn for each in first)
+    monkeypatch.setattr(freezing.Instance, "is_worth_judging", False)
+    with pytest.raises(NotFrozen, match="paper-rotation-4: only 0 instances of 6"):
+        chosen(definition)
+
+
+def nearest(table: np.ndarray) -> float:
+    apart = np.linalg.norm(table[:, None] - table[None], axis=2)
+    return float(apart[apart > 0.0].min())
