@@ -1,23 +1,25 @@
 """Runs of solvers on problems of a suite, and the table that anybody's runs are read from.
 
 A row a line, ``solver,problem,run,evaluations,merit``: one for each evaluation at which the lowest merit of a run so
-far fell, and one for its last evaluation.
+far fell, and one for its last evaluation. A file whose name ends in ``.xz`` is compressed.
 """
 
 from __future__ import annotations
 
 import csv
+import lzma
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import inf, isfinite
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 
 from tpbso_casadi.suite.frozen import InvalidSuite
 from tpbso_casadi.suite.kernels import FloatArray
-from tpbso_casadi.suite.problem import SuiteProblem, problem_named
+from tpbso_casadi.suite.problem import SuiteProblem, Values, problem_named
 
 HEADER = ("solver", "problem", "run", "evaluations", "merit")
 
@@ -70,12 +72,26 @@ class Recording:
         if len(self.problem.objectives) > 1:
             raise ValueError(f"{self.problem.name}: has two objectives; runs are judged by one")
         merits = self.problem.merit(candidates)
+        self.add(merits)
+        return merits
+
+    def add(self, merits: FloatArray) -> None:
+        """Merits (m,) of the next m evaluations."""
         for number, merit in enumerate(merits.tolist(), start=self.done + 1):
             if merit < (self.merits[-1] if self.merits else inf):
                 self.evaluations.append(number)
                 self.merits.append(merit)
         self.done += len(merits)
-        return merits
+
+    def to(self, library: str) -> Any:
+        """The problem as another library has it (:meth:`SuiteProblem.to`), whose every evaluation is recorded here.
+
+        Raises:
+            InvalidSuite: there is no such adapter, the library is missing, or the problem has two objectives.
+        """
+        if len(self.problem.objectives) > 1:
+            raise InvalidSuite(f"{self.problem.name}: has two objectives; runs are judged by one")
+        return Recorded(self.problem.suite, self.problem.function, self.problem.instance, self).to(library)
 
     @property
     def rows(self) -> list[tuple[str, str, int, int, float]]:
@@ -90,6 +106,27 @@ class Recording:
         """After how many evaluations there was a candidate that keeps all constraints; inf where there was none."""
         feasible = (n for n, m in zip(self.evaluations, self.merits, strict=True) if m <= self.problem.feasible_merit)
         return next(feasible, inf)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Recorded(SuiteProblem):
+    """A problem that keeps the merits of what it evaluates.
+
+    Attributes:
+        recording: that they are added to.
+    """
+
+    recording: Recording
+
+    def __deepcopy__(self, memo: object) -> Recorded:
+        """Itself: libraries copy their problems, and there is one recording."""
+        return self
+
+    def values(self, candidates: FloatArray) -> Values:
+        """Everything of candidates (m, d)."""
+        found = super().values(candidates)
+        self.recording.add(found.merit)
+        return found
 
 
 def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
@@ -107,7 +144,7 @@ def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
     if not all(isinstance(run, Recording) for run in listed):
         raise TypeError("runs: recordings are needed")
     try:
-        with checked_path(path).open("w", newline="", encoding="utf-8") as file:
+        with opened(checked_path(path), "wt") as file:
             writer = csv.writer(file)
             writer.writerow(HEADER)
             for run in listed:
@@ -127,6 +164,13 @@ def checked_path(path: str | Path) -> Path:
     return Path(path)
 
 
+def opened(path: Path, mode: str) -> IO[str]:
+    """A text file, compressed where its name says so."""
+    opener: Any = lzma.open if path.suffix == ".xz" else open
+    file: IO[str] = opener(path, mode, newline="", encoding="utf-8")
+    return file
+
+
 def read_runs(path: str | Path) -> list[Recording]:
     """The runs of a table, in order.
 
@@ -137,7 +181,7 @@ def read_runs(path: str | Path) -> list[Recording]:
     runs: dict[tuple[str, str, int], Recording] = {}
     file_path, line = checked_path(path), 0
     try:
-        with file_path.open(newline="", encoding="utf-8") as file:
+        with opened(file_path, "rt") as file:
             for line, row in enumerate(csv.reader(file), start=1):
                 if line == 1 and tuple(row) != HEADER:
                     raise ValueError(f"the first line is not {','.join(HEADER)}")
@@ -145,6 +189,8 @@ def read_runs(path: str | Path) -> list[Recording]:
                     _add(runs, row)
     except OSError as error:
         raise InvalidSuite(f"{path}: {error.strerror}") from error
+    except (lzma.LZMAError, EOFError) as error:
+        raise InvalidSuite(f"{path}: is no whole file of xz") from error
     except UnicodeDecodeError as error:
         raise InvalidSuite(f"{path}: is no text in UTF-8") from error
     except (ValueError, csv.Error) as error:
