@@ -2,6 +2,7 @@
 
     python -m benchmarks.judged run                 # hours; the same command resumes; runs/judged-100, runs/judged-1000
     python -m benchmarks.judged keep                # their runs, thinned, as benchmarks/results/judged-*.csv.xz
+    python -m benchmarks.judged known               # best known values from them, for `benchmarks.suite merge`
     python -m benchmarks.judged tables              # what the manual shows of these, in Markdown
     python -m benchmarks.judged picture FILE        # and its picture
     python -m benchmarks.judged overhead            # CPU time of each solver itself
@@ -13,6 +14,7 @@ benchmarks/results/judged-100.csv.xz``.
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -22,16 +24,28 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.suite import keep as keep_best
+from benchmarks.suite import known_place, refined
 from solvers import Box, Budget, Solver, minimize
-from tpbso_casadi.campaign import p_text, parse_solver, ranking
+from tpbso_casadi.campaign import (
+    STORE,
+    Store,
+    SuiteRun,
+    p_text,
+    parse_solver,
+    parse_solvers,
+    ranking,
+    recordings,
+    suite_grid,
+)
 from tpbso_casadi.campaign.statistics import holm, signed_rank
 from tpbso_casadi.cli.commands.suite import main as suite_command
+from tpbso_casadi.cli.commands.suite import numbers
 from tpbso_casadi.referee import Referee
 from tpbso_casadi.scenario import find_solver
-from tpbso_casadi.suite import Recording, read_runs, suite, write_runs
+from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 
 RESULTS = Path(__file__).with_name("results")
-INSTANCES = "6-8"  # 1 to 5 are for tuning
 SLOW = ("moving-5", "ur5e-box", "panda-boxes", "panda-payload")  # 57 to 85 us an evaluation: with 100 a variable alone
 
 SOLVERS = {  # by label in the tables
@@ -57,7 +71,10 @@ SOLVERS = {  # by label in the tables
     "NL-SHADE-RSP (Minion)": "minion(algorithm=NLSHADE_RSP)",
     "GWO (mealpy)": "mealpy(algorithm=GWO.OriginalGWO)",
 }
-SLOWEST = ("GWO (mealpy)",)  # half a millisecond for a candidate: with 100 evaluations a variable alone
+ONE_BY_ONE = (  # whose candidates are evaluated one at a time, or that take long themselves: with 100 a variable alone
+    *("BAS", "DIRECT (SciPy)", "dual annealing (SciPy)", "PSO (pymoo)", "GA (pymoo)", "SaDE (pygmo)"),
+    *("DE 1220 (pygmo)", "GWO (mealpy)"),
+)
 PARTS = {  # of BSO, one changed at a time
     "BSO": "bso",
     "no antennae: the swarm alone": (
@@ -79,12 +96,12 @@ class Stage:
 
     Attributes:
         budget: evaluations for each variable.
-        functions: of the suite.
+        parts: of the suite, functions and instances.
         solvers: by label.
     """
 
     budget: int
-    functions: tuple[str, ...]
+    parts: tuple[tuple[tuple[str, ...], str], ...]
     solvers: dict[str, str]
 
     @property
@@ -97,21 +114,36 @@ class Stage:
         """Its runs, as they are kept."""
         return RESULTS / f"judged-{self.budget}.csv.xz"
 
+    @property
+    def stated(self) -> str:
+        """All solvers, as ``tpbso suite run`` takes them."""
+        return ",".join(dict.fromkeys([*self.solvers.values(), *PARTS.values()]))
+
+    @property
+    def problems(self) -> list[SuiteProblem]:
+        """Of all parts."""
+        return [each for functions, instances in self.parts for each in suite(SUITE, functions, numbers(instances))]
+
+    def runs(self, problems: Sequence[SuiteProblem]) -> list[SuiteRun]:
+        """Of all solvers."""
+        return suite_grid(problems, parse_solvers(self.stated), 1, self.budget)
+
 
 def stages() -> tuple[Stage, Stage]:
-    functions = tuple(each.name for each in suite().functions if len(each.objectives) == 1)
-    faster = {label: stated for label, stated in SOLVERS.items() if label not in SLOWEST}
+    every = tuple(each.name for each in suite().functions if len(each.objectives) == 1)
+    faster = tuple(name for name in every if name not in SLOW)
+    quick = {label: stated for label, stated in SOLVERS.items() if label not in ONE_BY_ONE}
     return (
-        Stage(budget=100, functions=functions, solvers=SOLVERS),
-        Stage(budget=1000, functions=tuple(name for name in functions if name not in SLOW), solvers=faster),
+        Stage(budget=100, parts=((every, "6"), (faster, "7-8")), solvers=SOLVERS),
+        Stage(budget=1000, parts=((faster, "6-7"),), solvers=quick),
     )
 
 
 def run() -> None:
     for stage in stages():
-        stated = ",".join(dict.fromkeys([*stage.solvers.values(), *PARTS.values()]))
-        what = ["--functions", ",".join(stage.functions), "--instances", INSTANCES, "--solvers", stated]
-        suite_command(["run", *what, "--budget", str(stage.budget), "--out", str(stage.folder), "--no-plots"])
+        for functions, instances in stage.parts:
+            what = ["--functions", ",".join(functions), "--instances", instances, "--solvers", stage.stated]
+            suite_command(["run", *what, "--budget", str(stage.budget), "--out", str(stage.folder), "--no-plots"])
 
 
 FEWEST_STEPS = 1.02  # evaluations of a line that is kept, over those of the one before
@@ -121,7 +153,8 @@ DIGITS = 9  # of merits
 def keep() -> None:
     RESULTS.mkdir(exist_ok=True)
     for stage in stages():
-        write_runs(stage.results, [thinned(each) for each in read_runs(stage.folder / "runs.csv")])
+        with Store(stage.folder / STORE) as store:
+            write_runs(stage.results, map(thinned, recordings(stage.runs(stage.problems), store)))
 
 
 def thinned(run: Recording) -> Recording:
@@ -133,6 +166,29 @@ def thinned(run: Recording) -> Recording:
             kept.pop()
         kept.append((evaluations, float(f"{merit:.{DIGITS}g}")))
     return replace(run, evaluations=[n for n, _ in kept], merits=[merit for _, merit in kept])
+
+
+WAYS = 4  # solvers whose best runs are refined
+
+
+def known() -> None:
+    for problem in {each.name: each for stage in stages() for each in stage.problems}.values():
+        if problem.best_known is None and not known_place(problem).exists():
+            ways = sorted(found_by_each(problem).items(), key=lambda way: way[1][0])[:WAYS]
+            if ways:
+                keep_best(problem, [refined(problem, solver, *best, seed=1) for solver, best in ways])
+
+
+def found_by_each(problem: SuiteProblem) -> dict[str, tuple[float, np.ndarray]]:
+    """The lowest merit of all runs of each solver, and its candidate (d,)."""
+    best: dict[str, tuple[float, np.ndarray]] = {}
+    for stage in stages():
+        with Store(stage.folder / STORE) as store:
+            for run, text in store.texts(stage.runs([problem])):
+                result = {} if text is None else json.loads(text)
+                if result and (run.solver not in best or result["cost"] < best[run.solver][0]):
+                    best[run.solver] = result["cost"], np.array(result["x"])
+    return best
 
 
 def referee(stage: Stage, solvers: dict[str, str]) -> Referee:
@@ -266,5 +322,5 @@ def report(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    commands = {each.__name__: each for each in (run, keep, tables, picture, overhead, report)}
+    commands = {each.__name__: each for each in (run, keep, known, tables, picture, overhead, report)}
     commands[sys.argv[1]](*sys.argv[2:])

@@ -36,7 +36,7 @@ from tpbso_casadi.suite.problem import BEST_KNOWN
 FOLDER = folder_of(SUITE)
 WORK = Path("runs", SUITE)  # what is collected and merged in the end
 NAMES = [definition.name for definition in DEFINITIONS]
-SEARCHES = {"lshade+cma": LSHADE(), "abso+cma": AdaptiveBeetleSwarm()}  # each followed by CMA-ES from what it found
+SEARCHES = {"lshade": LSHADE(), "abso": AdaptiveBeetleSwarm()}  # each followed by CMA-ES from what it found
 SEEDS = (1, 2)
 SEARCHED, REFINED, STARTS = 20_000, 6_000, 2  # evaluations of both parts; descents of IPOPT
 SAME = 1e-4  # relative
@@ -77,12 +77,16 @@ def known(arguments: Sequence[str]) -> None:
         place = known_place(problem)
         if len(problem.objectives) > 1 or place.exists():
             continue
-        began = time.perf_counter()
-        best = best_of(problem)
-        place.write_text(json.dumps(best))
-        told = "no feasible candidate" if best is None else f"{best['value']:.8g} {best['ways']} {best['certified']}"
-        more = "" if best is None else f" {best['motion_value']:.6g} {best['descended_value']}"
-        print(f"{problem.name} {told}{more} {time.perf_counter() - began:.1f} s", flush=True)
+        keep(problem, list(searched(problem)), descended(problem))
+
+
+def keep(problem: SuiteProblem, runs: Sequence[Way], descended_value: float | None = None) -> None:
+    """Write down the best of some runs, until it is merged."""
+    best = best_of(problem, runs, descended_value)
+    known_place(problem).write_text(json.dumps(best))
+    told = "no feasible candidate" if best is None else f"{best['value']:.8g} {best['ways']} {best['certified']}"
+    more = "" if best is None else f" {best['motion_value']:.6g} {best['descended_value']}"
+    print(f"{problem.name} {told}{more}", flush=True)
 
 
 def known_place(problem: SuiteProblem) -> Path:
@@ -91,36 +95,41 @@ def known_place(problem: SuiteProblem) -> Path:
     return WORK / f"{problem.function.name}@{problem.instance}-{check[:8]}.known"
 
 
-def best_of(problem: SuiteProblem) -> dict[str, Any] | None:
-    """The best candidate of all runs, whether its motion is certified, and how often each way comes near it."""
-    runs = [(way, *found) for way in SEARCHES for found in searched(problem, way)]
+Way = tuple[str, float, np.ndarray]  # how a candidate was found, its merit, itself
+
+
+def best_of(problem: SuiteProblem, runs: Sequence[Way], descended_value: float | None) -> dict[str, Any] | None:
+    """The best candidate of some runs, whether its motion is certified, and how often each way comes near it."""
     _, value, x = min(runs, key=lambda run: run[1])
     if value > problem.feasible_merit:
         return None
-    found = motion(problem.scenario, x, problem.name)
+    found, ways = motion(problem.scenario, x, problem.name), [way for way, *_ in runs]
+    near = [way for way, merit, _ in runs if merit <= value + SAME * abs(value)]
     return {
         "value": value,
         "x": x.tolist(),
         "certified": found.certified,
         "motion_value": found.objective,
-        "ways": {
-            way: [sum(merit <= value * (1.0 + SAME) for w, merit, _ in runs if w == way), len(SEEDS)]
-            for way in SEARCHES
-        },
-        "descended_value": descended(problem),
+        "ways": {way: [near.count(way), ways.count(way)] for way in dict.fromkeys(ways)},
+        "descended_value": descended_value,
     }
 
 
-def searched(problem: SuiteProblem, way: str) -> Iterator[tuple[float, np.ndarray]]:
-    """Merits and candidates, one of each seed."""
+def searched(problem: SuiteProblem) -> Iterator[Way]:
+    """Each search with each seed, refined."""
+    for way, solver in SEARCHES.items():
+        for seed in SEEDS:
+            found = minimize(problem.merit, Box(*problem.bounds), solver, Budget(evaluations=SEARCHED), seed)
+            yield refined(problem, way, float(found.cost), found.x, seed)
+
+
+def refined(problem: SuiteProblem, way: str, merit: float, x: np.ndarray, seed: int) -> Way:
+    """What CMA-ES finds near a candidate (d,)."""
     from solvers.external.cma_es import CMAES  # noqa: PLC0415 (optional)
 
-    box = Box(*problem.bounds)
-    for seed in SEEDS:
-        first = minimize(problem.merit, box, SEARCHES[way], Budget(evaluations=SEARCHED), seed)
-        second = minimize(problem.merit, box, CMAES(sigma=0.02), Budget(evaluations=REFINED), seed, known=first.x[None])
-        better = min((first, second), key=lambda result: result.cost)
-        yield float(better.cost), better.x
+    budget = Budget(evaluations=REFINED)
+    near = minimize(problem.merit, Box(*problem.bounds), CMAES(sigma=0.02), budget, seed, known=x[None])
+    return (f"{way}+cma", float(near.cost), near.x) if near.cost < merit else (f"{way}+cma", merit, x)
 
 
 def descended(problem: SuiteProblem) -> float | None:
