@@ -41,7 +41,7 @@ from tpbso_casadi.campaign import (
 from tpbso_casadi.campaign.statistics import holm, signed_rank
 from tpbso_casadi.cli.commands.suite import main as suite_command
 from tpbso_casadi.cli.commands.suite import numbers
-from tpbso_casadi.referee import Referee
+from tpbso_casadi.referee import Referee, on_common_problems
 from tpbso_casadi.scenario import find_solver
 from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 
@@ -195,10 +195,7 @@ def referee(stage: Stage, solvers: dict[str, str]) -> Referee:
     """Of the runs that are kept, by labels; on the problems alone on which all have run."""
     labels = {stated: label for label, stated in solvers.items()}
     runs = [replace(each, solver=labels[each.solver]) for each in read_runs(stage.results) if each.solver in labels]
-    ran: dict[str, set[str]] = {}
-    for each in runs:
-        ran.setdefault(each.problem.name, set()).add(each.solver)
-    return Referee([each for each in runs if len(ran[each.problem.name]) == len(labels)])
+    return Referee(on_common_problems(runs))
 
 
 def tables() -> None:
