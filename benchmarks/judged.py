@@ -87,6 +87,8 @@ PARTS = {  # of BSO, one changed at a time
     "no inertia, (27) as printed": "bso(inertia_first=1.0,inertia_last=1.0)",
     "sign of (28) as printed": "bso(antenna_sign=printed)",
     "both as printed": "bso(printed)",
+    "a larger share of the antennae: λ = 0.4": "bso(lambda_=0.4)",
+    "the same, both as printed": "bso(printed,lambda_=0.4)",
 }
 
 
