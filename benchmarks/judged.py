@@ -170,7 +170,7 @@ def thinned(run: Recording) -> Recording:
     return replace(run, evaluations=[n for n, _ in kept], merits=[merit for _, merit in kept])
 
 
-WAYS = 4  # solvers whose best runs are refined
+WAYS = 3  # solvers whose best runs are refined
 
 
 def known() -> None:
@@ -287,7 +287,8 @@ def picture(path: str) -> None:
             judged = referee(stage, solvers)
             named = [label for label in judged.ranking.solvers if solvers is PARTS or label in HIGHLIGHTED]
             for label in judged.solvers:
-                evaluations, shares = judged.shares(label, judged.problems)
+                evaluations, shares = (np.append(each, each[-1]) for each in judged.shares(label, judged.problems))
+                evaluations[-1] = stage.budget
                 style = line_of(named.index(label)) if label in named else {"color": "0.85"}
                 legend = label if label in named else None
                 axes.plot(
