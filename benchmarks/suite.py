@@ -123,11 +123,11 @@ def searched(problem: SuiteProblem) -> Iterator[Way]:
             yield refined(problem, way, float(found.cost), found.x, seed)
 
 
-def refined(problem: SuiteProblem, way: str, merit: float, x: np.ndarray, seed: int) -> Way:
+def refined(problem: SuiteProblem, way: str, merit: float, x: np.ndarray, seed: int, evaluations: int = REFINED) -> Way:
     """What CMA-ES finds near a candidate (d,)."""
     from solvers.external.cma_es import CMAES  # noqa: PLC0415 (optional)
 
-    budget = Budget(evaluations=REFINED)
+    budget = Budget(evaluations=evaluations)
     near = minimize(problem.merit, Box(*problem.bounds), CMAES(sigma=0.02), budget, seed, known=x[None])
     return (f"{way}+cma", float(near.cost), near.x) if near.cost < merit else (f"{way}+cma", merit, x)
 
