@@ -94,6 +94,7 @@ CENTRE = np.array([0.5, 1.0, 3.0])
 CHOICES: dict[str, list[dict[str, str]]] = {
     "nevergrad": [{"optimizer": "CMA"}, {"optimizer": "RecombiningPortfolioDiscreteOnePlusOne"}],
     "mealpy": [{"algorithm": "SHADE.L_SHADE"}],
+    "pymoo": [{"algorithm": "nsga2"}],
 }
 
 

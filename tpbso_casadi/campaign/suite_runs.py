@@ -38,7 +38,7 @@ class SuiteRun(FunctionRun):
     @property
     def least_infeasible_cost(self) -> float:
         """Every merit above the bound is that of a candidate that breaks a constraint."""
-        return float(np.nextafter(find_problem(self.case).feasible_merit, np.inf))
+        return float(np.nextafter(Recording(find_problem(self.case), self.solver).feasible_merit, np.inf))
 
     @property
     def searched(self) -> str:
@@ -84,12 +84,9 @@ def suite_grid(
         first_seed: of each.
 
     Raises:
-        ScenarioError: there are too many, a problem has two objectives, or a solver cannot search.
+        ScenarioError: there are too many, or a solver cannot search.
     """
     check_size(len(problems) * len(specs), first_seed, seeds)
-    twice = next((problem.name for problem in problems if len(problem.objectives) > 1), None)
-    if twice is not None:
-        raise ScenarioError(f"{twice}: has two objectives, which the solvers here do not search; leave it out")
     return [
         SuiteRun(problem.name, spec.label, _section(spec, seed, budget * problem.dimension))
         for seed in range(first_seed, first_seed + seeds)

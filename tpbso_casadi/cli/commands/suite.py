@@ -184,9 +184,7 @@ def check(options: argparse.Namespace) -> int:
 def run(options: argparse.Namespace, command: str) -> int:
     """Run the campaign of the options and judge it; returns the exit status."""
     prepare(options, PAGE, RUNS, SUMMARY)
-    problems = [problem for problem in chosen(options) if len(problem.objectives) == 1]
-    if not problems:
-        raise InvalidSuite("--functions: all have two objectives, which the solvers here do not search")
+    problems = chosen(options).problems
     runs: list[SuiteRun] = suite_grid(problems, parse_solvers(options.solvers), options.repeat, options.budget)
     with phase("building the kernels", options.quiet):
         for problem in {problem.function.name: problem for problem in problems}.values():
