@@ -25,10 +25,11 @@ class SuiteRun(FunctionRun):
 
     @property
     def statement(self) -> dict[str, Any]:
-        """Everything that is needed to do it, plain data; and the digest of the problem's values."""
+        """Everything that is needed to do it, plain data; and what decides its merits: the values, and a front."""
         problem = find_problem(self.case)
-        check = problem.function.checks[problem.instance - 1]
-        return {SUITE_KEY: self.case, "check": check, "solver": self.section.model_dump(mode="json")}
+        values, front = problem.function.checks[problem.instance - 1], problem.best_front
+        decisive = {"values": values, "front": None if front is None else front.hypervolume}
+        return {SUITE_KEY: self.case, **decisive, "solver": self.section.model_dump(mode="json")}
 
     @property
     def measure(self) -> Measure:

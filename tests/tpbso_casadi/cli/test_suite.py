@@ -69,7 +69,8 @@ def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("report", "judged", "--runs", "mine.csv", "--no-plots") == 0
     printed = capsys.readouterr().out
     assert "16 runs on 4 problems" in printed and "mine" in printed
-    assert "mine" in Path("judged/suite.html").read_text()
+    page = Path("judged/suite.html").read_text()
+    assert "mine" in page and "hypervolume" not in page
 
 
 def test_the_same_search_wherever_it_is_done() -> None:
@@ -119,6 +120,7 @@ def test_fronts_are_judged_beside_the_others(capsys: pytest.CaptureFixture[str])
     assert [each.done for each in runs] == [40 * each.problem.dimension for each in runs]
     assert [len(each.problem.objectives) for each in runs] == [1, 1, 2, 2]
     assert "best known" in Path("judged/summary.csv").read_text()
+    assert "hypervolume that is missing" in Path("judged/suite.html").read_text()
 
 
 @pytest.mark.parametrize("name", ["lshade", "pymoo(algorithm=nsga2)"])

@@ -163,7 +163,7 @@ def list_functions(options: argparse.Namespace) -> int:
         table.add_column(heading)
     for function in problems.functions:
         of_function = [problem for problem in problems if problem.function is function]
-        known = sum(problem.best_known is not None for problem in of_function)
+        known = sum(problem.best_merit is not None for problem in of_function)
         objectives = ", ".join(f"{name} ({unit})" for name, unit in function.objectives)
         cells = objectives, str(len(function.constraints)), f"{known} of {len(of_function)}", function.title
         table.add_row(function.name, function.group, str(function.dimension), *cells)
