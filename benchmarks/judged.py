@@ -172,7 +172,7 @@ def thinned(run: Recording) -> Recording:
     return replace(run, evaluations=[n for n, _ in kept], merits=[merit for _, merit in kept])
 
 
-WAYS, REFINED = 3, 2000  # solvers whose best runs are refined, and evaluations of each refinement
+WAYS = 3  # solvers whose best runs are refined
 
 
 def known() -> None:
@@ -180,7 +180,7 @@ def known() -> None:
         if problem.best_known is None and not known_place(problem).exists():
             ways = sorted(found_by_each(problem).items(), key=lambda way: way[1][0])[:WAYS]
             if ways:
-                keep_best(problem, [refined(problem, solver, *best, 1, REFINED) for solver, best in ways])
+                keep_best(problem, [refined(problem, solver, *best) for solver, best in ways])
 
 
 def found_by_each(problem: SuiteProblem) -> dict[str, tuple[float, np.ndarray]]:
