@@ -2,6 +2,7 @@
 
 from solvers.abso import AdaptiveBeetleSwarm
 from solvers.ask_tell import AskTell
+from solvers.bas import BAS
 from solvers.bso import BSO
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
 from solvers.driver import Archive, History, Result, Status, Unsearched, minimize, unsearched
@@ -11,11 +12,13 @@ from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, desc
 from solvers.ladder import Ladder
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
+from solvers.random_search import RandomSearch
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
 from solvers.solver import STARTS, Box, Iterations, Preset, Search, Solver, SolverTraits, Steps
 from solvers.standalone import minimize as minimize_function
 
 __all__ = [
+    "BAS",
     "BENCHMARK_FUNCTIONS",
     "BSO",
     "EXTERNAL",
@@ -43,6 +46,7 @@ __all__ = [
     "Ladder",
     "Preset",
     "Program",
+    "RandomSearch",
     "Result",
     "Search",
     "Solution",

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from solvers.abso import AdaptiveBeetleSwarm
+from solvers.bas import BAS
 from solvers.bso import BSO
 from solvers.ga import GA
 from solvers.ipopt import IPOPT
 from solvers.ladder import Ladder
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
+from solvers.random_search import RandomSearch
 from solvers.solver import Solver
 
 AnySolver: TypeAlias = Solver | IPOPT
@@ -23,10 +25,12 @@ class External:
 
     Attributes:
         path: "package.module:Class".
-        extra: of this distribution, which installs the package of the same name; "" if none is needed.
+        package: that it needs beyond those of this distribution; "" for none.
+        extra: of this distribution, which installs it; "" if none is needed.
     """
 
     path: str
+    package: str = ""
     extra: str = ""
 
     @property
@@ -42,13 +46,18 @@ SOLVERS: dict[str, type[Solver]] = {
     "pso": PSO,
     "ga": GA,
     "lshade": LSHADE,
+    "bas": BAS,
+    "random": RandomSearch,
 }
 GRADIENT_SOLVERS: dict[str, type[IPOPT]] = {"ipopt": IPOPT}
 EXTERNAL = {
     "scipy-de": External(path="solvers.external.scipy_solvers:SciPyDE"),
     "annealing": External(path="solvers.external.scipy_solvers:DualAnnealing"),
-    "cma": External(path="solvers.external.cma_es:CMAES", extra="cma"),
-    "pymoo": External(path="solvers.external.pymoo_solvers:Pymoo", extra="pymoo"),
-    "nevergrad": External(path="solvers.external.nevergrad_solvers:Nevergrad", extra="nevergrad"),
-    "mealpy": External(path="solvers.external.mealpy_solvers:Mealpy", extra="mealpy"),
+    "direct": External(path="solvers.external.scipy_solvers:DirectRectangles"),
+    "cma": External(path="solvers.external.cma_es:CMAES", package="cma", extra="cma"),
+    "pymoo": External(path="solvers.external.pymoo_solvers:Pymoo", package="pymoo", extra="pymoo"),
+    "nevergrad": External(path="solvers.external.nevergrad_solvers:Nevergrad", package="nevergrad", extra="nevergrad"),
+    "mealpy": External(path="solvers.external.mealpy_solvers:Mealpy", package="mealpy", extra="mealpy"),
+    "pygmo": External(path="solvers.external.pygmo_solvers:Pygmo", package="pygmo", extra="suite"),
+    "minion": External(path="solvers.external.minion_solvers:Minion", package="minionpy", extra="suite"),
 }

@@ -146,8 +146,8 @@ def _named(name: str) -> Any:
         return SOLVERS[name]
     if name in EXTERNAL:
         external = EXTERNAL[name]
-        if external.extra and find_spec(external.extra) is None:
-            raise ValueError(f"solver: {name} needs the package {external.extra}: {external.install}")
+        if external.package and find_spec(external.package) is None:
+            raise ValueError(f"solver: {name} needs the package {external.package}: {external.install}")
         return resolve_name(external.path)
     if name in GRADIENT_SOLVERS:
         raise ValueError(f"solver: {name} needs the derivatives of a program, and a function of numbers has none")

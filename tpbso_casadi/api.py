@@ -41,6 +41,7 @@ from problems.limits import ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.motions import JointPath, MotionView
 from problems.tasks import PathTracing, Pose, SpaceTracing
 from solvers import (
+    BAS,
     BENCHMARK_FUNCTIONS,
     BSO,
     EXTERNAL,
@@ -54,6 +55,7 @@ from solvers import (
     BenchmarkFunction,
     Budget,
     Iterations,
+    RandomSearch,
     Result,
     Search,
     Solver,
@@ -88,6 +90,7 @@ from tpbso_casadi.suite import InvalidSuite, Recording, Suite, SuiteProblem, rea
 Sphere = Ball
 
 __all__ = [
+    "BAS",
     "BENCHMARK_FUNCTIONS",
     "BSO",
     "EXTERNAL",
@@ -147,6 +150,7 @@ __all__ = [
     "Pose",
     "Position",
     "Problem",
+    "RandomSearch",
     "Recording",
     "Rectangle",
     "Repair",

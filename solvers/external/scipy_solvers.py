@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
-from scipy.optimize import Bounds, differential_evolution, dual_annealing
+from scipy.optimize import Bounds, differential_evolution, direct, dual_annealing
 
 from solvers.external.callbacks import Cost, callback_to_generator
-from solvers.solver import Box, Iterations, Search, Solver, require
+from solvers.solver import DEFAULT_EVALUATIONS, Box, Iterations, Search, Solver, require
 
 Strategy = Literal["best1bin", "rand1bin", "currenttobest1bin"]
 UNLIMITED = 10**9  # iterations; the budget ends the search
@@ -87,6 +87,50 @@ class DualAnnealing(Solver):
                 no_local_search=True,
                 rng=rng,
                 x0=None if box.known is None else box.to_unit(box.known)[0],
+            )
+
+        return callback_to_generator(run, iterations, CALLS_PER_ITERATION)
+
+
+@dataclass(frozen=True)
+class DirectRectangles(Solver):
+    """``scipy.optimize.direct``: divides the box, without any random number. It begins at the centre.
+
+    Jones, Perttunen and Stuckman, "Lipschitzian Optimization Without the Lipschitz Constant", 1993; locally biased:
+    Gablonsky and Kelley, 2001.
+    """
+
+    minimum_population: ClassVar[int] = 1
+
+    population: int = 1  # one candidate at a time
+    locally_biased: int = 1  # 0 or 1
+    eps: float = 1e-4  # >= 0, least improvement that a rectangle has to promise
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.locally_biased in (0, 1), f"locally_biased = {self.locally_biased} is neither 0 nor 1")
+        require(self.eps >= 0.0, f"eps = {self.eps} is negative")
+
+    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """One candidate after the other, until nothing is left to divide."""
+        evaluations = iterations.evaluations or DEFAULT_EVALUATIONS
+
+        def run(cost: Cost) -> None:
+            if box.known is not None:
+                cost(box.known[:1])
+
+            def one(shares: Any) -> float:
+                return float(cost(box.from_unit(shares[None]))[0])
+
+            direct(
+                one,
+                Bounds(np.zeros(box.dimension), np.ones(box.dimension)),
+                eps=self.eps,
+                maxfun=evaluations,
+                maxiter=evaluations,  # no more than that: it takes memory for each
+                locally_biased=bool(self.locally_biased),
+                vol_tol=0.0,
+                len_tol=0.0,
             )
 
         return callback_to_generator(run, iterations, CALLS_PER_ITERATION)

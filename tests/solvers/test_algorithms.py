@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers import BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Iterations, Solver
+from solvers import BAS, BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Iterations, RandomSearch, Solver
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.driver import Archive
 from solvers.lshade import SuccessMemory
@@ -44,6 +44,29 @@ def test_particle_step() -> None:
     assert (first == drawn.x).all()
     v = drawn.velocity(0.65, 1.5, 2.0, best=drawn.x[1])
     assert second == pytest.approx(BOX.clip(drawn.x + v))
+
+
+def test_one_beetle() -> None:
+    rng = np.random.default_rng(SEED)
+    x, directions = rng.uniform(BOX.lower, BOX.upper, (2, 2)), rng.standard_normal((2, 2))
+    directions *= BOX.span / np.linalg.norm(directions, axis=1, keepdims=True)
+    solver = BAS(population=2, first_step=0.1, eta=0.5, shortest_antenna=0.02, last_step=0.06)
+    costs = [1.0, 1.0], [5.0, 1.0, 4.0, 3.0], [0.0, 0.0], [1.0, 2.0, 1.0, 2.0], [0.0, 0.0]
+    first, antennae, second, again, fresh, _ = drive(solver, *costs)
+    assert (first == x).all()
+    assert antennae == pytest.approx(BOX.clip(np.concatenate([x + 0.1 * directions, x - 0.1 * directions])))
+    assert second == pytest.approx(BOX.clip(x + 0.1 * directions * np.array([[-1.0], [1.0]])))  # left of 5, 4; of 1, 3
+    new = rng.uniform(BOX.lower, BOX.upper, (2, 2))  # the step of 0.05 is below the last one
+    directions = rng.standard_normal((2, 2))
+    directions *= BOX.span / np.linalg.norm(directions, axis=1, keepdims=True)
+    assert again == pytest.approx(BOX.clip(np.concatenate([new + 0.1 * directions, new - 0.1 * directions])))
+    assert (fresh == new).all()  # both antennae cost the same: it stays
+
+
+def test_random_candidates() -> None:
+    rng = np.random.default_rng(SEED)
+    expected = [rng.uniform(BOX.lower, BOX.upper, (2, 2)) for _ in range(3)]
+    assert np.array_equal(drive(RandomSearch(population=2), [1.0, 2.0], [0.0, 3.0]), expected)
 
 
 def test_particle_keeps_its_own_best() -> None:

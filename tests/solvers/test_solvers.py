@@ -9,9 +9,22 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from helpers.named_solvers import PARAMETERS, named_solver
+from helpers.named_solvers import PARAMETERS, WITHOUT_CHANCE, named_solver
 
-from solvers import EXTERNAL, SOLVERS, Box, Budget, Iterations, Result, Search, Solver, Status, StopReason, minimize
+from solvers import (
+    EXTERNAL,
+    SOLVERS,
+    Box,
+    Budget,
+    Iterations,
+    RandomSearch,
+    Result,
+    Search,
+    Solver,
+    Status,
+    StopReason,
+    minimize,
+)
 
 BOX = Box(np.array([-3.0, -2.0, 0.0, -5.0, 1.0]), np.array([4.0, 5.0, 6.0, 1.0, 3.0]))
 CENTRE = np.array([0.5, 1.0, 2.0, -1.0, 2.0])
@@ -27,6 +40,11 @@ def solver(request: pytest.FixtureRequest) -> Solver:
     return named_solver(request.param)()
 
 
+def learns(solver: Solver) -> bool:
+    """Whether what it has evaluated tells a solver where to go on."""
+    return not isinstance(solver, RandomSearch)
+
+
 def search(solver: Solver, cost: Cost = sphere, seed: int = 1, **budget: float) -> Result:
     return minimize(cost, BOX, solver, Budget(**(budget or {"evaluations": 3000})), seed)
 
@@ -35,7 +53,8 @@ def test_same_seed_same_result_other_seed_another(solver: Solver) -> None:
     first, again, other = (search(solver, seed=seed, evaluations=500) for seed in (1, 1, 2))
     assert (first.x == again.x).all()
     assert (first.history.cost == again.history.cost).all()
-    assert (first.x != other.x).any()
+    by_chance = not isinstance(solver, tuple(named_solver(name) for name in WITHOUT_CHANCE))
+    assert (first.x != other.x).any() == by_chance
     drawn_on = minimize(sphere, BOX, solver, Budget(500), np.random.default_rng(1))
     assert (drawn_on.x == first.x).all()
     assert drawn_on.seed is None
@@ -51,8 +70,8 @@ def test_a_search_finds_the_minimum_of_a_sphere_and_says_how(solver: Solver) -> 
         return sphere(x)
 
     result = minimize(counted, BOX, solver, Budget(10_000), 1, statuses.append)
-    assert result.cost < 1e-3
-    assert result.x == pytest.approx(CENTRE, abs=0.05)
+    assert result.cost < (1e-3 if learns(solver) else 1.0)
+    assert result.x == pytest.approx(CENTRE, abs=0.05 if learns(solver) else 1.0)
     assert result.cost == sphere(result.x[None])[0] == result.history.cost[-1]
     assert (result.evaluations, result.stop_reason) == (sum(sizes), StopReason.EVALUATIONS)
     assert result.evaluations == 10_000
@@ -92,7 +111,7 @@ def test_every_candidate_lies_in_the_box(solver: Solver) -> None:
         assert (x <= BOX.upper).all()
         return -x.sum(axis=1)  # drives into a corner
 
-    assert search(solver, strict, evaluations=2000).x == pytest.approx(BOX.upper, rel=0.05)
+    assert search(solver, strict, evaluations=2000).x == pytest.approx(BOX.upper, rel=0.05 if learns(solver) else 0.5)
 
 
 def test_nan_and_infinite_costs_count_as_worst(solver: Solver) -> None:
@@ -105,7 +124,7 @@ def test_nan_and_infinite_costs_count_as_worst(solver: Solver) -> None:
 
     result = search(solver, holes, evaluations=2000)
     assert np.isfinite(result.cost)
-    assert result.cost < 0.5
+    assert result.cost < (0.5 if learns(solver) else 1.0)
     nothing = search(solver, lambda x: np.full(len(x), np.nan), evaluations=300)
     assert (nothing.cost, nothing.evaluations) == (np.inf, 300)
 
@@ -238,6 +257,11 @@ BAD_SETTINGS: dict[str, dict[str, list[object]]] = {
     "pymoo": {"algorithm": ["best"]},
     "nevergrad": {"optimizer": ["Best", "SQP"]},
     "mealpy": {"algorithm": ["PSO", "Optimizer"]},
+    "bas": {"first_step": [0.0], "eta": [1.0], "shortest_antenna": [-0.1], "last_step": [0.0]},
+    "random": {},
+    "direct": {"locally_biased": [2], "eps": [-1.0]},
+    "pygmo": {"algorithm": ["best"]},
+    "minion": {"algorithm": ["NelderMead"]},
 }
 
 

@@ -25,6 +25,7 @@ from tpbso_casadi.campaign import (
     processes,
     run_campaign,
 )
+from tpbso_casadi.campaign.logs import WRITERS
 from tpbso_casadi.cli.command import FAILURES, Exit, OneLineParser, print_error, run_command
 from tpbso_casadi.cli.options import (
     Group,
@@ -80,6 +81,33 @@ def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> Group
     output.add_argument("--export", type=path, dest="table", help=argparse.SUPPRESS)  # its name before
     add_quiet(output)
     return output
+
+
+def add_logs(group: Group) -> None:
+    """Logs for other tools."""
+    group.add_argument(
+        "--format",
+        type=log_formats,
+        default=(),
+        metavar="LOGS",
+        help=defaulting(
+            "coco, ioh or both: also write the histories of all searches as logs for COCO's cocopp, for IOHanalyzer",
+            "none",
+        ),
+    )
+
+
+def log_formats(text: str) -> tuple[str, ...]:
+    """Formats of logs from a command line.
+
+    Raises:
+        ArgumentTypeError: one is unknown.
+    """
+    names = tuple(dict.fromkeys(text.split(",")))
+    for name in names:
+        if name not in WRITERS:
+            raise argparse.ArgumentTypeError(f"{name or repr(name)} is none of {', '.join(WRITERS)}")
+    return names
 
 
 def prepare(options: argparse.Namespace, *files: str) -> None:

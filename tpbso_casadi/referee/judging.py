@@ -16,6 +16,7 @@ import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray
 from tpbso_casadi.campaign import FEWEST_SOLVERS, PLANS, Ranking, cases_needed, gap, ranking
+from tpbso_casadi.campaign.logs import Trace
 from tpbso_casadi.suite import Recording, SuiteProblem
 
 TARGETS = PLANS.targets  # gaps to the reference, descending
@@ -60,6 +61,29 @@ class Referee:
     def of(self, problem: str, solver: str | None = None) -> list[Recording]:
         """The runs on a problem, of one solver or of all."""
         return [run for run in self.runs if run.problem.name == problem and solver in {None, run.solver}]
+
+    @property
+    def traces(self) -> list[Trace]:
+        """The runs as logs for other tools have them: functions with instances, merits above the reference."""
+        return [
+            Trace(
+                case=run.problem.function.name,
+                solver=run.solver,
+                seed=run.problem.instance,
+                dimension=run.problem.dimension,
+                evaluations=np.array(run.evaluations, dtype=np.float64),
+                values=np.array(run.merits),
+                done=run.done,
+                worst=run.merits[0],
+                optimum=min(self.references[run.problem.name], self.lowest[run.problem.name]),
+            )
+            for run in self.runs
+        ]
+
+    @cached_property
+    def lowest(self) -> dict[str, float]:
+        """By problem the lowest merit of these runs, feasible or not."""
+        return {problem.name: min(run.merits[-1] for run in self.of(problem.name)) for problem in self.problems}
 
     @cached_property
     def unknown(self) -> list[str]:

@@ -42,8 +42,8 @@ class Catalogue(Generic[T]):
         registry: by name, the thing itself, or its path "package.module:Attribute", imported when it is used.
         accepts: whether an object is of that kind, see :func:`subclass_of`.
         requirement: the same in words: "a subclass of solvers.Solver".
-        extras: by name, the extra of this distribution that installs the package of the same name; for those that need
-            one.
+        extras: by name, the package that is needed, and the extra of this distribution that installs it; for those that
+            need one.
         elsewhere: names that a user can give in the same place and that are not looked up here.
     """
 
@@ -52,7 +52,7 @@ class Catalogue(Generic[T]):
     registry: Mapping[str, T | str]
     accepts: Callable[[object], TypeGuard[T]]
     requirement: str
-    extras: Mapping[str, str] = field(default_factory=dict)
+    extras: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     elsewhere: Collection[str] = ()
 
     def find(self, name: str) -> T:
@@ -85,9 +85,9 @@ class Catalogue(Generic[T]):
         return list(entry_points(group=self.group, name=name))
 
     def _registered(self, name: str) -> T:
-        extra = self.extras.get(name, "")
-        if extra and find_spec(extra) is None:
-            raise PluginError(f"{name} needs the package {extra}: pip install 'tpbso-casadi[{extra}]'")
+        package, extra = self.extras.get(name, ("", ""))
+        if package and find_spec(package) is None:
+            raise PluginError(f"{name} needs the package {package}: pip install 'tpbso-casadi[{extra}]'")
         entry = self.registry[name]
         return self._checked(name, self._load(name, entry) if isinstance(entry, str) else entry)
 
@@ -182,7 +182,7 @@ SOLVER_CATALOGUE: Catalogue[type[AnySolver]] = Catalogue(
     registry={**SOLVERS, **GRADIENT_SOLVERS, **{name: external.path for name, external in EXTERNAL.items()}},
     accepts=subclass_of((Solver, IPOPT)),
     requirement="a subclass of solvers.Solver",
-    extras={name: external.extra for name, external in EXTERNAL.items() if external.extra},
+    extras={name: (external.package, external.extra) for name, external in EXTERNAL.items() if external.package},
 )
 
 

@@ -70,6 +70,13 @@ def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert "16 runs on 4 problems" in printed and "mine" in printed
     assert "mine" in Path("judged/suite.html").read_text()
+    some = ("--functions", "spline-2", "--instances", "2")
+    assert run("report", "judged", *some, "--format", "coco,ioh", "--no-plots") == 0
+    assert "3 runs on 1 problems" in capsys.readouterr().out
+    [info] = Path("judged/coco/lshade").glob("*.info")
+    assert "funcId = 1, DIM = 16" in info.read_text() and f" 2:{30 * 16}|" in info.read_text()
+    assert [path.name for path in Path("judged/ioh/pso").glob("*.json")] == ["IOHprofiler_f1_spline-2.json"]
+    assert "no runs of these" in refusal(capsys, main, "report", "judged", "--functions", "panda-boxes", "--no-plots")
 
 
 def test_the_same_search_wherever_it_is_done() -> None:

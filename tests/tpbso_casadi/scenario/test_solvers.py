@@ -49,8 +49,8 @@ def test_our_own() -> None:
 
 @pytest.mark.parametrize("name", EXTERNAL)
 def test_those_of_other_libraries(name: str) -> None:
-    if EXTERNAL[name].extra:
-        pytest.importorskip(EXTERNAL[name].extra)
+    if EXTERNAL[name].package:
+        pytest.importorskip(EXTERNAL[name].package)
     assert issubclass(find_solver(name), Solver)
 
 

@@ -29,9 +29,10 @@ from tpbso_casadi.campaign import (
     print_tables,
     write_comparison,
 )
-from tpbso_casadi.campaign.logs import WRITERS, check_logs, traces_of, write_logs
+from tpbso_casadi.campaign.logs import check_logs, traces_of, write_logs
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
+    add_logs,
     failures,
     prepare,
     run_campaign_command,
@@ -51,7 +52,6 @@ from tpbso_casadi.cli.options import (
     add_seed,
     add_solvers,
     add_time_limit,
-    defaulting,
     figure_formats,
     positive_int,
     problem_group,
@@ -110,16 +110,7 @@ def parser() -> OneLineParser:
     add_json(output)
     add_no_plots(output)
     add_figures_option(output)
-    output.add_argument(
-        "--format",
-        type=log_formats,
-        default=(),
-        metavar="LOGS",
-        help=defaulting(
-            "coco, ioh or both: also write the histories of all searches as logs for COCO's cocopp, for IOHanalyzer",
-            "none",
-        ),
-    )
+    add_logs(output)
     return command_line
 
 
@@ -175,16 +166,3 @@ def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:
     budget = {key: getattr(options, key) for key in ("population", "iterations", "evaluations")}
     starts = options.starts or (USUAL_STARTS if options.time_limit is None else None)
     return budgeted(parse_solvers(stated), budget, options.time_limit, starts)
-
-
-def log_formats(text: str) -> tuple[str, ...]:
-    """Formats of logs from a command line.
-
-    Raises:
-        ArgumentTypeError: one is unknown.
-    """
-    names = tuple(dict.fromkeys(text.split(",")))
-    for name in names:
-        if name not in WRITERS:
-            raise argparse.ArgumentTypeError(f"{name or repr(name)} is none of {', '.join(WRITERS)}")
-    return names

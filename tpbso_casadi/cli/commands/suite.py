@@ -14,10 +14,12 @@ from rich.console import Console
 from rich.table import Table
 
 from tpbso_casadi.campaign import SuiteRun, parse_solvers, recordings, suite_grid
+from tpbso_casadi.campaign.logs import check_logs, write_logs
 from tpbso_casadi.cli.campaign import (
     CAMPAIGN_FAILURES,
     INTERRUPTED,
     add_campaign_options,
+    add_logs,
     failures,
     prepare,
     run_with_progress,
@@ -75,7 +77,7 @@ def parser() -> OneLineParser:
     )
     for command in (listing, checking, running, reporting):
         add_verbose(command, default=argparse.SUPPRESS)
-    for command in (listing, checking, running):
+    for command in (listing, checking, running, reporting):
         add_problems(problem_group(command))
     add_search(search_group(running))
     add_no_plots(add_campaign_options(running, Path("runs/suite")))
@@ -88,7 +90,9 @@ def parser() -> OneLineParser:
         metavar="FILE",
         help=defaulting("a table of further runs, CSV: solver,problem,run,evaluations,merit; repeatable", "none"),
     )
-    add_no_plots(output_group(reporting))
+    output = output_group(reporting)
+    add_logs(output)
+    add_no_plots(output)
     return command_line
 
 
@@ -206,7 +210,14 @@ def report(options: argparse.Namespace, command: str) -> int:
     files = [*([own] if own.exists() else []), *options.runs]
     if not files:
         raise InvalidSuite(f"{own}: there are no runs; say --runs FILE, or the folder of `tpbso suite run`")
-    judge(Referee([run for file in files for run in read_runs(file)]), options.folder, options, command)
+    names = {problem.name for problem in chosen(options)}
+    runs = [run for file in files for run in read_runs(file) if run.problem.name in names]
+    if not runs:
+        raise InvalidSuite(f"{files[0]}: there are no runs of these functions and instances in it")
+    referee = Referee(runs)
+    check_logs(options.format, options.folder, len({run.problem.function.name for run in runs}))
+    judge(referee, options.folder, options, command)
+    write_logs(options.format, options.folder, referee.traces)
     return Exit.FEASIBLE
 
 
