@@ -296,8 +296,8 @@ class Plan:
 
         Raises:
             TypeError: it is no path.
-            OutputError: the plan is not certified, there is no certificate of such plans (those of planar arms that
-                have to keep clear of anything), or the file cannot be written.
+            OutputError: the plan is not certified, there is no certificate of such robots, or the file cannot
+                be written.
         """
         file = file_path("path", path)
         with in_words_of_python():
