@@ -16,7 +16,7 @@ import json
 import sys
 import time
 import timeit
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -24,14 +24,17 @@ from typing import Any
 import numpy as np
 
 from solvers import LSHADE, AdaptiveBeetleSwarm, Box, Budget, minimize
+from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import SolverSection
 from tpbso_casadi.suite import SuiteProblem, suite
 from tpbso_casadi.suite.definitions import DEFINITIONS, SUITE
-from tpbso_casadi.suite.freezing import frozen, lower_bound
+from tpbso_casadi.suite.freezing import frozen, has_postures, lower_bound
+from tpbso_casadi.suite.fronts import CORNER
 from tpbso_casadi.suite.frozen import DESCRIPTIONS, Content, content_of, folder_of
 from tpbso_casadi.suite.motions import motion, problem_of
 from tpbso_casadi.suite.problem import BEST_KNOWN
+from tpbso_casadi.trade_off.front import hypervolume
 
 FOLDER = folder_of(SUITE)
 WORK = Path("runs", SUITE)  # what is collected and merged in the end
@@ -40,6 +43,7 @@ SEARCHES = {"lshade+cma": LSHADE(), "abso+cma": AdaptiveBeetleSwarm()}  # each f
 SEEDS = (1, 2)
 SEARCHED, REFINED, STARTS = 20_000, 6_000, 2  # evaluations of both parts; descents of IPOPT
 SAME = 1e-4  # relative
+FRONT, SHOWN = 30_000, 24  # evaluations of a search for a front; candidates that are stored of it
 CANDIDATES = 1024
 
 
@@ -53,12 +57,24 @@ def freeze(names: Sequence[str]) -> None:
         fine = Content.read(path_of(definition.fine).read_bytes()).scenarios if definition.fine else ()
         description, content = frozen(definition, fine)
         path_of(definition.name).write_bytes(content)
+        forget(definition.name)
         (WORK / f"{definition.name}.part").write_text(json.dumps(description.plain))
         seconds = time.perf_counter() - began
         print(
             f"{definition.name:22} d={description.dimension:2} {len(content) / 1e3:6.0f} kB {seconds:6.1f} s",
             flush=True,
         )
+
+
+def forget(function: str) -> None:
+    """What is known of a function's instances, which are others now."""
+    known = json.loads((FOLDER / BEST_KNOWN).read_text()) if (FOLDER / BEST_KNOWN).exists() else {}
+    write_known({name: told for name, told in known.items() if name.partition("@")[0] != function})
+
+
+def write_known(known: Mapping[str, Any]) -> None:
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(told)}" for name, told in known.items())
+    (FOLDER / BEST_KNOWN).write_text(f"{{\n{lines}\n}}\n")
 
 
 def path_of(function: str) -> Path:
@@ -75,9 +91,14 @@ def known(arguments: Sequence[str]) -> None:
     last, *names = arguments
     for problem in suite(SUITE, names or None, range(1, int(last) + 1)):
         place = known_place(problem)
-        if len(problem.objectives) > 1 or place.exists():
+        if place.exists():
             continue
         began = time.perf_counter()
+        if len(problem.objectives) > 1:
+            front = best_front_of(problem)
+            place.write_text(json.dumps(front))
+            print(f"{problem.name} {front['ways']} {time.perf_counter() - began:.1f} s", flush=True)
+            continue
         best = best_of(problem)
         place.write_text(json.dumps(best))
         told = "no feasible candidate" if best is None else f"{best['value']:.8g} {best['ways']} {best['certified']}"
@@ -134,19 +155,80 @@ def descended(problem: SuiteProblem) -> float | None:
     return value if found.motion.feasible and isfinite(value) else None
 
 
+class Archive:
+    """All feasible candidates that no other one dominates, of the searches of a problem with two objectives.
+
+    Called as a :class:`tpbso_casadi.suite.Recording` is, which needs a front that is known already.
+    """
+
+    def __init__(self, problem: SuiteProblem) -> None:
+        self.problem, self.done = problem, 0
+        self.values, self.x = np.empty((0, 2)), np.empty((0, problem.dimension))
+
+    def of_population(self, candidates: np.ndarray) -> np.ndarray:
+        """Merits (m, 2) of candidates (m, d), which are kept where they belong to the front."""
+        merits = self.problem.merit(candidates)
+        self.done += len(merits)
+        feasible = merits[:, 0] <= self.problem.feasible_merit
+        self.add(merits[feasible], candidates[feasible])
+        return merits
+
+    def add(self, values: np.ndarray, x: np.ndarray) -> None:
+        """More objectives (m, 2) and candidates (m, d), all feasible."""
+        values, x = np.vstack([self.values, values]), np.vstack([self.x, x])
+        order = np.lexsort(values.T[::-1])
+        lowest = np.minimum.accumulate(np.concatenate([[np.inf], values[order, 1]]))
+        front = order[values[order, 1] < lowest[:-1]]
+        self.values, self.x = values[front], x[front]
+
+    def rows(self, count: int) -> np.ndarray:
+        """Rows of so many candidates, or of all, from one end of the front to the other."""
+        return np.unique(np.linspace(0, len(self.x) - 1, count).round().astype(int))
+
+    def hypervolume(self, ideal: np.ndarray, nadir: np.ndarray) -> float:
+        """Where objectives are 0 at the one and 1 at the other, up to the corner."""
+        return hypervolume((self.values - ideal) / (nadir - ideal), (CORNER, CORNER))
+
+
+def best_front_of(problem: SuiteProblem) -> dict[str, Any]:
+    """The front of weighted sums, of NSGA-II, and of NSGA-II from there on; what share of it each has."""
+    from solvers.external.pymoo_solvers import Pymoo  # noqa: PLC0415 (optional)
+
+    together, nsga2 = Archive(problem), Pymoo(population=100, algorithm="nsga2")
+    ways, found = {"weighted lshade": LSHADE(), "nsga2": nsga2, "nsga2 from both": nsga2}, {}
+    for way, solver in ways.items():
+        found[way] = Archive(problem)
+        known = together.x[together.rows(nsga2.population)] if "from" in way else None
+        search_front(found[way], solver, FRONT, SEEDS[0], known)
+        together.add(found[way].values, found[way].x)
+    ideal, nadir = together.values.min(axis=0), together.values.max(axis=0)
+    whole = together.hypervolume(ideal, nadir)
+    shown = together.rows(SHOWN)
+    return {
+        "ideal": ideal.tolist(),
+        "nadir": nadir.tolist(),
+        "hypervolume": whole,
+        "x": together.x[shown].tolist(),
+        "values": together.values[shown].tolist(),
+        "ways": {way: each.hypervolume(ideal, nadir) / whole for way, each in found.items()},
+    }
+
+
 def merge(_: Sequence[str] = ()) -> None:
-    everything = {}
+    stored, everything = json.loads((FOLDER / BEST_KNOWN).read_text()), {}
     for problem in suite(SUITE):
-        place = known_place(problem)
+        name, place = f"{problem.function.name}@{problem.instance}", known_place(problem)
+        told = stored.get(name, {})
         best = json.loads(place.read_text()) if place.exists() else None
+        if best is not None:
+            told |= {"best" if len(problem.objectives) == 1 else "front": best}
         tables = content_of(SUITE, problem.function.name, problem.function.digest).scenarios[problem.instance - 1]
-        single = len(problem.objectives) == 1
-        least = lower_bound(tables, problem_of(problem.scenario)) if single else None
-        told = ({} if best is None else {"best": best}) | ({} if least is None else {"lower_bound": least})
+        if len(problem.objectives) == 1 and "lower_bound" not in told and has_postures(tables):
+            least = lower_bound(tables, problem_of(problem.scenario))
+            told |= {} if least is None else {"lower_bound": least}
         if told:
-            everything[f"{problem.function.name}@{problem.instance}"] = told
-    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(told)}" for name, told in everything.items())
-    (FOLDER / BEST_KNOWN).write_text(f"{{\n{lines}\n}}\n")
+            everything[name] = told
+    write_known(everything)
 
 
 def table_lines() -> Iterator[str]:

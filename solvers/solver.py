@@ -211,6 +211,11 @@ class Solver(SolverTraits, ABC):
             costs: shape (m,), finite, or inf for points without a cost; lower is better.
         """
 
+    @property
+    def takes_several_costs(self) -> bool:
+        """Whether a search may be sent costs (m, k), and then looks for their front."""
+        return False
+
 
 def require(holds: bool, requirement: str) -> None:
     """Raise ValueError with ``requirement`` unless it holds; for hyper-parameters."""

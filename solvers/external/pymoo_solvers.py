@@ -23,21 +23,26 @@ from pymoo.problems.static import StaticProblem
 from solvers.external.callbacks import LARGEST_COST
 from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 
-ALGORITHMS = {"pso": PSO, "de": DE, "ga": GA, "g3pcx": G3PCX}
+ALGORITHMS = {"pso": PSO, "de": DE, "ga": GA, "g3pcx": G3PCX, "nsga2": NSGA2}
 
 
 @dataclass(frozen=True)
 class Pymoo(Solver):
-    """An algorithm of pymoo with pymoo's defaults, except for the population."""
+    """An algorithm of pymoo with pymoo's defaults, except for the population. NSGA-II takes several costs, too."""
 
     minimum_population: ClassVar[int] = 6
 
     population: int = 50  # m >= 6
-    algorithm: str = "pso"  # pso (adaptive), de, ga or g3pcx
+    algorithm: str = "pso"  # pso (adaptive), de, ga, g3pcx or nsga2
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.algorithm in ALGORITHMS, f"algorithm = {self.algorithm!r} is none of {', '.join(ALGORITHMS)}")
+
+    @property
+    def takes_several_costs(self) -> bool:
+        """Whether it ranks by fronts."""
+        return self.algorithm == "nsga2"
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Ask and tell."""
@@ -47,7 +52,9 @@ class Pymoo(Solver):
         while True:
             population = algorithm.ask()
             costs = np.minimum((yield box.from_unit(population.get("X").astype(np.float64))), LARGEST_COST)
-            Evaluator().eval(StaticProblem(problem, F=costs[:, None]), population)
+            columns = costs.reshape(len(costs), -1)
+            stated = Problem(n_var=box.dimension, n_obj=columns.shape[1], xl=0.0, xu=1.0)
+            Evaluator().eval(StaticProblem(stated, F=columns), population)
             algorithm.tell(infills=population)
             if next(iterations, None) is None:
                 return

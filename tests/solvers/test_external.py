@@ -96,6 +96,7 @@ CHOICES: dict[str, list[dict[str, str]]] = {
     "mealpy": [{"algorithm": "SHADE.L_SHADE"}],
     "minion": [{"algorithm": "jSO"}, {"algorithm": "CMAES"}],
     "pygmo": [{"algorithm": "de1220"}, {"algorithm": "cmaes"}],
+    "pymoo": [{"algorithm": "nsga2"}],
 }
 
 

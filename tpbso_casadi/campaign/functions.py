@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -10,7 +11,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from problems.base import FloatArray
-from solvers import BenchmarkFunction, Box, InvalidFunction, Result, Solver, benchmark_function, minimize
+from solvers import BenchmarkFunction, Box, InvalidFunction, Result, Solver, StopReason, benchmark_function, minimize
+from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
 from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, problem_named
@@ -150,16 +152,37 @@ def suite_text(statement: Mapping[str, Any]) -> str:
     """
     problem, section = find_problem(statement[SUITE_KEY]), section_of(statement["solver"])
     recording = Recording(problem, section.name, section.seed)
-    result, common = _searched(recording.of_population, Box(*problem.bounds), section, plain)
-    [(objective, unit)] = problem.objectives
+    search = _merit_searched if len(problem.objectives) == 1 else _front_searched
     content = {
         SUITE_KEY: problem.name,
-        **common,
-        "objective": {"name": objective, "value": result.cost, "unit": unit},
-        "feasible": result.cost <= problem.feasible_merit,
+        **search(recording, section),
+        "feasible": recording.merits[-1] <= recording.feasible_merit,
         "improvements": {"evaluations": recording.evaluations, "cost": recording.merits},
     }
     return as_json(plain(content), None)
+
+
+def _merit_searched(recording: Recording, section: SolverSection) -> dict[str, Any]:
+    """What is stored of a search with one objective."""
+    result, common = _searched(recording.of_population, Box(*recording.problem.bounds), section, plain)
+    [(objective, unit)] = recording.problem.objectives
+    return {**common, "objective": {"name": objective, "value": result.cost, "unit": unit}}
+
+
+def _front_searched(recording: Recording, section: SolverSection) -> dict[str, Any]:
+    """What is stored of a search with two objectives."""
+    began, solver, budget = time.perf_counter(), section.build(), section.budget()
+    assert isinstance(solver, Solver) and budget.evaluations is not None
+    search_front(recording, solver, budget.evaluations, section.seed)
+    return {
+        "solver": {"name": section.name, "settings": settings_of(solver)},
+        "seed": section.seed,
+        "cost": recording.merits[-1],
+        "evaluations": recording.done,
+        "seconds": time.perf_counter() - began,
+        "stop_reason": StopReason.EVALUATIONS.value,
+        "objective": {"name": "missing hypervolume", "value": recording.merits[-1], "unit": "1"},
+    }
 
 
 class StoredPart(BaseModel):

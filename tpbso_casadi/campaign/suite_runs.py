@@ -25,10 +25,11 @@ class SuiteRun(FunctionRun):
 
     @property
     def statement(self) -> dict[str, Any]:
-        """Everything that is needed to do it, plain data; and the digest of the problem's values."""
+        """Everything that is needed to do it, plain data; and what decides its merits: the values, and a front."""
         problem = find_problem(self.case)
-        check = problem.function.checks[problem.instance - 1]
-        return {SUITE_KEY: self.case, "check": check, "solver": self.section.model_dump(mode="json")}
+        values, front = problem.function.checks[problem.instance - 1], problem.best_front
+        decisive = {"values": values, "front": None if front is None else front.hypervolume}
+        return {SUITE_KEY: self.case, **decisive, "solver": self.section.model_dump(mode="json")}
 
     @property
     def measure(self) -> Measure:
@@ -38,7 +39,7 @@ class SuiteRun(FunctionRun):
     @property
     def least_infeasible_cost(self) -> float:
         """Every merit above the bound is that of a candidate that breaks a constraint."""
-        return float(np.nextafter(find_problem(self.case).feasible_merit, np.inf))
+        return float(np.nextafter(Recording(find_problem(self.case), self.solver).feasible_merit, np.inf))
 
     @property
     def searched(self) -> str:
@@ -84,12 +85,9 @@ def suite_grid(
         first_seed: of each.
 
     Raises:
-        ScenarioError: there are too many, a problem has two objectives, or a solver cannot search.
+        ScenarioError: there are too many, or a solver cannot search.
     """
     check_size(len(problems) * len(specs), first_seed, seeds)
-    twice = next((problem.name for problem in problems if len(problem.objectives) > 1), None)
-    if twice is not None:
-        raise ScenarioError(f"{twice}: has two objectives, which the solvers here do not search; leave it out")
     return [
         SuiteRun(problem.name, spec.label, _section(spec, seed, budget * problem.dimension))
         for seed in range(first_seed, first_seed + seeds)

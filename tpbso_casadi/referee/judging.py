@@ -54,8 +54,8 @@ class Referee:
         return {problem.name: self._reference(problem) for problem in self.problems}
 
     def _reference(self, problem: SuiteProblem) -> float:
-        if problem.best_known is not None:
-            return problem.best_known.value
+        if problem.best_merit is not None:
+            return problem.best_merit
         return min((run.merits[-1] for run in self.of(problem.name) if isfinite(run.feasible_from)), default=inf)
 
     def of(self, problem: str, solver: str | None = None) -> list[Recording]:
@@ -88,7 +88,7 @@ class Referee:
     @cached_property
     def unknown(self) -> list[str]:
         """Problems of which no best value is known, so that the runs are measured from the best of themselves."""
-        return [problem.name for problem in self.problems if problem.best_known is None]
+        return [problem.name for problem in self.problems if problem.best_merit is None]
 
     @cached_property
     def improved(self) -> list[tuple[str, str, float, float]]:
@@ -96,9 +96,9 @@ class Referee:
         found = []
         for problem in self.problems:
             best = min(self.of(problem.name), key=lambda run: run.merits[-1])
-            known = problem.best_known
-            if known is not None and best.merits[-1] < known.value - BEATEN * abs(known.value):
-                found.append((problem.name, best.solver, best.merits[-1], known.value))
+            known = problem.best_merit
+            if known is not None and best.merits[-1] < known - BEATEN * (abs(known) or 1.0):
+                found.append((problem.name, best.solver, best.merits[-1], known))
         return found
 
     def needed(self, run: Recording, targets: FloatArray = TARGETS) -> FloatArray:
@@ -182,7 +182,7 @@ class Referee:
 def evaluations_needed(run: Recording, reference: float, targets: FloatArray) -> FloatArray:
     """After how many evaluations a run first had a feasible merit within each gap (n,) of a reference; inf if never."""
     merits, evaluations = np.array(run.merits), np.array(run.evaluations, dtype=np.float64)
-    feasible = merits <= run.problem.feasible_merit
+    feasible = merits <= run.feasible_merit
     gaps = gap(merits[feasible], reference) if isfinite(reference) else np.empty(0)
     evaluations = evaluations[feasible][: gaps.size]
     first = np.searchsorted(-gaps, -targets * (1.0 + 1e-12))

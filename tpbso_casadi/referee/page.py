@@ -112,7 +112,7 @@ def summary_rows(referee: Referee) -> list[tuple[Any, ...]]:
             problem.name,
             problem.dimension,
             referee.references[problem.name],
-            "best known" if problem.best_known is not None else "best of these runs",
+            "best known" if problem.best_merit is not None else "best of these runs",
             solver,
             referee.scores[row, column],
             len(referee.of(problem.name, solver)),

@@ -4,6 +4,7 @@ What is imported from here loads NumPy and nothing else of size; CasADi is loade
 """
 
 from tpbso_casadi.suite.definitions import SUITE
+from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import Description, InvalidSuite
 from tpbso_casadi.suite.problem import BestKnown, Suite, SuiteProblem, Values, problem_named, suite
 from tpbso_casadi.suite.recording import HEADER, Recording, read_runs, write_runs
@@ -11,6 +12,7 @@ from tpbso_casadi.suite.recording import HEADER, Recording, read_runs, write_run
 __all__ = [
     "HEADER",
     "SUITE",
+    "BestFront",
     "BestKnown",
     "Description",
     "InvalidSuite",

@@ -135,15 +135,21 @@ def lower_bound(tables: Tables, problem: Problem[Any]) -> float | None:
 
     Known where both ends are postures: of the robot's limits alone, as if there were nothing in the way.
     """
-    task = tables["task"]
-    if not all(isinstance(task.get(end), dict) and "joints" in task[end] for end in ("start", "goal")):
+    if not has_postures(tables):
         return None
+    task = tables["task"]
     start, goal = (np.array(task[end]["joints"]) for end in ("start", "goal"))
     limits = problem.robot.limits
     durations = least_durations((goal - start)[None], limits).max(axis=1)
     moves = DirectMoves(robot=problem.robot, start=start, goals=goal[None], durations=durations)
     [least] = problem.objective.lower_bound(moves).tolist()
     return least if np.isfinite(least) else None
+
+
+def has_postures(tables: Tables) -> bool:
+    """Whether both ends of a scenario are postures."""
+    task = tables["task"]
+    return all(isinstance(task.get(end), dict) and "joints" in task[end] for end in ("start", "goal"))
 
 
 def instance_of(tables: Tables, definition: Definition) -> Instance:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 
 from tpbso_casadi.suite.definitions import SUITE
+from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import (
     INVALID_FILE,
     Content,
@@ -212,6 +213,22 @@ class SuiteProblem:
             return None
         ways = {way: (hits, runs) for way, (hits, runs) in stored["ways"].items()}
         return BestKnown(**{**stored, "x": np.array(stored["x"]), "ways": ways})
+
+    @cached_property
+    def best_front(self) -> BestFront | None:
+        """The best front that is known; None where nobody looked, or there is one objective."""
+        stored = _known(self.suite).get(self._key, {}).get("front")
+        if stored is None:
+            return None
+        arrays = {key: np.array(stored[key]) for key in ("ideal", "nadir", "x", "values")}
+        return BestFront(**{**stored, **arrays})
+
+    @property
+    def best_merit(self) -> float | None:
+        """The lowest merit that is known of a run, 0 where a front is known; None where nothing is."""
+        if self.best_front is not None:
+            return 0.0
+        return None if self.best_known is None else self.best_known.value
 
     @property
     def lower_bound(self) -> float | None:

@@ -1,7 +1,8 @@
 """Runs of solvers on problems of a suite, and the table that anybody's runs are read from.
 
 A row a line, ``solver,problem,run,evaluations,merit``: one for each evaluation at which the lowest merit of a run so
-far fell, and one for its last evaluation.
+far fell, and one for its last evaluation. Of two objectives the merit of a run is what its front misses of the best
+known one: :class:`tpbso_casadi.suite.fronts.Attainment`.
 """
 
 from __future__ import annotations
@@ -10,11 +11,14 @@ import csv
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf, isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from tpbso_casadi.suite.fronts import FEASIBLE, Attainment
 from tpbso_casadi.suite.frozen import InvalidSuite
 from tpbso_casadi.suite.kernels import FloatArray
 from tpbso_casadi.suite.problem import SuiteProblem, problem_named
@@ -24,7 +28,7 @@ HEADER = ("solver", "problem", "run", "evaluations", "merit")
 
 @dataclass(eq=False)
 class Recording:
-    """A run: call it as the solver would call the problem, and it keeps what the merits were.
+    """A run: call it as the solver would call the problem's merit, and it keeps what the merits were.
 
     Attributes:
         problem: that is searched.
@@ -52,30 +56,42 @@ class Recording:
         if not isinstance(self.run, int):
             raise TypeError("run: a whole number is needed")
 
-    def __call__(self, x: FloatArray) -> FloatArray | float:
-        """Merits (m,) of candidates (m, d), or the merit of one vector (d,).
+    def __call__(self, x: FloatArray) -> Any:
+        """Merits (m,) of candidates (m, d), or the merit of one vector (d,); of two objectives (m, 2) and (2,).
 
         Raises:
-            ValueError: of another shape, or the problem has two objectives.
+            ValueError: of another shape, or of two objectives no front is known.
         """
         points = np.asarray(x, dtype=np.float64)
-        return float(self.of_population(points[None])[0]) if points.ndim == 1 else self.of_population(points)
+        if points.ndim > 1:
+            return self.of_population(points)
+        [merit] = self.of_population(points[None])
+        return merit if merit.ndim else float(merit)
 
     def of_population(self, candidates: FloatArray) -> FloatArray:
-        """Merits (m,) of candidates (m, d).
+        """Merits (m,) of candidates (m, d); of two objectives (m, 2).
 
         Raises:
-            ValueError: of another shape, or the problem has two objectives.
+            ValueError: of another shape, or of two objectives no front is known.
         """
-        if len(self.problem.objectives) > 1:
-            raise ValueError(f"{self.problem.name}: has two objectives; runs are judged by one")
         merits = self.problem.merit(candidates)
-        for number, merit in enumerate(merits.tolist(), start=self.done + 1):
+        for number, merit in enumerate(self._judged(merits), start=self.done + 1):
             if merit < (self.merits[-1] if self.merits else inf):
                 self.evaluations.append(number)
                 self.merits.append(merit)
         self.done += len(merits)
         return merits
+
+    def _judged(self, merits: FloatArray) -> list[float]:
+        """One number for each evaluation."""
+        return merits.tolist() if merits.ndim == 1 else [self._attainment.add(pair) for pair in merits.tolist()]
+
+    @cached_property
+    def _attainment(self) -> Attainment:
+        known = self.problem.best_front
+        if known is None:
+            raise ValueError(f"{self.problem.name}: has two objectives, and no front is known to judge runs by")
+        return Attainment(known, self.problem.feasible_merit)
 
     @property
     def rows(self) -> list[tuple[str, str, int, int, float]]:
@@ -86,9 +102,14 @@ class Recording:
         return rows + last
 
     @property
+    def feasible_merit(self) -> float:
+        """The merit up to which the run had a candidate that keeps all constraints."""
+        return self.problem.feasible_merit if len(self.problem.objectives) == 1 else FEASIBLE
+
+    @property
     def feasible_from(self) -> float:
         """After how many evaluations there was a candidate that keeps all constraints; inf where there was none."""
-        feasible = (n for n, m in zip(self.evaluations, self.merits, strict=True) if m <= self.problem.feasible_merit)
+        feasible = (n for n, m in zip(self.evaluations, self.merits, strict=True) if m <= self.feasible_merit)
         return next(feasible, inf)
 
 
@@ -162,8 +183,6 @@ def _add(runs: dict[tuple[str, str, int], Recording], row: list[str]) -> None:
     if not solver or not solver.isprintable():
         raise ValueError("solver: a name in printable characters is needed")
     problem = problem_named(name)
-    if len(problem.objectives) > 1:
-        raise ValueError(f"problem: {name} has two objectives; runs are judged by one")
     if not isfinite(merit) or evaluations < 1:
         raise ValueError("a finite merit and at least one evaluation are needed")
     into = runs.setdefault((solver, name, run), Recording(problem, solver, run))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,6 @@ from tpbso_casadi.campaign import parse_solvers
 from tpbso_casadi.campaign.functions import suite_text
 from tpbso_casadi.campaign.suite_runs import suite_grid
 from tpbso_casadi.cli.commands.suite import main, numbers
-from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.suite import read_runs
 
 pytestmark = [pytest.mark.usefixtures("in_an_empty_folder"), needs_compiler]
@@ -69,7 +69,8 @@ def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("report", "judged", "--runs", "mine.csv", "--no-plots") == 0
     printed = capsys.readouterr().out
     assert "16 runs on 4 problems" in printed and "mine" in printed
-    assert "mine" in Path("judged/suite.html").read_text()
+    page = Path("judged/suite.html").read_text()
+    assert "mine" in page and "hypervolume" not in page
     some = ("--functions", "spline-2", "--instances", "2")
     assert run("report", "judged", *some, "--format", "coco,ioh", "--no-plots") == 0
     assert "3 runs on 1 problems" in capsys.readouterr().out
@@ -97,7 +98,6 @@ def test_the_same_search_wherever_it_is_done() -> None:
         (("run", "--instances", "3-1"), "'3-1' is not a number or a range such as 1-3"),
         (("run", "--solvers", "ipopt", "--functions", "spline-2"), "ipopt: IPOPT needs the derivatives"),
         (("run", "--solvers", "nope", "--functions", "spline-2"), "nope"),
-        (("run", "--functions", "time-length-4"), "all have two objectives"),
         (("run", "--budget", "0"), "0 is not positive"),
         (("report", "nowhere"), "there are no runs; say --runs FILE"),
         (("report", "nowhere", "--runs", "none.csv"), "none.csv: No such file"),
@@ -118,6 +118,28 @@ def test_no_numbers(text: str) -> None:
         numbers(text)
 
 
-def test_two_objectives_are_left_out_by_name() -> None:
-    with pytest.raises(ScenarioError, match="time-length-4@1: has two objectives"):
-        suite_grid([tp.suite()["time-length-4@1"]], parse_solvers("ga"), 1, 10)
+def test_fronts_are_judged_beside_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("pymoo")
+    stated = ["--functions", "time-length-4,spline-2", "--instances", "1", "--budget", "40", "--workers", "1"]
+    assert run("run", *stated, "--solvers", "lshade,pymoo(algorithm=nsga2)", "--no-plots", "--out", "judged") == 0
+    assert "4 runs on 2 problems" in capsys.readouterr().out
+    runs = read_runs("judged/runs.csv")
+    assert [each.done for each in runs] == [40 * each.problem.dimension for each in runs]
+    assert [len(each.problem.objectives) for each in runs] == [1, 1, 2, 2]
+    assert "best known" in Path("judged/summary.csv").read_text()
+    assert "hypervolume that is missing" in Path("judged/suite.html").read_text()
+
+
+@pytest.mark.parametrize("name", ["lshade", "pymoo(algorithm=nsga2)"])
+def test_a_search_for_a_front_finds_one(name: str) -> None:
+    """Both ends, and more than the straight line between them; the same each time."""
+    if "pymoo" in name:
+        pytest.importorskip("pymoo")
+    problem = tp.suite()["time-energy-3@1"]
+    [spec] = suite_grid([problem], parse_solvers(name), 1, 200)
+    first, again = (json.loads(suite_text(spec.statement)) for _ in range(2))
+    assert first["evaluations"] == 200 * problem.dimension and first["feasible"]
+    assert first["improvements"] == again["improvements"] and first["cost"] == first["improvements"]["cost"][-1]
+    assert 0.0 < first["cost"] < 0.9
+    assert spec.found(json.dumps(first)).words == "keeps all constraints"
+    assert spec.least_infeasible_cost > 2.0

@@ -10,7 +10,8 @@ import pytest
 from helpers.evaluation import needs_compiler
 
 import tpbso_casadi as tp
-from tpbso_casadi.suite import HEADER, InvalidSuite, Recording, read_runs, write_runs
+from tpbso_casadi.suite import HEADER, InvalidSuite, Recording, SuiteProblem, read_runs, write_runs
+from tpbso_casadi.suite.fronts import FEASIBLE, Attainment, BestFront
 
 NAME = "arm-motions-1/spline-2@1"
 PROBLEM = tp.suite()["spline-2@1"]
@@ -67,10 +68,6 @@ def test_when_it_was_feasible_first(tmp_path: Path) -> None:
         (f"a,{NAME},1,1,nan", "line 2: a finite merit and at least one evaluation are needed"),
         (f"a,{NAME},1,2,2.0\na,{NAME},1,2,1.0", "line 3: evaluations: 2 after 2 of the same run"),
         (f"a,{NAME},1,2,2.0\na,{NAME},1,3,2.5", "line 3: merit: 2.5 after 2 of the same run"),
-        (
-            "a,arm-motions-1/time-length-4@1,1,1,2.0",
-            "line 2: problem: arm-motions-1/time-length-4@1 has two objectives",
-        ),
     ],
 )
 def test_a_wrong_line_is_named(line: str, reason: str, tmp_path: Path) -> None:
@@ -92,10 +89,47 @@ def test_other_files_are_named(tmp_path: Path) -> None:
         read_runs(tmp_path / "c.csv")
 
 
-def test_two_objectives_are_not_judged_by_one() -> None:
-    two = tp.suite()["time-length-4@1"]
-    with pytest.raises(ValueError, match="has two objectives; runs are judged by one"):
-        Recording(two, "mine")(np.zeros(two.dimension))
+class Fronted(SuiteProblem):
+    """A problem of which a front between two values is known."""
+
+    best_front = BestFront(
+        ideal=np.array([0.5, 1.0]),
+        nadir=np.array([2.5, 5.0]),
+        hypervolume=1.0,
+        x=np.empty((0, 32)),
+        values=np.empty((0, 2)),
+        ways={},
+    )
+
+
+@needs_compiler
+def test_of_two_objectives_the_merit_is_what_the_front_misses(tmp_path: Path) -> None:
+    stated = tp.suite()["time-length-4@1"]
+    problem = Fronted(stated.suite, stated.function, stated.instance)
+    recording, attainment = Recording(problem, "mine"), Attainment(Fronted.best_front, problem.feasible_merit)
+    middle, half = np.mean(problem.bounds, axis=0), np.ptp(problem.bounds, axis=0) / 2.0
+    spread = np.linspace(1.0, 0.05, 400)[:, None]  # the later, the nearer to the straight motion
+    candidates = middle + np.random.default_rng(2).uniform(-spread, spread, (400, problem.dimension)) * half
+    merits = recording(candidates[:300])
+    assert np.array_equal(merits, problem.merit(candidates[:300])) and merits.shape == (300, 2)
+    assert np.array_equal([recording(x) for x in candidates[300:]], problem.merit(candidates[300:]))
+    course = [attainment.add(pair) for pair in problem.merit(candidates).tolist()]
+    falls = [k for k, value in enumerate(course) if k == 0 or value < course[k - 1]]
+    assert recording.evaluations == [k + 1 for k in falls] and recording.merits == [course[k] for k in falls]
+    first = np.flatnonzero(merits[:, 0] <= problem.feasible_merit)[0] + 1
+    assert recording.feasible_merit == FEASIBLE and recording.feasible_from == first > 1
+    write_runs(tmp_path / "runs.csv", [recording])
+    [again] = read_runs(tmp_path / "runs.csv")
+    assert (again.merits, again.feasible_from, again.done) == (recording.merits, first, 400)
+
+
+@needs_compiler
+def test_without_a_front_two_objectives_are_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    stated = tp.suite()["time-length-4@1"]
+    monkeypatch.setattr(Fronted, "best_front", None)
+    problem = Fronted(stated.suite, stated.function, stated.instance)
+    with pytest.raises(ValueError, match="has two objectives, and no front is known to judge runs by"):
+        Recording(problem, "mine")(np.zeros(problem.dimension))
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from helpers.evaluation import needs_compiler
 import tpbso_casadi as tp
 from benchmarks.suite import table_lines
 from problems.evaluation import EvaluationOptions, NativeUnavailable
-from tpbso_casadi.suite import InvalidSuite, SuiteProblem, frozen, kernels, problem, problem_named
+from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, frozen, kernels, problem, problem_named
 from tpbso_casadi.suite.definitions import DEFINITIONS, INSTANCES
 from tpbso_casadi.suite.freezing import Instance, instance_of, lower_bound
 from tpbso_casadi.suite.frozen import check_points, content_of, descriptions
@@ -25,6 +25,7 @@ SUITE = tp.suite()
 LIGHT = ("spline-2@1", "star-time@2", "constrained-3@1", "time-length-4@3")
 FIRST = [each.name for each in SUITE if each.instance == 1]
 ALL = [pytest.param(name.partition("/")[2], marks=pytest.mark.slow) for name in FIRST]
+FRONTS = [each.name for each in SUITE if len(each.objectives) > 1]
 KNOWN = [each.name for each in SUITE if each.best_known is not None]
 
 
@@ -258,9 +259,26 @@ def test_lower_bounds_are_those_of_joints_by_themselves() -> None:
 # What is known
 
 
-def test_of_two_objectives_no_best_value_is_known() -> None:
+def test_of_two_objectives_a_front_is_known() -> None:
     assert KNOWN
-    assert all(each.best_known is None for each in SUITE if len(each.objectives) > 1)
+    for each in SUITE:
+        front = each.best_front
+        assert (front is None) == (len(each.objectives) == 1)
+        assert front is None or (each.best_known is None and each.best_merit == 0.0)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", FRONTS)
+def test_candidates_of_a_front_have_their_values_and_all_but_a_little_of_its_volume(name: str) -> None:
+    each = problem_named(name)
+    front = each.best_front
+    assert front is not None
+    assert np.array_equal(each.merit(front.x), front.values)
+    assert (front.values <= front.nadir).all() and (front.values >= front.ideal).all()
+    run = Recording(each, "known")
+    run(front.x)
+    assert 0.0 <= run.merits[-1] < 0.1 and run.feasible_from == 1
+    assert all(0.0 <= share <= 1.0 for share in front.ways.values())
 
 
 @pytest.mark.parametrize("name", KNOWN)

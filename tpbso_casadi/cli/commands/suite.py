@@ -167,7 +167,7 @@ def list_functions(options: argparse.Namespace) -> int:
         table.add_column(heading)
     for function in problems.functions:
         of_function = [problem for problem in problems if problem.function is function]
-        known = sum(problem.best_known is not None for problem in of_function)
+        known = sum(problem.best_merit is not None for problem in of_function)
         objectives = ", ".join(f"{name} ({unit})" for name, unit in function.objectives)
         cells = objectives, str(len(function.constraints)), f"{known} of {len(of_function)}", function.title
         table.add_row(function.name, function.group, str(function.dimension), *cells)
@@ -188,9 +188,7 @@ def check(options: argparse.Namespace) -> int:
 def run(options: argparse.Namespace, command: str) -> int:
     """Run the campaign of the options and judge it; returns the exit status."""
     prepare(options, PAGE, RUNS, SUMMARY)
-    problems = [problem for problem in chosen(options) if len(problem.objectives) == 1]
-    if not problems:
-        raise InvalidSuite("--functions: all have two objectives, which the solvers here do not search")
+    problems = chosen(options).problems
     runs: list[SuiteRun] = suite_grid(problems, parse_solvers(options.solvers), options.repeat, options.budget)
     with phase("building the kernels", options.quiet):
         for problem in {problem.function.name: problem for problem in problems}.values():
