@@ -55,8 +55,8 @@ PROOF is limits: [digits]; obstacles: [digits]; own: [digits]"""
 FORMS = dict(form.split(" is ") for form in FORM.replace("\n", " ").split(". "))
 CHAIN = ("joints", "turns", "axes", "rotations", "translations", "base_rotation", "base_translation")
 ACCEPTED = """assumed: numbers of robot, obstacles and motion, some of them above, are true; all is rigid; balls hold
-their links; joints keep to their tracking errors; speeds, accelerations, jerks and torques are those of the motion;
-nothing else moves, nor anything between stages and at rest\naccepted: all that is claimed is proven, for all t"""
+links; joints keep to tracking errors; speeds, accelerations, jerks and torques are the motion's; nothing else moves;
+what is taken or put down lies where the next stage has it\naccepted: all that is claimed is proven, for all t"""
 
 
 class RefusedError(Exception):
@@ -128,9 +128,7 @@ class Robot:
         parent, above, radii = given.ball_parents, numbers, given.balls[:, 3]
         roots, below = np.flatnonzero(parent == numbers), np.flatnonzero(parent != numbers)
         sound = (parent <= numbers).all() and len(roots) == len(given.links) and (radii >= 0.0).all()
-        need(
-            sound, f"{where}.ball_parents", "of each link one ball around all others, which follow, with radii from 0,"
-        )
+        need(sound, f"{where}.ball_parents", "of each link one ball around its others, which follow, radii from 0,")
         self.ends = np.stack([given.balls[:, :3]] * (1 + (len(given.long_balls) > 0)))  # a ball is the hull of both
         self.ends[-1, given.long_balls] = given.far_ends
         self.size = OFF + float(norm(given.base_translation) + norm(given.translations, axis=1).sum())

@@ -162,7 +162,7 @@ FAULTS: list[tuple[tuple[Any, ...], Any, str]] = [
     (("robot", "rotations", 0, 0, 1), 1e-9, "a rotation"),
     (("robot", "turns", 0), 2, "whole number below 2"),
     (("robot", "joints"), [], "a list of 0"),
-    (("robot", "balls", 0, 3), -0.5, "with radii from 0"),
+    (("robot", "balls", 0, 3), -0.5, "radii from 0"),
     (("robot", "long_balls"), [0], "a list of 1"),
     (("robot", "long_balls"), [99], "whole number"),
     (("robot", "ball_parents", 1), 3, "ball_parents"),
