@@ -437,9 +437,9 @@ class Stage:
             terms = local * self.lengths[:, None, None] ** np.arange(local.shape[2])
             starts, ends, off = local[:, :, 0], terms.sum(axis=2), SLACK * np.abs(terms).sum(axis=2)
             stated = np.vstack([given.start[order], starts[1:], given.goal[order]])
-            jumps = np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0)
+            jumps = np.cumsum(np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0), axis=0)
             for k in np.flatnonzero(~(jumps <= most).all(axis=1)):
-                raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} at t = {self.breaks[k]} s")
+                raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} up to t = {self.breaks[k]} s")
         for key, claim in self.claims.items():
             claim.check(getattr(given.proof, key))
 
@@ -453,7 +453,7 @@ class Stage:
             error = robot.tracking_error[:, j].tolist()
             yield f"  {joint}: {stated}tracking error {error}: constant, of speed, of acceleration"
         for k, what in enumerate(STATE[: self.orders]):
-            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, and no jump above {off[k + 1]}"
+            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, jumps add up to {off[k + 1]}"
         for o in given.obstacles:
             sizes = f"{o.shape} {o.sizes.tolist()}, {len(o.points)} points"
             yield f"  {o.name}: {sizes}, at {o.center.tolist()} + t {o.velocity.tolist()}, growing {o.growth} m/s"
