@@ -26,7 +26,8 @@ CLAIMED = {*KINDS, *FROM_OBSTACLES, *FROM_EACH_OTHER}  # kinds of limits; a clas
 RATES = ("speed", "acceleration", "jerk", "torque")
 LEAST_TOLERANCE = 2e-9  # of positions, speeds and accelerations
 EXACT = 2e-15  # how far a rotation in a file may be off
-SPARE = 2.0  # times the largest jump of a motion, where that is more
+SPARE = 2.0  # times the sum of the jumps of a motion, where that is more
+ROUNDING = 1e-11  # of the largest value, that a checker adds to each of them, at most
 
 
 def certificate_of(criteria: Criteria, trajectory: Trajectory) -> dict[str, Any]:
@@ -204,8 +205,10 @@ class _Statement:
         """Of positions, speeds and accelerations."""
         task = self._criteria.task
         outside = (None, task.end_velocities, task.end_accelerations)
-        jumps = [self._trajectory.jump(n, outside[n]) if n < 2 or self._is_smooth else 0.0 for n in range(3)]
-        return [max(LEAST_TOLERANCE, SPARE * jump) for jump in jumps]
+        trajectory, edges = self._trajectory, self._trajectory.breakpoints
+        jumps = [trajectory.jump_sum(n, outside[n]) if n < 2 or self._is_smooth else 0.0 for n in range(3)]
+        sizes = [ROUNDING * edges.size * (1.0 + np.abs(trajectory.at(edges, n)).max()) for n in range(3)]
+        return [max(LEAST_TOLERANCE, SPARE * jump) + float(size) for jump, size in zip(jumps, sizes, strict=True)]
 
     def _not_covered(self) -> Iterator[str]:
         """A line of each thing that the verdicts of the motion speak of, or do not, and the file does not claim."""

@@ -55,8 +55,8 @@ PROOF is limits: [digits]; obstacles: [digits]; own: [digits]"""
 FORMS = dict(form.split(" is ") for form in FORM.replace("\n", " ").split(". "))
 CHAIN = ("joints", "turns", "axes", "rotations", "translations", "base_rotation", "base_translation")
 ACCEPTED = """assumed: numbers of robot, obstacles and motion, some of them above, are true; all is rigid; balls hold
-their links; joints keep to their tracking errors; speeds, accelerations, jerks and torques are those of the motion;
-nothing else moves, nor anything between stages and at rest\naccepted: all that is claimed is proven, for all t"""
+links; joints keep to tracking errors; speeds, accelerations, jerks and torques are the motion's; nothing else moves;
+what is taken or put down lies where the next stage has it\naccepted: all that is claimed is proven, for all t"""
 
 
 class RefusedError(Exception):
@@ -128,9 +128,7 @@ class Robot:
         parent, above, radii = given.ball_parents, numbers, given.balls[:, 3]
         roots, below = np.flatnonzero(parent == numbers), np.flatnonzero(parent != numbers)
         sound = (parent <= numbers).all() and len(roots) == len(given.links) and (radii >= 0.0).all()
-        need(
-            sound, f"{where}.ball_parents", "of each link one ball around all others, which follow, with radii from 0,"
-        )
+        need(sound, f"{where}.ball_parents", "of each link one ball around its others, which follow, radii from 0,")
         self.ends = np.stack([given.balls[:, :3]] * (1 + (len(given.long_balls) > 0)))  # a ball is the hull of both
         self.ends[-1, given.long_balls] = given.far_ends
         self.size = OFF + float(norm(given.base_translation) + norm(given.translations, axis=1).sum())
@@ -439,9 +437,9 @@ class Stage:
             terms = local * self.lengths[:, None, None] ** np.arange(local.shape[2])
             starts, ends, off = local[:, :, 0], terms.sum(axis=2), SLACK * np.abs(terms).sum(axis=2)
             stated = np.vstack([given.start[order], starts[1:], given.goal[order]])
-            jumps = np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0)
+            jumps = np.cumsum(np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0), axis=0)
             for k in np.flatnonzero(~(jumps <= most).all(axis=1)):
-                raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} at t = {self.breaks[k]} s")
+                raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} up to t = {self.breaks[k]} s")
         for key, claim in self.claims.items():
             claim.check(getattr(given.proof, key))
 
@@ -455,7 +453,7 @@ class Stage:
             error = robot.tracking_error[:, j].tolist()
             yield f"  {joint}: {stated}tracking error {error}: constant, of speed, of acceleration"
         for k, what in enumerate(STATE[: self.orders]):
-            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, and no jump above {off[k + 1]}"
+            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, jumps add up to {off[k + 1]}"
         for o in given.obstacles:
             sizes = f"{o.shape} {o.sizes.tolist()}, {len(o.points)} points"
             yield f"  {o.name}: {sizes}, at {o.center.tolist()} + t {o.velocity.tolist()}, growing {o.growth} m/s"

@@ -170,6 +170,18 @@ def test_one_certificate_holds_all_stages_and_their_joints(picked: tp.Plan, tmp_
         checker.check(without)
 
 
+def test_rows_for_a_controller_are_proven_stage_by_stage(picked: tp.Plan) -> None:
+    rows = picked.controller_rows
+    assert rows.joined.feasible
+    assert [stage.label for stage in rows.joined.stages] == [stage.label for stage in picked.motion.stages]
+    ends = np.array([stage.end for stage in rows.joined.stages])
+    np.testing.assert_allclose(
+        ends, [stage.end * rows.time_scale for stage in picked.motion.stages], rtol=0.0, atol=1e-9
+    )
+    assert rows.joined.trajectory.duration == pytest.approx(ends[-1], abs=1e-9)
+    assert rows.time_scale < 1.001
+
+
 def test_a_run_folder_is_read_back_and_says_the_same(picked: tp.Plan, tmp_path: Path) -> None:
     folder = picked.save(tmp_path / "run", figures=(), export=("ros-json",))
     again = tp.read_run(folder)
