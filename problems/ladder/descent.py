@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
-from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
+from problems.ladder.deviation import Deviations, JointRows, PostureRows
 from problems.ladder.minimised import Minimised, Nearly
 from problems.ladder.own_limits import OwnLimits
 from problems.ladder.passages import PASSAGE_PRICE, Passage, Passages
+from problems.ladder.spline import AT_REST
 from problems.limits import looks
 from problems.sequential import JointTorques
 

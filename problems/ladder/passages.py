@@ -16,7 +16,8 @@ import numpy as np
 
 from problems.base import FloatArray, as_array
 from problems.core import WholeRows
-from problems.ladder.deviation import AT_REST, Deviations, weights
+from problems.ladder.deviation import Deviations
+from problems.ladder.spline import AT_REST
 from problems.motions import increasing_choice
 from problems.robots import Robot
 from problems.tasks import Place
@@ -118,7 +119,7 @@ class Passages:
         """What control points keep of the places: on both sides of each axis."""
         first, by_points, bounds = [], [], []
         for one, place in zip(passages, self.places, strict=True):
-            own, piece = weights(np.array([one.u]), 0)
+            own, piece = self.motions.spline.weights(np.array([one.u]), 0)
             slopes, values = one.axes @ one.slopes, one.axes @ one.missed
             most = one.room(place.within)
             most[0] += LATER * float(np.linalg.norm(one.along))
@@ -158,7 +159,7 @@ class Passages:
 
     def _by_control_points(self, passage: Passage) -> FloatArray:
         """How what is missed changes with the free control points, (m, free k)."""
-        own, piece = weights(np.array([passage.u]), 0)
+        own, piece = self.motions.spline.weights(np.array([passage.u]), 0)
         found = np.zeros((passage.missed.size, self.motions.free + 2 * AT_REST, self.motions.dof))
         found[:, piece[0] : piece[0] + own.shape[1]] = own[0][None, :, None] * passage.slopes[:, None, :]
         return np.asarray(found[:, AT_REST:-AT_REST].reshape(passage.missed.size, -1))
