@@ -27,7 +27,7 @@ from problems.timing import MotionState, fastest_move, least_durations, rest_to_
 
 R = TypeVar("R", SingleRows, WholeRows)
 SAME = 1e-9  # of the duration: breakpoints that are one
-QUARTERS = np.array([0.25, 0.5, 0.75])
+SPEEDS, MORE_SPEEDS = 4, 12  # in each part of one cubic; between moving ends, where time mends nothing
 MOVING_ALLOWANCE = 1e-5  # of the duration: between moving ends the direct motion is no faster than that
 AGREEING = 20  # steps to a duration
 
@@ -256,10 +256,9 @@ class Deviations:
         """What the limits of speed, acceleration and jerk are of, as far as there are any."""
         joint, begin, end = self._intervals
         middle = (begin + end) / 2.0
-        inside = (begin + (end - begin) * QUARTERS[:, None]).ravel()
-        u, who, around = (
-            np.concatenate(parts) for parts in ((end, inside), (joint, np.tile(joint, 3)), (middle, np.tile(middle, 3)))
-        )
+        count = MORE_SPEEDS if self.moving else SPEEDS
+        inside = begin + (end - begin) * np.arange(1, count)[:, None] / count
+        u, who, around = np.append(end, inside), np.tile(joint, count), np.tile(middle, count)
         rows = [self._rows(u, who, 1, around)]
         if self.limits.jerk is None:  # accelerations may jump
             rows.append(self._rows(np.append(begin, end), np.tile(joint, 2), 2, np.tile(middle, 2)))
@@ -352,6 +351,10 @@ class Deviations:
             found = self._run(x, duration)
             scale = self.limits.time_scale(_peak_shares(found, self.limits))
         return found
+
+    def keeps_limits(self, trajectory: Trajectory) -> bool:
+        """Whether speeds, accelerations and jerks of a motion of cubics are within their limits."""
+        return self.limits.time_scale(_peak_shares(trajectory, self.limits)) <= 1.0 + SAME
 
     def _run(self, x: FloatArray, duration: float) -> Trajectory:
         nodes = np.unique(np.concatenate([self.spline.edges, self.direct.breakpoints / self.direct.duration]))

@@ -29,7 +29,7 @@ LEAST_ROOM = 0.3  # of what a place may be missed by: so much, at least, to side
 NEWTON = 8  # steps to where a motion comes nearest
 INSIDE = 1.0 - 1e-6  # of what a place may be missed by: what is kept
 STEPS, THERE = 30, 1e-12  # of the last correction; m or rad
-PASSAGE_PRICE = 30.0  # s/m or s/rad: what a program pays for what is missed
+PASSAGE_PRICE = 30.0  # s/m or s/rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +73,13 @@ class Passages:
         motions: that pass them.
         robot: that moves.
         places: in their order.
+        price: s/m or s/rad: what a program pays for what is missed.
     """
 
     motions: Deviations
     robot: Robot
     places: tuple[Place, ...]
+    price: float = PASSAGE_PRICE
 
     def nearest(self, padded: FloatArray) -> list[Passage]:
         """Where the motion of control points (n, k) comes nearest to each place, in their order."""
@@ -130,7 +132,7 @@ class Passages:
         bound = np.concatenate(bounds)
         return WholeRows(
             np.concatenate(first), np.concatenate(by_points), np.zeros(bound.size), bound,
-            np.full(bound.size, PASSAGE_PRICE),
+            np.full(bound.size, self.price),
         )  # fmt: skip
 
     def left(self, rows: WholeRows, changed: FloatArray) -> float:
