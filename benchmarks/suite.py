@@ -43,7 +43,7 @@ SEARCHES = {"lshade+cma": LSHADE(), "abso+cma": AdaptiveBeetleSwarm()}  # each f
 SEEDS = (1, 2)
 SEARCHED, REFINED, STARTS = 20_000, 6_000, 2  # evaluations of both parts; descents of IPOPT
 SAME = 1e-4  # relative
-FRONT, SHOWN = 30_000, 24  # evaluations of a search for a front; candidates that are stored of it
+FRONT, LONGER, SHOWN = 30_000, 60_000, 24  # evaluations of searches for a front, and of the last; candidates stored
 CANDIDATES = 1024
 
 
@@ -198,8 +198,9 @@ def best_front_of(problem: SuiteProblem) -> dict[str, Any]:
     ways, found = {"weighted lshade": LSHADE(), "nsga2": nsga2, "nsga2 from both": nsga2}, {}
     for way, solver in ways.items():
         found[way] = Archive(problem)
-        known = together.x[together.rows(nsga2.population)] if "from" in way else None
-        search_front(found[way], solver, FRONT, SEEDS[0], known)
+        is_last = way == "nsga2 from both"
+        known = together.x[together.rows(nsga2.population)] if is_last else None
+        search_front(found[way], solver, LONGER if is_last else FRONT, SEEDS[0], known)
         together.add(found[way].values, found[way].x)
     ideal, nadir = together.values.min(axis=0), together.values.max(axis=0)
     whole = together.hypervolume(ideal, nadir)
