@@ -2,7 +2,8 @@
 
     python -m benchmarks.suite freeze [NAME ...]           # each function's file and description
     python -m benchmarks.suite collect                     # the descriptions in one file
-    python -m benchmarks.suite known LAST [NAME ...]       # best known values of instances 1 to LAST
+    python -m benchmarks.suite known 1-5,8 [NAME ...]      # best known values of instances, or best known fronts
+    python -m benchmarks.suite descents 1-5 [NAME ...]     # to these the best motions that IPOPT descends to
     python -m benchmarks.suite merge                       # these in one file, with lower bounds
     python -m benchmarks.suite table                       # the functions, as the manual lists them
     python -m benchmarks.suite speed                       # microseconds an evaluation
@@ -23,10 +24,11 @@ from typing import Any
 
 import numpy as np
 
-from solvers import LSHADE, AdaptiveBeetleSwarm, Box, Budget, minimize
+from solvers import LSHADE, Box, Budget, Solver, minimize
 from tpbso_casadi.campaign.front_search import search_front
+from tpbso_casadi.cli.commands.suite import numbers
 from tpbso_casadi.planning import plan
-from tpbso_casadi.scenario import SolverSection
+from tpbso_casadi.scenario import SolverSection, find_solver
 from tpbso_casadi.suite import SuiteProblem, suite
 from tpbso_casadi.suite.definitions import DEFINITIONS, SUITE
 from tpbso_casadi.suite.freezing import frozen, has_postures, lower_bound
@@ -39,9 +41,9 @@ from tpbso_casadi.trade_off.front import hypervolume
 FOLDER = folder_of(SUITE)
 WORK = Path("runs", SUITE)  # what is collected and merged in the end
 NAMES = [definition.name for definition in DEFINITIONS]
-SEARCHES = {"lshade+cma": LSHADE(), "abso+cma": AdaptiveBeetleSwarm()}  # each followed by CMA-ES from what it found
-SEEDS = (1, 2)
-SEARCHED, REFINED, STARTS = 20_000, 6_000, 2  # evaluations of both parts; descents of IPOPT
+SEARCHES = ("lshade", "abso", "minion")  # each followed by CMA-ES from what it found
+SEEDS = (1, 2)  # of searches for fronts; those for one value have the first
+SEARCHED, REFINED, STARTS = 20_000, 2_000, 2  # evaluations of both parts; descents of IPOPT
 SAME = 1e-4  # relative
 FRONT, LONGER, SHOWN = 30_000, 60_000, 24  # evaluations of searches for a front, and of the last; candidates stored
 CANDIDATES = 1024
@@ -88,22 +90,41 @@ def collect(_: Sequence[str] = ()) -> None:
 
 
 def known(arguments: Sequence[str]) -> None:
-    last, *names = arguments
-    for problem in suite(SUITE, names or None, range(1, int(last) + 1)):
+    for problem in problems_of(arguments):
         place = known_place(problem)
         if place.exists():
             continue
-        began = time.perf_counter()
         if len(problem.objectives) > 1:
             front = best_front_of(problem)
             place.write_text(json.dumps(front))
-            print(f"{problem.name} {front['ways']} {time.perf_counter() - began:.1f} s", flush=True)
+            print(f"{problem.name} {front['ways']}", flush=True)
             continue
-        best = best_of(problem)
-        place.write_text(json.dumps(best))
-        told = "no feasible candidate" if best is None else f"{best['value']:.8g} {best['ways']} {best['certified']}"
-        more = "" if best is None else f" {best['motion_value']:.6g} {best['descended_value']}"
-        print(f"{problem.name} {told}{more} {time.perf_counter() - began:.1f} s", flush=True)
+        keep(problem, list(searched(problem)))
+
+
+def problems_of(arguments: Sequence[str]) -> Iterator[SuiteProblem]:
+    """All functions, or some, of the first of some instances before those of the next."""
+    stated, *names = arguments
+    for instance in numbers(stated):
+        yield from suite(SUITE, names or None, [instance])
+
+
+def descents(arguments: Sequence[str]) -> None:
+    for problem in problems_of(arguments):
+        place = known_place(problem)
+        best = json.loads(place.read_text()) if place.exists() and len(problem.objectives) == 1 else None
+        if best is not None and best["descended_value"] is None:
+            best["descended_value"] = descended(problem)
+            place.write_text(json.dumps(best))
+            print(f"{problem.name} {best['value']:.8g} {best['descended_value']}", flush=True)
+
+
+def keep(problem: SuiteProblem, runs: Sequence[Way]) -> None:
+    """Write down the best of some runs, until it is merged."""
+    best = best_of(problem, runs)
+    known_place(problem).write_text(json.dumps(best))
+    told = "no feasible candidate" if best is None else f"{best['value']:.8g} {best['ways']} {best['certified']}"
+    print(f"{problem.name} {told}", flush=True)
 
 
 def known_place(problem: SuiteProblem) -> Path:
@@ -112,36 +133,42 @@ def known_place(problem: SuiteProblem) -> Path:
     return WORK / f"{problem.function.name}@{problem.instance}-{check[:8]}.known"
 
 
-def best_of(problem: SuiteProblem) -> dict[str, Any] | None:
-    """The best candidate of all runs, whether its motion is certified, and how often each way comes near it."""
-    runs = [(way, *found) for way in SEARCHES for found in searched(problem, way)]
+Way = tuple[str, float, np.ndarray]  # how a candidate was found, its merit, itself
+
+
+def best_of(problem: SuiteProblem, runs: Sequence[Way]) -> dict[str, Any] | None:
+    """The best candidate of some runs, whether its motion is certified, and how often each way comes near it."""
     _, value, x = min(runs, key=lambda run: run[1])
     if value > problem.feasible_merit:
         return None
-    found = motion(problem.scenario, x, problem.name)
+    found, ways = motion(problem.scenario, x, problem.name), [way for way, *_ in runs]
+    near = [way for way, merit, _ in runs if merit <= value + SAME * abs(value)]
     return {
         "value": value,
         "x": x.tolist(),
         "certified": found.certified,
         "motion_value": found.objective,
-        "ways": {
-            way: [sum(merit <= value * (1.0 + SAME) for w, merit, _ in runs if w == way), len(SEEDS)]
-            for way in SEARCHES
-        },
-        "descended_value": descended(problem),
+        "ways": {way: [near.count(way), ways.count(way)] for way in dict.fromkeys(ways)},
+        "descended_value": None,
     }
 
 
-def searched(problem: SuiteProblem, way: str) -> Iterator[tuple[float, np.ndarray]]:
-    """Merits and candidates, one of each seed."""
+def searched(problem: SuiteProblem) -> Iterator[Way]:
+    """Each search, refined."""
+    for way in SEARCHES:
+        solver = find_solver(way)()
+        assert isinstance(solver, Solver)
+        found = minimize(problem.merit, Box(*problem.bounds), solver, Budget(evaluations=SEARCHED), SEEDS[0])
+        yield refined(problem, way, float(found.cost), found.x)
+
+
+def refined(problem: SuiteProblem, way: str, merit: float, x: np.ndarray) -> Way:
+    """What CMA-ES finds near a candidate (d,)."""
     from solvers.external.cma_es import CMAES  # noqa: PLC0415 (optional)
 
-    box = Box(*problem.bounds)
-    for seed in SEEDS:
-        first = minimize(problem.merit, box, SEARCHES[way], Budget(evaluations=SEARCHED), seed)
-        second = minimize(problem.merit, box, CMAES(sigma=0.02), Budget(evaluations=REFINED), seed, known=first.x[None])
-        better = min((first, second), key=lambda result: result.cost)
-        yield float(better.cost), better.x
+    budget = Budget(evaluations=REFINED)
+    near = minimize(problem.merit, Box(*problem.bounds), CMAES(sigma=0.02), budget, SEEDS[0], known=x[None])
+    return (f"{way}+cma", float(near.cost), near.x) if near.cost < merit else (f"{way}+cma", merit, x)
 
 
 def descended(problem: SuiteProblem) -> float | None:
@@ -258,5 +285,5 @@ def speed(_: Sequence[str] = ()) -> None:
 
 
 if __name__ == "__main__":
-    commands = {each.__name__: each for each in (freeze, collect, known, merge, table, speed)}
+    commands = {each.__name__: each for each in (freeze, collect, known, descents, merge, table, speed)}
     commands[sys.argv[1]](sys.argv[2:])

@@ -179,6 +179,15 @@ class Referee:
         return sum(map(isfinite, firsts)), len(firsts), firsts[len(firsts) // 2] if firsts else inf
 
 
+def on_common_problems(runs: Sequence[Recording]) -> list[Recording]:
+    """The runs on problems that every solver of them has searched: on others nobody can be ranked."""
+    solvers: dict[str, set[str]] = {}
+    for run in runs:
+        solvers.setdefault(run.problem.name, set()).add(run.solver)
+    everybody = set[str]().union(*solvers.values())
+    return [run for run in runs if solvers[run.problem.name] == everybody]
+
+
 def evaluations_needed(run: Recording, reference: float, targets: FloatArray) -> FloatArray:
     """After how many evaluations a run first had a feasible merit within each gap (n,) of a reference; inf if never."""
     merits, evaluations = np.array(run.merits), np.array(run.evaluations, dtype=np.float64)

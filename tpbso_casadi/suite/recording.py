@@ -2,26 +2,27 @@
 
 A row a line, ``solver,problem,run,evaluations,merit``: one for each evaluation at which the lowest merit of a run so
 far fell, and one for its last evaluation. Of two objectives the merit of a run is what its front misses of the best
-known one: :class:`tpbso_casadi.suite.fronts.Attainment`.
+known one: :class:`tpbso_casadi.suite.fronts.Attainment`. A file whose name ends in ``.xz`` is compressed.
 """
 
 from __future__ import annotations
 
 import csv
+import lzma
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
 from tpbso_casadi.suite.fronts import FEASIBLE, Attainment
 from tpbso_casadi.suite.frozen import InvalidSuite
 from tpbso_casadi.suite.kernels import FloatArray
-from tpbso_casadi.suite.problem import SuiteProblem, problem_named
+from tpbso_casadi.suite.problem import SuiteProblem, Values, problem_named
 
 HEADER = ("solver", "problem", "run", "evaluations", "merit")
 
@@ -75,12 +76,24 @@ class Recording:
             ValueError: of another shape, or of two objectives no front is known.
         """
         merits = self.problem.merit(candidates)
+        self.add(merits)
+        return merits
+
+    def add(self, merits: FloatArray) -> None:
+        """Merits (m,) of the next m evaluations; of two objectives (m, 2)."""
         for number, merit in enumerate(self._judged(merits), start=self.done + 1):
             if merit < (self.merits[-1] if self.merits else inf):
                 self.evaluations.append(number)
                 self.merits.append(merit)
         self.done += len(merits)
-        return merits
+
+    def to(self, library: str) -> Any:
+        """The problem as another library has it (:meth:`SuiteProblem.to`), whose every evaluation is recorded here.
+
+        Raises:
+            InvalidSuite: there is no such adapter, the library is missing, or it has no problems of this form.
+        """
+        return Recorded(self.problem.suite, self.problem.function, self.problem.instance, self).to(library)
 
     def _judged(self, merits: FloatArray) -> list[float]:
         """One number for each evaluation."""
@@ -113,6 +126,27 @@ class Recording:
         return next(feasible, inf)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Recorded(SuiteProblem):
+    """A problem that keeps the merits of what it evaluates.
+
+    Attributes:
+        recording: that they are added to.
+    """
+
+    recording: Recording
+
+    def __deepcopy__(self, memo: object) -> Recorded:
+        """Itself: libraries copy their problems, and there is one recording."""
+        return self
+
+    def values(self, candidates: FloatArray) -> Values:
+        """Everything of candidates (m, d)."""
+        found = super().values(candidates)
+        self.recording.add(found.merit)
+        return found
+
+
 def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
     """Write the table of some runs.
 
@@ -128,7 +162,7 @@ def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
     if not all(isinstance(run, Recording) for run in listed):
         raise TypeError("runs: recordings are needed")
     try:
-        with checked_path(path).open("w", newline="", encoding="utf-8") as file:
+        with opened(checked_path(path), "wt") as file:
             writer = csv.writer(file)
             writer.writerow(HEADER)
             for run in listed:
@@ -148,6 +182,13 @@ def checked_path(path: str | Path) -> Path:
     return Path(path)
 
 
+def opened(path: Path, mode: str) -> IO[str]:
+    """A text file, compressed where its name says so."""
+    opener: Any = lzma.open if path.suffix == ".xz" else open
+    file: IO[str] = opener(path, mode, newline="", encoding="utf-8")
+    return file
+
+
 def read_runs(path: str | Path) -> list[Recording]:
     """The runs of a table, in order.
 
@@ -158,7 +199,7 @@ def read_runs(path: str | Path) -> list[Recording]:
     runs: dict[tuple[str, str, int], Recording] = {}
     file_path, line = checked_path(path), 0
     try:
-        with file_path.open(newline="", encoding="utf-8") as file:
+        with opened(file_path, "rt") as file:
             for line, row in enumerate(csv.reader(file), start=1):
                 if line == 1 and tuple(row) != HEADER:
                     raise ValueError(f"the first line is not {','.join(HEADER)}")
@@ -166,6 +207,8 @@ def read_runs(path: str | Path) -> list[Recording]:
                     _add(runs, row)
     except OSError as error:
         raise InvalidSuite(f"{path}: {error.strerror}") from error
+    except (lzma.LZMAError, EOFError) as error:
+        raise InvalidSuite(f"{path}: is no whole file of xz") from error
     except UnicodeDecodeError as error:
         raise InvalidSuite(f"{path}: is no text in UTF-8") from error
     except (ValueError, csv.Error) as error:

@@ -77,6 +77,13 @@ def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     [info] = Path("judged/coco/lshade").glob("*.info")
     assert "funcId = 1, DIM = 16" in info.read_text() and f" 2:{30 * 16}|" in info.read_text()
     assert [path.name for path in Path("judged/ioh/pso").glob("*.json")] == ["IOHprofiler_f1_spline-2.json"]
+    Path("few.csv").write_text("\n".join([header, *(row for row in mine if "star-time@1" in row)]) + "\n")
+    assert run("report", "judged", "--runs", "few.csv", "--no-plots") == 0
+    printed = capsys.readouterr().out
+    assert "3 problems are left out" in printed and "4 runs on 1 problems" in printed
+    Path("other.csv").write_text(f"{header}\nmine,arm-motions-1/spline-3@1,1,9,1.0\n")
+    arguments = ("report", "judged", "--runs", "other.csv", "--no-plots")
+    assert "no problem that all of the solvers have searched" in refusal(capsys, main, *arguments)
     assert "no runs of these" in refusal(capsys, main, "report", "judged", "--functions", "panda-boxes", "--no-plots")
 
 

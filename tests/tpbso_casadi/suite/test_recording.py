@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import lzma
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,14 +40,32 @@ def test_a_recording_keeps_where_the_merit_fell() -> None:
 
 
 @needs_compiler
+@pytest.mark.parametrize("library", ["scipy", "pymoo", "pygmo"])
+def test_a_recording_in_another_library(library: str) -> None:
+    pytest.importorskip(library)
+    recording = Recording(PROBLEM, "theirs")
+    candidates = np.random.default_rng(1).uniform(*PROBLEM.bounds, (9, PROBLEM.dimension))
+    adapted = recording.to(library)
+    if library == "pymoo":
+        adapted.evaluate(candidates)
+    else:
+        for x in candidates:
+            (adapted if library == "scipy" else adapted.fitness)(x)
+    assert (recording.done, recording.merits[-1]) == (9, PROBLEM.merit(candidates).min())
+
+
+@needs_compiler
 def test_a_table_gives_the_runs_back(tmp_path: Path) -> None:
     runs = [Recording(PROBLEM, solver, run) for solver in ("a", "b, c") for run in (1, 2)]
     for seed, run in enumerate(runs):
         run(np.random.default_rng(seed).uniform(*PROBLEM.bounds, (40, PROBLEM.dimension)))
-    write_runs(tmp_path / "runs.csv", runs)
-    for run, again in zip(runs, read_runs(tmp_path / "runs.csv"), strict=True):
-        assert (again.solver, again.run, again.problem.name, again.done) == (run.solver, run.run, NAME, 40)
-        assert (again.evaluations, again.merits) == (run.evaluations, run.merits)
+    for name in ("runs.csv", "runs.csv.xz"):
+        write_runs(tmp_path / name, runs)
+        for run, again in zip(runs, read_runs(tmp_path / name), strict=True):
+            assert (again.solver, again.run, again.problem.name, again.done) == (run.solver, run.run, NAME, 40)
+            assert (again.evaluations, again.merits) == (run.evaluations, run.merits)
+    plain, packed = ((tmp_path / name).read_bytes() for name in ("runs.csv", "runs.csv.xz"))
+    assert lzma.decompress(packed) == plain
 
 
 def test_when_it_was_feasible_first(tmp_path: Path) -> None:
@@ -87,6 +106,10 @@ def test_other_files_are_named(tmp_path: Path) -> None:
     (tmp_path / "c.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InvalidSuite, match="is no text in UTF-8"):
         read_runs(tmp_path / "c.csv")
+    for content in (b"solver,problem", lzma.compress(b"solver,problem")[:-4]):
+        (tmp_path / "d.csv.xz").write_bytes(content)
+        with pytest.raises(InvalidSuite, match="is no whole file of xz"):
+            read_runs(tmp_path / "d.csv.xz")
 
 
 class Fronted(SuiteProblem):

@@ -38,7 +38,7 @@ from tpbso_casadi.cli.options import (
     search_group,
 )
 from tpbso_casadi.cli.progress import phase
-from tpbso_casadi.referee import Referee
+from tpbso_casadi.referee import Referee, on_common_problems
 from tpbso_casadi.referee.page import PAGE, RUNS, SUMMARY, solver_rows, write_report, write_table
 from tpbso_casadi.suite import SUITE, InvalidSuite, Suite, read_runs, suite
 
@@ -212,8 +212,14 @@ def report(options: argparse.Namespace, command: str) -> int:
     runs = [run for file in files for run in read_runs(file) if run.problem.name in names]
     if not runs:
         raise InvalidSuite(f"{files[0]}: there are no runs of these functions and instances in it")
-    referee = Referee(runs)
-    check_logs(options.format, options.folder, len({run.problem.function.name for run in runs}))
+    judged = on_common_problems(runs)
+    if not judged:
+        raise InvalidSuite(f"{files[-1]}: there is no problem that all of the solvers have searched")
+    referee = Referee(judged)
+    check_logs(options.format, options.folder, len({run.problem.function.name for run in judged}))
+    left_out = len({run.problem.name for run in runs}) - len(referee.problems)
+    if left_out:
+        print(f"{left_out} problems are left out, which not all of the solvers have searched")
     judge(referee, options.folder, options, command)
     write_logs(options.format, options.folder, referee.traces)
     return Exit.FEASIBLE

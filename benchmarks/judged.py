@@ -1,0 +1,328 @@
+"""Twenty solvers compared on ``arm-motions-1``, and what each part of the paper's swarm is worth.
+
+    python -m benchmarks.judged run                 # hours; the same command resumes; runs/judged-100, runs/judged-1000
+    python -m benchmarks.judged keep                # their runs, thinned, as benchmarks/results/judged-*.csv.xz
+    python -m benchmarks.judged known               # best known values from them, for `benchmarks.suite merge`
+    python -m benchmarks.judged tables              # what the manual shows of these, in Markdown
+    python -m benchmarks.judged picture FILE        # and its picture
+    python -m benchmarks.judged overhead            # CPU time of each solver itself
+    python -m benchmarks.judged report FOLDER       # all with 1,000 as `tpbso suite report` shows it
+
+Anybody's solver is judged beside them without running them: ``tpbso suite report mine --runs mine.csv --runs
+benchmarks/results/judged-100.csv.xz``.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.suite import keep as keep_best
+from benchmarks.suite import known_place, refined
+from solvers import Box, Budget, Solver, minimize
+from tpbso_casadi.campaign import (
+    STORE,
+    Store,
+    SuiteRun,
+    p_text,
+    parse_solver,
+    parse_solvers,
+    ranking,
+    recordings,
+    suite_grid,
+)
+from tpbso_casadi.campaign.statistics import holm, signed_rank
+from tpbso_casadi.cli.commands.suite import main as suite_command
+from tpbso_casadi.cli.commands.suite import numbers
+from tpbso_casadi.referee import Referee, on_common_problems
+from tpbso_casadi.scenario import find_solver
+from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
+
+RESULTS = Path(__file__).with_name("results")
+SLOW = ("moving-5", "ur5e-box", "panda-boxes", "panda-payload")  # 57 to 85 us an evaluation: with 100 a variable alone
+SLOWER = ("narrow-3", "narrow-5")  # 16 to 19 us: with 1,000 on one instance
+
+SOLVERS = {  # by label in the tables
+    "abso": "abso",
+    "L-SHADE": "lshade",
+    "PSO": "pso",
+    "GA": "ga",
+    "BSO": "bso",
+    "BSO as printed": "bso(printed)",
+    "BAS": "bas",
+    "random search": "random",
+    "CMA-ES (cma)": "cma",
+    "DE (SciPy)": "scipy-de",
+    "DIRECT (SciPy)": "direct",
+    "dual annealing (SciPy)": "annealing",
+    "PSO (pymoo)": "pymoo",
+    "DE (pymoo)": "pymoo(algorithm=de)",
+    "GA (pymoo)": "pymoo(algorithm=ga)",
+    "SaDE (pygmo)": "pygmo",
+    "DE 1220 (pygmo)": "pygmo(algorithm=de1220)",
+    "ARRDE (Minion)": "minion",
+    "jSO (Minion)": "minion(algorithm=jSO)",
+    "NL-SHADE-RSP (Minion)": "minion(algorithm=NLSHADE_RSP)",
+    "GWO (mealpy)": "mealpy(algorithm=GWO.OriginalGWO)",
+}
+ONE_BY_ONE = (  # whose candidates are evaluated one at a time, or that take long themselves: with 100 a variable alone
+    *("BAS", "DIRECT (SciPy)", "dual annealing (SciPy)", "PSO (pymoo)", "GA (pymoo)", "SaDE (pygmo)"),
+    *("DE 1220 (pygmo)", "GWO (mealpy)"),
+)
+PARTS = {  # of BSO, one changed at a time
+    "BSO": "bso",
+    "no antennae: the swarm alone": (
+        "pso(population=30,c1=1.7,c2=1.7,inertia_first=0.9,inertia_last=0.4,velocity_range=0.1)"
+    ),
+    "antennae evaluated, but no step towards them": "bso(lambda_=1.0)",
+    "no swarm term: the step of the antennae alone": "bso(lambda_=0.0)",
+    "no pull to the swarm's best": "bso(c2=0.0)",
+    "no step schedule": "bso(eta=1.0)",
+    "no inertia, (27) as printed": "bso(inertia_first=1.0,inertia_last=1.0)",
+    "sign of (28) as printed": "bso(antenna_sign=printed)",
+    "both as printed": "bso(printed)",
+    "a larger share of the antennae: λ = 0.4": "bso(lambda_=0.4)",
+    "the same, both as printed": "bso(printed,lambda_=0.4)",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """What runs with one budget.
+
+    Attributes:
+        budget: evaluations for each variable.
+        parts: of the suite, functions and instances.
+        solvers: by label.
+    """
+
+    budget: int
+    parts: tuple[tuple[tuple[str, ...], str], ...]
+    solvers: dict[str, str]
+
+    @property
+    def folder(self) -> Path:
+        """Of the campaign."""
+        return Path("runs", f"judged-{self.budget}")
+
+    @property
+    def results(self) -> Path:
+        """Its runs, as they are kept."""
+        return RESULTS / f"judged-{self.budget}.csv.xz"
+
+    @property
+    def stated(self) -> str:
+        """All solvers, as ``tpbso suite run`` takes them."""
+        return ",".join(dict.fromkeys([*self.solvers.values(), *PARTS.values()]))
+
+    @property
+    def problems(self) -> list[SuiteProblem]:
+        """Of all parts."""
+        return [each for functions, instances in self.parts for each in suite(SUITE, functions, numbers(instances))]
+
+    def runs(self, problems: Sequence[SuiteProblem]) -> list[SuiteRun]:
+        """Of all solvers."""
+        return suite_grid(problems, parse_solvers(self.stated), 1, self.budget)
+
+
+def stages() -> tuple[Stage, Stage]:
+    every = tuple(each.name for each in suite().functions if len(each.objectives) == 1)
+    faster = tuple(name for name in every if name not in SLOW)
+    fastest = tuple(name for name in faster if name not in SLOWER)
+    quick = {label: stated for label, stated in SOLVERS.items() if label not in ONE_BY_ONE}
+    return (
+        Stage(budget=100, parts=((every, "6"), (faster, "7")), solvers=SOLVERS),
+        Stage(budget=1000, parts=((faster, "6"), (fastest, "7")), solvers=quick),
+    )
+
+
+def run() -> None:
+    for stage in stages():
+        for functions, instances in stage.parts:
+            what = ["--functions", ",".join(functions), "--instances", instances, "--solvers", stage.stated]
+            suite_command(["run", *what, "--budget", str(stage.budget), "--out", str(stage.folder), "--no-plots"])
+
+
+FEWEST_STEPS = 1.02  # evaluations of a line that is kept, over those of the one before
+DIGITS = 9  # of merits
+
+
+def keep() -> None:
+    RESULTS.mkdir(exist_ok=True)
+    for stage in stages():
+        with Store(stage.folder / STORE) as store:
+            write_runs(stage.results, map(thinned, recordings(stage.runs(stage.problems), store)))
+
+
+def thinned(run: Recording) -> Recording:
+    """A run with the last of all improvements that come within 2 % of the evaluations; its ends are exact."""
+    kept: list[tuple[int, float]] = []
+    for evaluations, merit in zip(run.evaluations, run.merits, strict=True):
+        infeasible = bool(kept) and kept[-1][1] > run.problem.feasible_merit >= merit
+        if len(kept) > 1 and not infeasible and evaluations < FEWEST_STEPS * kept[-2][0]:
+            kept.pop()
+        kept.append((evaluations, float(f"{merit:.{DIGITS}g}")))
+    return replace(run, evaluations=[n for n, _ in kept], merits=[merit for _, merit in kept])
+
+
+WAYS = 3  # solvers whose best runs are refined
+
+
+def known() -> None:
+    for problem in {each.name: each for stage in stages() for each in stage.problems}.values():
+        if problem.best_known is None and not known_place(problem).exists():
+            ways = sorted(found_by_each(problem).items(), key=lambda way: way[1][0])[:WAYS]
+            if ways:
+                keep_best(problem, [refined(problem, solver, *best) for solver, best in ways])
+
+
+def found_by_each(problem: SuiteProblem) -> dict[str, tuple[float, np.ndarray]]:
+    """The lowest merit of all runs of each solver, and its candidate (d,)."""
+    best: dict[str, tuple[float, np.ndarray]] = {}
+    for stage in stages():
+        with Store(stage.folder / STORE) as store:
+            for run, text in store.texts(stage.runs([problem])):
+                result = {} if text is None else json.loads(text)
+                if result and (run.solver not in best or result["cost"] < best[run.solver][0]):
+                    best[run.solver] = result["cost"], np.array(result["x"])
+    return best
+
+
+def referee(stage: Stage, solvers: dict[str, str]) -> Referee:
+    """Of the runs that are kept, by labels; on the problems alone on which all have run."""
+    labels = {stated: label for label, stated in solvers.items()}
+    runs = [replace(each, solver=labels[each.solver]) for each in read_runs(stage.results) if each.solver in labels]
+    return Referee(on_common_problems(runs))
+
+
+def tables() -> None:
+    for stage in stages():
+        judged = referee(stage, stage.solvers)
+        print(f"\n## {stage.budget:,} evaluations for each variable\n\n{len(judged.problems)} problems\n")
+        print("\n".join(overall(judged)), "\n")
+        print("\n".join(by_group(judged)), "\n")
+        print("\n".join(parts(referee(stage, PARTS))))
+
+
+def overall(judged: Referee) -> Iterator[str]:
+    """Solvers, the best first: rank, targets, expected running times, runs that keep all constraints."""
+    found = judged.ranking
+    yield "| solver | mean rank | not significantly worse than | targets | ERT 10 % | ERT 1 % | feasible | median gap |"
+    yield "|---|---|---|---|---|---|---|---|"
+    for place, (solver, rank) in enumerate(zip(found.solvers, found.ranks.tolist(), strict=True)):
+        _, shares = judged.shares(solver, judged.problems)
+        times = [judged.expected_running_time(solver, judged.problems, target) for target in (0.1, 0.01)]
+        feasible, runs, _ = judged.feasibility(solver, judged.problems)
+        better = next((found.solvers[first] for first, last in found.groups if first < place <= last), "")
+        middle = float(np.median(judged.scores[:, judged.solvers.index(solver)]))
+        cells = [f"{rank:.1f}", better, f"{100.0 * (shares[-1] if shares.size else 0.0):.0f} %"]
+        cells += [f"{time:,.0f}" if isfinite(time) else "never" for time in times]
+        cells += [f"{100.0 * feasible / runs:.0f} %", f"{100.0 * middle:.2g} %" if middle < inf else "infeasible"]
+        yield f"| {solver} | {' | '.join(cells)} |"
+
+
+def by_group(judged: Referee) -> Iterator[str]:
+    """The mean rank within each group; the least is bold."""
+    groups = list(dict.fromkeys(problem.group for problem in judged.problems))
+    rows = {group: [k for k, problem in enumerate(judged.problems) if problem.group == group] for group in groups}
+    ranks = {group: ranks_of(judged, rows[group]) for group in groups}
+    yield f"| solver | {' | '.join(f'{group} ({len(rows[group])})' for group in groups)} |"
+    yield "|---|" + "---|" * len(groups)
+    for solver in judged.ranking.solvers:
+        cells = []
+        for group in groups:
+            rank = ranks[group][judged.solvers.index(solver)]
+            cells.append(f"**{rank:.1f}**" if rank <= ranks[group].min() + 1e-9 else f"{rank:.1f}")
+        yield f"| {solver} | {' | '.join(cells)} |"
+
+
+def ranks_of(judged: Referee, rows: Sequence[int]) -> np.ndarray:
+    """Mean ranks over some problems, (solvers,)."""
+    found = ranking(judged.solvers, judged.scores[rows])
+    return np.array([found.ranks[found.solvers.index(solver)] for solver in judged.solvers])
+
+
+def parts(judged: Referee) -> Iterator[str]:
+    """BSO without each of its parts: on how many problems it is better, and worse; Wilcoxon's test, Holm."""
+    scores, [whole, *others] = judged.scores, list(PARTS)
+    columns = {label: scores[:, judged.solvers.index(label)] for label in PARTS}
+    corrected = holm([signed_rank(columns[whole], columns[label]) for label in others])
+    ranks = dict(zip(judged.solvers, ranks_of(judged, range(len(scores))).tolist(), strict=True))
+    yield "| variant | mean rank | better than BSO | worse | p | targets |"
+    yield "|---|---|---|---|---|---|"
+    for label, p in zip(PARTS, [1.0, *corrected], strict=True):
+        better, worse = (columns[label] < columns[whole]).sum(), (columns[label] > columns[whole]).sum()
+        _, shares = judged.shares(label, judged.problems)
+        told = ("", "", "") if label == whole else (str(better), str(worse), p_text(p))
+        reached = f"{100.0 * (shares[-1] if shares.size else 0.0):.0f} %"
+        yield f"| {label} | {ranks[label]:.1f} | {' | '.join(told)} | {reached} |"
+
+
+HIGHLIGHTED = (
+    *("abso", "L-SHADE", "ARRDE (Minion)", "jSO (Minion)", "CMA-ES (cma)", "PSO", "BSO", "BSO as printed"),
+    *("GA", "random search"),
+)
+
+
+def picture(path: str) -> None:
+    """Shares of targets over evaluations with 1,000 for each variable, by all solvers and by the variants of BSO."""
+    import matplotlib as mpl  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415 (slow)
+
+    from tpbso_casadi.figures.palette import line_of  # noqa: PLC0415
+    from tpbso_casadi.figures.style import RC  # noqa: PLC0415
+
+    stage = stages()[1]
+    with mpl.rc_context(RC):
+        figure = Figure(figsize=(9.5, 5.2), layout="constrained")
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, solvers, title in zip(
+            panels, (stage.solvers, PARTS), ("solvers", "BSO without one of its parts"), strict=True
+        ):
+            judged = referee(stage, solvers)
+            named = [label for label in judged.ranking.solvers if solvers is PARTS or label in HIGHLIGHTED]
+            for label in judged.solvers:
+                evaluations, shares = (np.append(each, each[-1]) for each in judged.shares(label, judged.problems))
+                evaluations[-1] = stage.budget
+                style = line_of(named.index(label)) if label in named else {"color": "0.85"}
+                legend = label if label in named else None
+                axes.plot(
+                    evaluations, shares, **style, drawstyle="steps-post", label=legend, zorder=2 + (label in named)
+                )
+            axes.set(xscale="log", xlim=(1.0, stage.budget), ylim=(0.0, None), xlabel="evaluations / variables")
+            axes.set_title(f"{title}, {len(judged.problems)} problems", loc="left")
+            lines = {line.get_label(): line for line in axes.get_lines()}
+            axes.legend([lines[label] for label in named], named, loc="upper left")
+        panels[0].set_ylabel("share of runs and targets reached")
+        figure.savefig(path, dpi=140)
+
+
+VARIABLES, TIMED = 30, 10_000
+
+
+def overhead() -> None:
+    """CPU time of a solver itself for an evaluation, us: a search whose cost function takes no time."""
+    box = Box(np.zeros(VARIABLES), np.ones(VARIABLES))
+    for label, stated in SOLVERS.items():
+        spec = parse_solver(stated)
+        solver = find_solver(spec.name)(**spec.settings)  # type: ignore[arg-type]
+        assert isinstance(solver, Solver)
+        began = time.process_time()
+        minimize(lambda x: ((x - 0.3) ** 2).sum(axis=1), box, solver, Budget(TIMED), 1)
+        print(f"| {label} | {1e6 * (time.process_time() - began) / TIMED:.1f} |", flush=True)
+
+
+def report(folder: str) -> None:
+    suite_command(["report", folder, "--runs", str(stages()[1].results)])
+
+
+if __name__ == "__main__":
+    commands = {each.__name__: each for each in (run, keep, known, tables, picture, overhead, report)}
+    commands[sys.argv[1]](*sys.argv[2:])
