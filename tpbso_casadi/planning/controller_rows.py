@@ -91,7 +91,7 @@ class ControllerRows:
 
 
 def _slowed_rows(motion: Motion) -> Iterator[ControllerRows]:
-    """Rows at places of several kinds, each as fast as they may be."""
+    """Rows at places of several kinds, each as fast as they may be; what breaks limits by itself stays as it is."""
     smooth = motion.trajectory.jumps_below(3) is None
     near = (
         n for n in PARTS if _departure(_rows(motion, _knots(motion.trajectory.breakpoints, 0.0, n), 1.0, smooth)) < OFF
@@ -103,7 +103,7 @@ def _slowed_rows(motion: Motion) -> Iterator[ControllerRows]:
         for attempt in range(TRIES):
             rows = _rows(motion, edges, scale, smooth)
             needed = _time_scale(rows.joined.criteria, rows.joined.trajectory)
-            if needed <= 1.0:
+            if needed <= 1.0 or not motion.feasible:
                 break
             scale *= 1.0 + MORE**attempt * (needed - 1.0) + ROUNDING
         yield rows

@@ -128,11 +128,14 @@ def test_pieces_of_a_high_degree_are_cut_in_parts() -> None:
     assert off.max() < 1e-6
 
 
-def test_a_motion_that_is_not_proven_has_rows_that_are_not() -> None:
-    motion = tp.certify(([0.0, 0.5], [[0.0] * 7, [1.0] * 7]), "panda").motion
+@pytest.mark.parametrize("positions", [[[0.0, 0.0], [1.0, 0.2]], [[0.0, 0.0], [0.1, 0.0]]])
+def test_a_motion_that_is_not_proven_stays_as_it_is(positions: list[list[float]]) -> None:
+    rest, robot = [[0.0, 0.0]] * 2, tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0)
+    motion = tp.certify(([0.0, 0.2], positions, rest, rest), robot).motion
     rows = motion.controller_rows
     assert not rows.joined.feasible
-    assert "violated" in rows.said
+    assert rows.time_scale == 1.0
+    assert rows.said == "2 rows, joined by quintics: violated"
 
 
 def test_the_command_line_says_what_the_rows_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
