@@ -289,7 +289,7 @@ class SpaceTracingProblem(TracedProblem):
         return {**angles, "u_knots": np.array(self.motion.nodes)}
 
     @property
-    def is_polished(self) -> bool:
+    def _has_polish(self) -> bool:
         """In least time, where programs know what else is asked for."""
         least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
         free = self.task.total_time is None and not any(obstacle.moves for obstacle in self.obstacles)
@@ -318,7 +318,7 @@ class SpaceTracingProblem(TracedProblem):
         Each is certified before the next.
         """
         known = start
-        for _ in range(MOST_POLISHES if self.is_polished else 0):
+        for _ in range(MOST_POLISHES if self._has_polish else 0):
             faster = self._faster(known)
             gained, known = 1.0 - faster.duration / known.duration, faster
             if gained < WORTH_POLISHING:

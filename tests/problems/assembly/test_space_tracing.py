@@ -86,7 +86,7 @@ def test_what_programs_do_not_know_is_not_polished() -> None:
         space_tracing(replace(task, total_time=(3.0, 4.0))),
         space_tracing(replace(task, robot=ELBOW, obstacles=(moving,))),
     ):
-        assert not problem.is_polished
+        assert not problem._has_polish
         assert not list(problem.polished(Trajectory.standing(np.zeros(7), 1.0)))
 
 
