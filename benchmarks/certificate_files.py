@@ -62,8 +62,9 @@ def plans(options: argparse.Namespace) -> Iterator[PlannedMotion]:
         question = Question(setting_of(options), to_pose=False)
         for problem in problems_of(options, options.problems):
             yield from _planned(lambda problem=problem: overridden(question.scenario(problem), solver=LADDER))
+    move = random_planar_move if options.plane else random_move
     for seed in range(options.seed, options.seed + 100_000):
-        yield from _planned(lambda seed=seed: random_move(np.random.default_rng(seed)))
+        yield from _planned(lambda seed=seed: move(np.random.default_rng(seed)))
 
 
 def _planned(stated: Callable[[], Scenario]) -> Iterator[PlannedMotion]:
@@ -88,6 +89,37 @@ def random_move(rng: np.random.Generator) -> Scenario:
             "solver": LADDER,
         }
     )
+
+
+def random_planar_move(rng: np.random.Generator) -> Scenario:
+    """A planar arm among flat things at random, between two postures, by a short search."""
+    links = int(rng.integers(2, 6))
+    arm: dict[str, Any] = {"link_lengths": (2.0 * rng.dirichlet(np.full(links, 4.0))).tolist()}
+    arm |= {"max_speed": 4.0, "max_acceleration": 20.0}
+    arm |= {"link_radius": rng.uniform(0.005, 0.04)} if rng.random() < 0.5 else {}
+    start, goal = rng.uniform(-1.5, 1.5, (2, links)).tolist()
+    return parse_scenario(
+        {
+            "arm": arm,
+            "task": {"kind": "point-to-point", "start": {"joints": start}, "goal": {"joints": goal}},
+            "obstacles": [_flat(rng) for _ in range(rng.integers(1, 4))],
+            "model": {"margin": float(rng.choice([0.0, 0.01])), "self_collision": bool(rng.random() < 0.5)},
+            "solver": {"name": "pso", "evaluations": 1500, "seed": 1},
+        }
+    )
+
+
+def _flat(rng: np.random.Generator) -> dict[str, Any]:
+    around, away = rng.uniform(-np.pi, np.pi), rng.uniform(0.5, 1.9)
+    place = away * np.array([np.cos(around), np.sin(around)])
+    drifting = {"velocity": rng.uniform(-0.2, 0.2, 2).tolist()} if rng.random() < 0.25 else {}
+    shape = str(rng.choice(["ellipse", "box", "polygon"]))
+    if shape == "polygon":
+        angles = np.sort(rng.uniform(-np.pi, np.pi, int(rng.integers(4, 9))))
+        rays = rng.uniform(0.05, 0.25, (len(angles), 1)) * np.column_stack([np.cos(angles), np.sin(angles)])
+        return {"shape": shape, "points": (place + rays).tolist(), **drifting}
+    sizes = {("semi_axes" if shape == "ellipse" else "size"): rng.uniform(0.04, 0.25, 2).tolist()}
+    return {"shape": shape, "center": place.tolist(), "angle": rng.uniform(-3.0, 3.0), **sizes, **drifting}
 
 
 def _solid(rng: np.random.Generator) -> dict[str, Any]:
@@ -177,13 +209,15 @@ class Nearest:
 
 
 def nearest(case: Case) -> Nearest | None:
-    """Of all pairs that have to keep clear, by positions and distances of the models."""
+    """Of all pairs that have to keep clear, by positions and distances of the models; none in the plane."""
     robot, given, obstacles = case.criteria.robot, case.content["stages"][0], case.criteria.obstacles
+    if robot.dim == 2:
+        return None
     times = np.linspace(0.0, case.motion.duration, LOOKS)
     frames = robot.body_frames(case.motion.at(times))
     allowed = set(zip(given["may_touch"]["links"], given["may_touch"]["obstacles"], strict=True))
-    balls, links = np.array(given["robot"]["balls"]), np.array(given["robot"]["ball_links"])
-    numbers = np.arange(len(balls))
+    balls, numbers = np.array(given["robot"]["balls"]), np.arange(len(given["robot"]["balls"]))
+    links = np.cumsum(numbers == given["robot"]["ball_parents"]) - 1
     inner = np.isin(numbers, np.array(given["robot"]["ball_parents"])[given["robot"]["ball_parents"] != numbers])
     best: tuple[float, int, int, FloatArray, FloatArray] | None = None
     for i, body in enumerate(given["robot"]["link_bodies"]):
@@ -391,6 +425,7 @@ def main() -> None:
     add_problem_options(parser, Path("runs/certificate-files"))
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0, help="of the first random move")
+    parser.add_argument("--plane", action="store_true", help="random moves of planar arms")
     measure(parser.parse_args())
 
 

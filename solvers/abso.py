@@ -11,12 +11,14 @@ so does this one. What differs, and what it is worth (``docs/explanation/solvers
   fewer and fewer.
 * **Momentum**: the velocity includes the last step only if that step was a success.
 * **A random subset of directions in each step**: of the axes of the box, or of the swarm's principal axes, at random.
+  These change slowly, and are computed anew after ten evaluations for each dimension.
 * **A shrinking swarm**: many beetles to explore, few to converge.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import ClassVar
 
 import numpy as np
@@ -24,6 +26,8 @@ import numpy as np
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 from solvers.swarm import linear_schedule
+
+AXES_KEPT = 10  # evaluations for each dimension until the swarm's axes are computed anew
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class AdaptiveBeetleSwarm(Solver):
     leaders_last: float = 0.05  # in (0, 1], at the end
     directions_first: float = 0.7  # in [0, 1], share of the directions in which a step moves, at the start
     directions_last: float = 1.0  # in [0, 1], at the end
-    principal: float = 0.5  # in [0, 1], how often the directions are the principal axes of the better half
+    principal: float = 0.3  # in [0, 1], how often the directions are the principal axes of the better half
     archive_rate: float = 1.0  # >= 0, size of the archive of replaced positions as a share of the swarm
 
     def __post_init__(self) -> None:
@@ -66,17 +70,22 @@ class AdaptiveBeetleSwarm(Solver):
         """Evaluate the right antenna, the left one where that failed, and move to what is better."""
         x = initial_population(box, rng, self.population, self.effort, iterations.evaluations)
         swarm, last_step = Population.of(x, (yield x)), np.zeros_like(x)
+        axes, age = np.eye(box.dimension), inf  # the swarm's, and evaluations since
         for progress in iterations:
             last_step = last_step[swarm.keep_best(linear_size(len(x), self.last_population, progress))]
             leaders = swarm.leaders(rng, linear_schedule(self.leaders_first, self.leaders_last, progress))
             velocity = self.antenna * (leaders - swarm.x) + self.momentum * last_step
             antenna = self.antenna * swarm.differences(rng)
             share = linear_schedule(self.directions_first, self.directions_last, progress)
-            axes, mask = self.axes(rng, swarm), binomial_mask(rng, share, swarm.x.shape)
-            steps = ((mask * ((velocity + side * antenna) @ axes)) @ axes.T for side in (1.0, -1.0))
+            is_principal, mask = rng.random() < self.principal, binomial_mask(rng, share, swarm.x.shape)
+            if is_principal and age >= AXES_KEPT * box.dimension:
+                axes, age = principal_axes(swarm.x), 0
+            steps = [velocity + antenna, velocity - antenna]
+            steps = [(mask * (step @ axes)) @ axes.T if is_principal else mask * step for step in steps]
             right, left = (midpoint_repair(box, swarm.x + step, swarm.x) for step in steps)
             cost = yield right
             failed = np.flatnonzero(cost >= swarm.cost)
+            age += swarm.size + failed.size
             if failed.size:
                 cost_left = yield left[failed]
                 improved = cost_left < cost[failed]
@@ -86,10 +95,9 @@ class AdaptiveBeetleSwarm(Solver):
             last_step = np.where(better[:, None], right - swarm.x, 0.0)
             swarm.replace(rng, better, right, cost, round(self.archive_rate * swarm.size))
 
-    def axes(self, rng: np.random.Generator, swarm: Population) -> FloatArray:
-        """Orthogonal directions, the columns of (d, d): those of the box, or the principal ones of the better half."""
-        dimension = swarm.x.shape[1]
-        if rng.random() >= self.principal:
-            return np.eye(dimension)
-        better = swarm.x[: max(2, swarm.size // 2)]
-        return np.asarray(np.linalg.eigh(np.cov(better.T).reshape(dimension, dimension))[1])
+
+def principal_axes(x: FloatArray) -> FloatArray:
+    """Orthogonal directions, the columns of (d, d): the principal ones of the better half of members (m, d)."""
+    dimension = x.shape[1]
+    better = x[: max(2, len(x) // 2)]
+    return np.asarray(np.linalg.eigh(np.cov(better.T).reshape(dimension, dimension))[1])

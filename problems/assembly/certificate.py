@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from problems.assembly.criteria import Criteria
 from problems.base import FloatArray, InvalidProblem
 from problems.certify import FORMAT, TOLERANCE, VERSION, RefusedError, check, divided
 from problems.core import RobotNumbers, drifts_of, known_robot, obstacle_numbers
-from problems.limits import KINDS, Clearance, CoverClearance, CoverSelfClearance, Limit, Proximity, SelfClearance
+from problems.limits import KINDS, Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance
 from problems.motions import Trajectory
 from problems.robots import PlanarArm, Robot, SpatialArm, moved_inertia
 from problems.scene import Obstacle, Solid
@@ -25,7 +26,8 @@ CLAIMED = {*KINDS, *FROM_OBSTACLES, *FROM_EACH_OTHER}  # kinds of limits; a clas
 RATES = ("speed", "acceleration", "jerk", "torque")
 LEAST_TOLERANCE = 2e-9  # of positions, speeds and accelerations
 EXACT = 2e-15  # how far a rotation in a file may be off
-SPARE = 2.0  # times the largest jump of a motion, where that is more
+SPARE = 2.0  # times the sum of the jumps of a motion, where that is more
+ROUNDING = 1e-11  # of the largest value, that a checker adds to each of them, at most
 
 
 def certificate_of(criteria: Criteria, trajectory: Trajectory) -> dict[str, Any]:
@@ -40,6 +42,8 @@ def certificate_of(criteria: Criteria, trajectory: Trajectory) -> dict[str, Any]
     """
     check_certifiable(criteria)
     stated = [statement.content for statement in _statements(criteria, trajectory)]
+    for before, stage in pairwise(stated):
+        stage["start"] = before["goal"]
     try:
         stages = [{**stage, **divided(stage)} for stage in stated]
         content = {"format": FORMAT, "version": VERSION, "robot": _name_of(criteria.robot), "stages": stages}
@@ -59,9 +63,6 @@ def check_certifiable(criteria: Criteria) -> None:
     for own in (criteria, *(stage.criteria for stage in criteria.stages if stage.criteria is not None)):
         if type(own.robot) not in (SpatialArm, PlanarArm):
             raise InvalidProblem("certificate", f"there are none of robots of the kind {type(own.robot).__name__}")
-        keeps = bool(own.obstacles) or any(isinstance(limit, Proximity) for limit in own.judged_limits)
-        if own.robot.dim == 2 and keeps:
-            raise InvalidProblem("certificate", "there are none of planar arms that have to keep clear of anything")
 
 
 def _name_of(robot: Robot) -> str:
@@ -94,19 +95,23 @@ class _Statement:
 
     def __init__(self, name: str, criteria: Criteria, trajectory: Trajectory, pause: float) -> None:
         self._name, self._criteria, self._trajectory, self._pause = name, criteria, trajectory, pause
-        self._obstacles = {n: o for n, o in enumerate(criteria.obstacles, start=1) if _is_known(o)}
+        numbered = enumerate(criteria.obstacles, start=1)
+        self._obstacles = [(n, obstacle, solid) for n, obstacle in numbered for solid in _solids(obstacle)]
         self._limits = [limit for limit in criteria.judged_limits if type(limit) in CLAIMED]
 
     @property
     def content(self) -> dict[str, Any]:
         """All but the proof."""
         robot, trajectory = self._criteria.robot, self._trajectory
-        labels = _told_apart([obstacle.label(n) for n, obstacle in self._obstacles.items()])
+        labels = _told_apart([obstacle.label(n) for n, obstacle, _ in self._obstacles])
         own = robot.self_margin if isinstance(robot, SpatialArm) and robot.is_covered else robot.margin
         return {
             "name": self._name,
             "robot": self._robot_content(),
-            "obstacles": [obstacle_content(*each) for each in zip(labels, self._obstacles.values(), strict=True)],
+            "obstacles": [
+                obstacle_content(label, obstacle, solid)
+                for label, (_, obstacle, solid) in zip(labels, self._obstacles, strict=True)
+            ],
             "margins": _flat([robot.margin, own]),
             "may_touch": self._may_touch(),
             "breakpoints": trajectory.breakpoints.tolist(),
@@ -140,9 +145,10 @@ class _Statement:
 
     def _bodies(self) -> dict[str, Any]:
         """Links and their balls, and which keep apart."""
-        robot = self._criteria.robot
-        if not isinstance(robot, SpatialArm):
-            return {key: [] for key in ("links", "link_bodies", "balls", "ball_links", "ball_parents", "own_pairs")}
+        robot, apart = self._criteria.robot, self._keeps(FROM_EACH_OTHER)
+        if isinstance(robot, PlanarArm):
+            return _planar_bodies(robot, apart)
+        assert isinstance(robot, SpatialArm)
         numbers = known_robot(robot)
         nodes = np.array(numbers.nodes).reshape(-1, 4)
         body, first, count = np.array(numbers.counts[len(numbers.counts) - 3 * len(nodes) :]).reshape(-1, 3).T
@@ -150,14 +156,14 @@ class _Statement:
         for number in np.flatnonzero(count):
             parents[first[number] : first[number] + count[number]] = number
         starts = [start for _, start, _ in numbers.roots]
-        sizes = np.diff([*starts, len(nodes)])
         return {
             "links": _told_apart([name for name, _, _ in numbers.roots]),
             "link_bodies": [int(body[start]) for start in starts],
             "balls": nodes.tolist(),
-            "ball_links": np.repeat(np.arange(len(starts)), sizes).tolist(),
             "ball_parents": parents.tolist(),
-            "own_pairs": _own_pairs(numbers) if self._keeps(FROM_EACH_OTHER) else [],
+            "long_balls": [],
+            "far_ends": [],
+            "own_pairs": _own_pairs(numbers) if apart else [],
         }
 
     def _keeps(self, kinds: tuple[type[Limit], ...]) -> bool:
@@ -165,14 +171,18 @@ class _Statement:
 
     def _may_touch(self) -> dict[str, list[int]]:
         """Links and obstacles, by their places in the file, that need not keep clear."""
-        robot, kept, pairs = self._criteria.robot, self._keeps(FROM_OBSTACLES), []
-        if isinstance(robot, SpatialArm):
-            pairs = [
-                (link, place)
-                for link, (name, _, moves) in enumerate(known_robot(robot).roots)
-                for place, obstacle in enumerate(self._obstacles.values())
-                if not (kept and moves) or robot.may_meet(name, obstacle.unmoved.name)
-            ]
+        robot, kept = self._criteria.robot, self._keeps(FROM_OBSTACLES)
+        links = (
+            [(name, moves) for name, _, moves in known_robot(robot).roots]
+            if isinstance(robot, SpatialArm)
+            else [(body.name, True) for body in robot.bodies]
+        )
+        pairs = [
+            (link, place)
+            for link, (name, moves) in enumerate(links)
+            for place, (_, obstacle, _) in enumerate(self._obstacles)
+            if not (kept and moves) or robot.may_meet(name, obstacle.unmoved.name)
+        ]
         return {"links": [link for link, _ in pairs], "obstacles": [place for _, place in pairs]}
 
     def _end(self, place: int) -> list[list[float]]:
@@ -195,15 +205,17 @@ class _Statement:
         """Of positions, speeds and accelerations."""
         task = self._criteria.task
         outside = (None, task.end_velocities, task.end_accelerations)
-        jumps = [self._trajectory.jump(n, outside[n]) if n < 2 or self._is_smooth else 0.0 for n in range(3)]
-        return [max(LEAST_TOLERANCE, SPARE * jump) for jump in jumps]
+        trajectory, edges = self._trajectory, self._trajectory.breakpoints
+        jumps = [trajectory.jump_sum(n, outside[n]) if n < 2 or self._is_smooth else 0.0 for n in range(3)]
+        sizes = [ROUNDING * edges.size * (1.0 + np.abs(trajectory.at(edges, n)).max()) for n in range(3)]
+        return [max(LEAST_TOLERANCE, SPARE * jump) + float(size) for jump, size in zip(jumps, sizes, strict=True)]
 
     def _not_covered(self) -> Iterator[str]:
         """A line of each thing that the verdicts of the motion speak of, or do not, and the file does not claim."""
         criteria = self._criteria
         yield from (f"limit: {limit.name}" for limit in criteria.judged_limits if type(limit) not in CLAIMED)
         for number, obstacle in enumerate(criteria.obstacles, start=1):
-            if number not in self._obstacles:
+            if not _solids(obstacle):
                 yield f"clearance from {obstacle.label(number)}, of a shape or motion that no certificate knows"
         if criteria.task.stay:
             yield f"that the robot stays clear for {criteria.task.stay:g} s after its arrival"
@@ -217,8 +229,12 @@ class _Statement:
         yield from criteria.not_judged
 
 
-def _is_known(obstacle: Obstacle) -> bool:
-    return obstacle_numbers(obstacle.unmoved) is not None and drifts_of([obstacle]) is not None
+def _solids(obstacle: Obstacle) -> tuple[Obstacle, ...]:
+    """What certificates know an obstacle as, where it stands still; none where they do not, as of derived classes."""
+    still = obstacle.unmoved
+    solids = still.in_space if "in_space" in vars(type(still)) else (still,)
+    known = all(obstacle_numbers(solid) is not None for solid in solids) and drifts_of([obstacle]) is not None
+    return solids if known else ()
 
 
 def _spatial_chain(robot: SpatialArm) -> dict[str, Any]:
@@ -264,6 +280,23 @@ def _planar_chain(robot: PlanarArm) -> dict[str, Any]:
     }
 
 
+def _planar_bodies(robot: PlanarArm, apart: bool) -> dict[str, Any]:
+    """The links as long balls, and the tool where it is elsewhere, a part of the last one."""
+    bodies, numbers = robot.bodies, range(len(robot.bodies))
+    ends = [[length, 0.0, 0.0] for length in _flat(robot.link_lengths)]
+    tool = [ends[-1][0] + robot.tool_offset[0], float(robot.tool_offset[1]), 0.0]
+    starts = [[0.0] * 3] * robot.dof + ends[-1:]
+    return {
+        "links": [body.name for body in bodies],
+        "link_bodies": [min(number + 1, robot.dof) for number in numbers],
+        "balls": [[*start, float(body.radius)] for start, body in zip(starts, bodies, strict=False)],
+        "ball_parents": list(numbers),
+        "long_balls": list(numbers),
+        "far_ends": [*ends, tool][: len(bodies)],
+        "own_pairs": [[robot.number_of(far), robot.number_of(near)] for near, far in robot.own_pairs if apart],
+    }
+
+
 def _own_pairs(numbers: RobotNumbers) -> list[list[int]]:
     """Balls, or all balls in two nodes, that keep apart."""
     found: list[Sequence[int]] = []
@@ -279,10 +312,9 @@ def _told_apart(names: Sequence[str]) -> list[str]:
     return [f"{name} ({n})" if counts[name] > 1 else name for name, n in zip(names, numbers, strict=True)]
 
 
-def obstacle_content(name: str, obstacle: Obstacle) -> dict[str, Any]:
-    """An obstacle of a shape and motion that the core knows, in numbers."""
-    plain, solid = obstacle_numbers(obstacle.unmoved), obstacle.unmoved
-    drifts = drifts_of([obstacle])
+def obstacle_content(name: str, obstacle: Obstacle, solid: Obstacle) -> dict[str, Any]:
+    """A solid of a shape that the core knows in numbers, which moves as an obstacle does."""
+    plain, drifts = obstacle_numbers(solid), drifts_of([obstacle])
     assert plain is not None and drifts is not None and isinstance(solid, Solid)
     (drift,) = drifts
     corners = solid.own_surface()[0] if len(plain.faces) else np.empty((0, 3))

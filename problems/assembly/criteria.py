@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -112,6 +112,10 @@ class Criteria:
         if self.free_timing:
             return self
         return Criteria(task=self.task.at_free_times(), objective=self.objective, limits=self.limits)
+
+    def with_clock(self, clock: Callable[[FloatArray], FloatArray]) -> Self:
+        """The same where what it has to do at times, (n,), s, is to be done at others; it knows of none."""
+        return self
 
     def given_motion(self) -> Trajectory:
         """The motion, where a path is given and nothing is left to be searched for.

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,12 @@ class SequenceCriteria(Criteria):
     def at_free_times(self) -> Criteria:
         """Itself."""
         return self
+
+    def with_clock(self, clock: Callable[[FloatArray], FloatArray]) -> Self:
+        """With stages that begin and end at other times."""
+        ends = clock(np.array([[stage.start, stage.end] for stage in self.stages])).tolist()
+        stages = (replace(stage, start=start, end=end) for stage, (start, end) in zip(self.stages, ends, strict=True))
+        return replace(self, stages=tuple(stages))
 
     def by_stage(self, trajectory: Trajectory) -> tuple[tuple[Verdict, ...], ...]:
         """The verdicts on each stage, for all t."""

@@ -2,8 +2,8 @@
 
 Exit status 0: all that the file claims is proven for all t; 1: something is not, the first is named; 2: no certificate.
 The claims follow from the numbers of robot, obstacles and motion; the file only adds how a proof is divided, and planes
-that are tried. docs/reference/certificate.md has the format, docs/explanation/proof.md the lemmas named here. What
-decides is written so that what is no number fails. SLACK is 2 N u, N = 2048 roundings, u = 2^-53 (lemma 1).
+to try. docs/reference/certificate.md has the format, docs/explanation/proof.md the lemmas. What decides is written so
+that what is no number fails. SLACK is 2 N u, N = 2048 roundings, u = 2^-53 (lemma 1).
 """
 
 import gzip
@@ -11,6 +11,7 @@ import json
 import sys
 import zlib
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from math import comb, inf, perm
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,11 +23,11 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Whole: TypeAlias = NDArray[np.intp]
-
 FORMAT, VERSION = "tpbso-casadi certificate", 1
 U, SLACK, TINY, OFF = 2.0**-53, 2.0**-41, 1e-100, 1e-14  # OFF: of matrices from rotations, of axes from length 1
 LARGEST_FILE, MOST_PIECES, MOST_PARTS, MOST_POWERS, MOST_LEVELS = 1 << 30, 1 << 20, 1 << 24, 25, 40
 MOST_TOLERANCES = np.array([1e-6, 1e-6, 1e-4, 1e-1])  # of limits, relative, and of the STATE at ends and breakpoints
+ORDERS = np.array([[float(i + j == k) for i in range(4) for j in range(4)] for k in range(7)])  # of products of terms
 STATE = ("position", "velocity", "acceleration")
 LIMITS, TORQUE = ("joint range", "speed", "acceleration", "jerk", "torque"), 4
 SHAPES: dict[str, tuple[int, Callable[[Array, Array, Array], Any]]] = {  # how many sizes s, max n . y of its points y
@@ -38,27 +39,24 @@ SHAPES: dict[str, tuple[int, Callable[[Array, Array, Array], Any]]] = {  # how m
     "half-space": (0, lambda n, s, _: np.where((n[:, :2] == 0.0).all(axis=1) & (n[:, 2] > 0.0), 0.0, inf)),
     "polytope": (0, lambda n, s, points: (n @ points.T).max(axis=1)),
 }
-# The form of a file: objects, [lists], texts, digits, and arrays: their sizes, numbers or named after what came first;
+# The forms of a file: objects, [lists], texts, digits, and arrays: their sizes, numbers or named after what came first;
 # after |: + not negative, ~ up to 1e200 (else 1e6), R rotations, ? null for no limit, < whole numbers of what is named.
-FORMS = {
-    "FILE": "format: word; version: ; robot: text; stages: [STAGE]",
-    "STAGE": "name: text; robot: ROBOT; obstacles: [OBSTACLE]; may_touch: TOUCH; margins: 2 | +; pause: | +; "
-    "breakpoints: times; coefficients: pieces joints powers | ~; start: 3 joints; goal: 3 joints; "
-    "tolerances: 4 | +; not_covered: [text]; planes: planes 3; proof: PROOF",
-    "ROBOT": "joints: [text]; turns: joints | <2; axes: joints 3; rotations: joints 3 3 | R; translations: joints 3; "
-    "base_rotation: 3 3 | R; base_translation: 3; ranges: joints 2 | ?; limits: joints 4 | ?+; friction: 2 joints | +; "
-    "tracking_error: 3 joints | +; gravity: 3; masses: masses 13; carriers: masses | <joints; links: [text]; "
-    "link_bodies: links | <100; balls: balls 4; ball_links: balls | <links; ball_parents: balls | <balls; "
-    "own_pairs: pairs 2 | <balls",
-    "OBSTACLE": "name: text; shape: word; sizes: n | +; rotation: 3 3 | R; center: 3; velocity: 3; "
-    "growth: | +; points: m 3",
-    "TOUCH": "links: near | <links; obstacles: near | <obstacles",
-    "PROOF": "limits: [digits]; obstacles: [digits]; own: [digits]",
-}
+FORM = """FILE is format: word; version: ; robot: text; stages: [STAGE].
+STAGE is name: text; robot: ROBOT; obstacles: [OBSTACLE]; may_touch: TOUCH; margins: 2 | +; pause: | +;
+breakpoints: times; coefficients: pieces joints powers | ~; start: 3 joints; goal: 3 joints; tolerances: 4 | +;
+not_covered: [text]; planes: planes 3; proof: PROOF.
+ROBOT is joints: [text]; turns: joints | <2; axes: joints 3; rotations: joints 3 3 | R; translations: joints 3;
+base_rotation: 3 3 | R; base_translation: 3; ranges: joints 2 | ?; limits: joints 4 | ?+; friction: 2 joints | +;
+tracking_error: 3 joints | +; gravity: 3; masses: masses 13; carriers: masses | <joints; links: [text];
+link_bodies: links | <100; balls: balls 4; ball_parents: balls | <balls; long_balls: long | <balls; far_ends: long 3;
+own_pairs: pairs 2 | <balls. TOUCH is links: near | <links; obstacles: near | <obstacles.
+OBSTACLE is name: text; shape: word; sizes: n | +; rotation: 3 3 | R; center: 3; velocity: 3; growth: | +; points: m 3.
+PROOF is limits: [digits]; obstacles: [digits]; own: [digits]"""
+FORMS = dict(form.split(" is ") for form in FORM.replace("\n", " ").split(". "))
 CHAIN = ("joints", "turns", "axes", "rotations", "translations", "base_rotation", "base_translation")
 ACCEPTED = """assumed: numbers of robot, obstacles and motion, some of them above, are true; all is rigid; balls hold
-their links; joints keep to their tracking errors; speeds, accelerations, jerks and torques are those of the motion;
-nothing else moves, nor anything between stages and at rest\naccepted: all that is claimed is proven, for all t"""
+links; joints keep to tracking errors; speeds, accelerations, jerks and torques are the motion's; nothing else moves;
+what is taken or put down lies where the next stage has it\naccepted: all that is claimed is proven, for all t"""
 
 
 class RefusedError(Exception):
@@ -127,29 +125,26 @@ class Robot:
         known = len(given.masses) or np.isinf(given.limits[:, TORQUE - 1]).all()
         need(known and (given.masses[:, 0] >= 0.0).all(), f"{where}.masses", "what the motors move, none below 0,")
         need((given.link_bodies <= self.dof).all(), f"{where}.link_bodies", "a joint, from 1 on, or 0")
-        self.centers, self.radii, parent = given.balls[:, :3], given.balls[:, 3].copy(), given.ball_parents
-        need((self.radii > TINY).all(), f"{where}.balls", "a radius above 0")
-        self.links, self.body = np.array(given.links)[given.ball_links], given.link_bodies[given.ball_links]
-        self.roots, self.parent = np.flatnonzero(parent == numbers), np.where(parent == numbers, -1, parent)
-        tree = (parent <= numbers) & (given.ball_links[parent] == given.ball_links)
-        sound = tree.all() and given.ball_links[self.roots].tolist() == list(range(len(given.links)))
-        need(sound, f"{where}.ball_parents", "of each link one ball that is its own, else one of the link before it,")
-        self.counts = np.bincount(self.parent + 1, minlength=len(numbers) + 1)[1:]
-        self.children = np.argsort(self.parent, kind="stable")  # those of one after those of the other
-        self.firsts = np.searchsorted(self.parent[self.children], numbers)
+        parent, above, radii = given.ball_parents, numbers, given.balls[:, 3]
+        roots, below = np.flatnonzero(parent == numbers), np.flatnonzero(parent != numbers)
+        sound = (parent <= numbers).all() and len(roots) == len(given.links) and (radii >= 0.0).all()
+        need(sound, f"{where}.ball_parents", "of each link one ball around its others, which follow, radii from 0,")
+        self.ends = np.stack([given.balls[:, :3]] * (1 + (len(given.long_balls) > 0)))  # a ball is the hull of both
+        self.ends[-1, given.long_balls] = given.far_ends
+        self.size = OFF + float(norm(given.base_translation) + norm(given.translations, axis=1).sum())
+        self.size += float((norm(self.ends, axis=2) + radii).max(initial=0.0))
+        self.counts = np.bincount(parent[below], minlength=len(numbers))
+        self.children = np.split(below[np.argsort(parent[below], kind="stable")], np.cumsum(self.counts)[:-1])
+        self.radii = np.where(self.counts > 0, 0.0, radii)
+        while len(deep := below[(self.counts[below] == 0) & (parent[above[below]] != above[below])]):
+            above = parent[above]
+            far = norm(self.ends[:, deep] - self.ends[0, above[deep]], axis=2).max(axis=0) + radii[deep]
+            np.maximum.at(self.radii, above[deep], far + 64.0 * U * self.size)  # as large as it has to be (lemma 4)
+        self.divisible = np.append(np.where(self.counts > 0, self.radii, 0.0), 0.0)  # and of what is no ball
+        self.roots, link = roots, np.searchsorted(roots, above)
+        self.links, self.body = np.array(given.links)[link], given.link_bodies[link]
         pairs = self.body[given.own_pairs]
         need((pairs[:, 0] > pairs[:, 1]).all(), f"{where}.own_pairs", "a joint between two balls, the far one first,")
-        size = norm(given.base_translation) + norm(given.translations, axis=1).sum()
-        self.size = float(size + (norm(self.centers, axis=1) + self.radii).max(initial=0.0))
-        ball: Whole = np.flatnonzero(self.counts == 0)
-        self.radii[self.counts > 0] = 0.0
-        above = self.parent[ball]
-        while len(ball := ball[above >= 0]):  # what is around others is as large as it has to be (lemma 4)
-            above = above[above >= 0]
-            far = norm(self.centers[ball] - self.centers[above], axis=1) + self.radii[ball]
-            np.maximum.at(self.radii, above, far + 64.0 * U * self.size)
-            above = self.parent[above]
-        self.divisible = np.append(np.where(self.counts > 0, self.radii, 0.0), 0.0)  # and of what is no ball
 
 
 class Cells:
@@ -173,6 +168,40 @@ class Cells:
                 found[d], sizes = found[d] + term, sizes + np.abs(term)
         return Taylor(found, SLACK * sizes)
 
+    def torques(self, given: Any) -> tuple[Array, Array]:
+        """Bounds of what the motors give, (n, dof) each: Newton and Euler from the base on and back (lemma 6)."""
+        count = range(len(given.joints))
+        place, speed, quicker = ([self.state(order)[:, j, None, None] for j in count] for order in range(3))
+        arm, wrenches, zero = Arm(given, place, fixed, Taylor.waves), [], fixed(np.zeros((3, 1)))
+        rate, spin, pull = zero, zero, fixed(-given.gravity[:, None])
+        for j in count:
+            frame, axis, lever = arm.frames[j + 1], arm.axes[j], arm.arms[j]
+            pull = pull + spin.cross(lever) + rate.cross(rate.cross(lever))
+            along = axis * speed[j]
+            twist = rate.cross(along)
+            if given.turns[j]:
+                rate, spin = rate + along, spin + twist + axis * quicker[j]
+            else:
+                pull = pull + twist + twist + axis * quicker[j]
+            force = moment = zero
+            for mass in given.masses[given.carriers == j]:
+                center = frame @ fixed(mass[1:4, None])
+                inertia = frame @ fixed(mass[4:].reshape(3, 3)) @ frame.T
+                push = (pull + spin.cross(center) + rate.cross(rate.cross(center))) * fixed(mass[0])
+                force = force + push
+                moment = moment + center.cross(push) + inertia @ spin + rate.cross(inertia @ rate)
+            wrenches.append((force, moment))
+        force, moment, (low, high) = zero, zero, np.empty((2, len(self.half), len(count)))
+        for j in reversed(count):
+            force, moment = force + wrenches[j][0], moment + wrenches[j][1]
+            along, friction = moment if given.turns[j] else force, given.friction[:, j]
+            motor = arm.axes[j].T @ along + speed[j] * fixed(friction[0])
+            (least, most), (slowest, fastest) = ([part[:, 0, 0] for part in of.range()] for of in (motor, speed[j]))
+            low[:, j] = least + np.where(slowest > 0.0, 1.0, -1.0) * friction[1]
+            high[:, j] = most + np.where(fastest < 0.0, -1.0, 1.0) * friction[1]
+            moment = moment + arm.arms[j].cross(force)
+        return np.nextafter(low, -inf), np.nextafter(high, inf)
+
 
 class Taylor:
     """Arrays of functions of s from -1 to 1: cubic polynomials (4, ...), and how far from them at most (lemma 6)."""
@@ -192,18 +221,16 @@ class Taylor:
         return Taylor(self.terms - other.terms, self.off + other.off)
 
     def __mul__(self, other: "Taylor") -> "Taylor":
-        pairs, count = self.terms[:, None] * other.terms, range(4)
-        orders = [np.sum([pairs[i, k - i] for i in count if k - i in count], axis=0) for k in range(7)]
+        pairs = self.terms[:, None] * other.terms
+        orders = (ORDERS @ pairs.reshape(16, -1)).reshape(7, *pairs.shape[2:])
         off = self.size * other.off + self.off * (other.size + other.off) + 64.0 * U * self.size * other.size
-        return Taylor(np.stack(orders), off)
+        return Taylor(orders, off)
 
     def __matmul__(self, other: "Taylor") -> "Taylor":
         product = self[..., None] * other[..., None, :, :]  # of matrices (n, i, j, 1) and (n, 1, j, k)
         return Taylor(product.terms.sum(axis=-2), product.off.sum(axis=-2))
 
-    def transposed(self) -> "Taylor":
-        """Matrices; vectors are columns (n, 3, 1)."""
-        return Taylor(self.terms.swapaxes(-1, -2), self.off.swapaxes(-1, -2))
+    T = property(lambda self: Taylor(self.terms.swapaxes(-1, -2), self.off.swapaxes(-1, -2)))  # of matrices, as columns
 
     def cross(self, other: "Taylor") -> "Taylor":
         """The cross product of columns."""
@@ -250,68 +277,28 @@ class Arm:
             self.axes, self.arms = [*self.axes, axis], [*self.arms, arm]
 
 
-def torques(given: Any, cells: Cells) -> tuple[Array, Array]:
-    """Bounds of what the motors give in cells, (n, dof) each: Newton and Euler from the base on and back (lemma 6)."""
-    count = range(len(given.joints))
-    place, speed, quicker = ([cells.state(order)[:, j, None, None] for j in count] for order in range(3))
-    arm, wrenches, zero = Arm(given, place, fixed, Taylor.waves), [], fixed(np.zeros((3, 1)))
-    rate, spin, pull = zero, zero, fixed(-given.gravity[:, None])
-    for j in count:
-        frame, axis, lever = arm.frames[j + 1], arm.axes[j], arm.arms[j]
-        pull = pull + spin.cross(lever) + rate.cross(rate.cross(lever))
-        along = axis * speed[j]
-        twist = rate.cross(along)
-        if given.turns[j]:
-            rate, spin = rate + along, spin + twist + axis * quicker[j]
-        else:
-            pull = pull + twist + twist + axis * quicker[j]
-        force = moment = zero
-        for mass in given.masses[given.carriers == j]:
-            center, inertia = frame @ fixed(mass[1:4, None]), frame @ fixed(mass[4:].reshape(3, 3)) @ frame.transposed()
-            push = (pull + spin.cross(center) + rate.cross(rate.cross(center))) * fixed(mass[0])
-            turned = inertia @ spin + rate.cross(inertia @ rate)
-            force, moment = force + push, moment + center.cross(push) + turned
-        wrenches.append((force, moment))
-    force, moment, (low, high) = zero, zero, np.empty((2, len(cells.half), len(count)))
-    for j in reversed(count):
-        force, moment = force + wrenches[j][0], moment + wrenches[j][1]
-        along, friction = moment if given.turns[j] else force, given.friction[:, j]
-        motor = arm.axes[j].transposed() @ along + speed[j] * fixed(friction[0])
-        (least, most), (slowest, fastest) = ([part[:, 0, 0] for part in of.range()] for of in (motor, speed[j]))
-        low[:, j] = least + np.where(slowest > 0.0, 1.0, -1.0) * friction[1]
-        high[:, j] = most + np.where(fastest < 0.0, -1.0, 1.0) * friction[1]
-        moment = moment + arm.arms[j].cross(force)
-    return np.nextafter(low, -inf), np.nextafter(high, inf)
-
-
 class Scene:
-    """A robot in cells of time: where it is in their middles, and how far it may be from there."""
+    """A robot at functions of its joints: where it is in their middles, and how far from there it may be."""
 
-    def __init__(self, robot: Robot, cells: Cells, outer: float) -> None:
-        self.robot, given, (place, speed, quicker) = robot, robot.given, (cells.state(order) for order in range(3))
-        constant, by_speed, by_quicker = given.tracking_error
-        error = constant + by_speed * (speed.size + speed.off) + by_quicker * (quicker.size + quicker.off)
-        self.away = (np.abs(place.terms[1:]).sum(axis=0) + place.off + error) * (1.0 + SLACK)  # of joints in a cell
+    def __init__(self, robot: Robot, place: Taylor, error: Any, outer: float) -> None:
+        self.robot, given = robot, robot.given
+        self.away = (np.abs(place.terms[1:]).sum(axis=0) + place.off + error) * (1.0 + SLACK)  # of joints
         values = place.terms[0].T[:, :, None, None]
-        each = np.zeros((len(cells.half), 1, 1))  # also of what no joint turns
+        each = np.zeros((len(self.away), 1, 1))  # also of what no joint turns
         arm = Arm(given, values, lambda x: x + each, lambda x: (np.cos(x), np.sin(x)))
         self.frames, self.places, self.axes = (np.stack(part) for part in (arm.frames, arm.places, arm.axes))
         size = robot.size + outer + float(np.abs(values[given.turns == 0]).sum(axis=0).max(initial=0.0))
         self.rounding = 8.0 * (robot.dof + 4) * (6.0 * OFF + 128.0 * U) * size  # lemma 7
 
-    def at(self, ball: Whole, cell: Whole) -> Array:
-        """Centres of balls in the middles of cells, (m, 3)."""
-        frame, place = (part[self.robot.body[ball], cell] for part in (self.frames, self.places))
-        return np.asarray(np.einsum("mij,mj->mi", frame, self.robot.centers[ball]) + place[..., 0])
-
-    def travel(self, ball: Whole, center: Array, cell: Whole, seen_from: Any) -> Array:
-        """How far centres move in cells at most, as seen from other bodies (lemma 3)."""
-        moved = np.zeros(len(ball))
+    def follow(self, body: Whole, ends: Array, cell: Whole, seen_from: Any) -> tuple[Array, Array]:
+        """Where points of bodies, (1 or 2, m, 3), are in the middles of cells; how far they travel (lemma 3)."""
+        frame, place = (part[body, cell] for part in (self.frames, self.places))
+        points, moved = np.einsum("mij,emj->emi", frame, ends) + place[..., 0], np.zeros(len(body))
         for j, turns in enumerate(self.robot.given.turns):
-            by = np.flatnonzero((self.robot.body[ball] > j) & (seen_from <= j))
-            arm = np.cross(self.axes[j, cell[by], :, 0], center[by] - self.places[j + 1, cell[by], :, 0])
-            moved[by] += self.away[cell[by], j] * (norm(arm, axis=1) + self.rounding if turns else 1.0)
-        return moved * (1.0 + SLACK)
+            by = np.flatnonzero((body > j) & (seen_from <= j))
+            arm = np.cross(self.axes[j, cell[by], :, 0], points[:, by] - self.places[j + 1, cell[by], :, 0])
+            moved[by] += self.away[cell[by], j] * (norm(arm, axis=2).max(axis=0) + self.rounding if turns else 1.0)
+        return points, moved * (1.0 + SLACK)
 
 
 class Claim:
@@ -342,9 +329,9 @@ class Claim:
         rows, which = np.arange(len(pairs)), np.argmax(sizes, axis=1)  # the larger one, of equal ones the first
         ball = pairs[rows, which]
         need(robot.counts[ball].sum() < MOST_PARTS, "proof", f"fewer than {MOST_PARTS} parts at a time")
-        whole, ends = np.repeat(rows, robot.counts[ball]), np.cumsum(robot.counts[ball])
-        parts, place = pairs[whole], np.arange(len(whole)) - (ends - robot.counts[ball])[whole]
-        parts[np.arange(len(whole)), which[whole]] = robot.children[robot.firsts[ball][whole] + place]
+        whole = np.repeat(rows, robot.counts[ball])
+        parts = pairs[whole]
+        parts[np.arange(len(whole)), which[whole]] = np.concatenate([whole[:0], *(robot.children[b] for b in ball)])
         early = self.cells[half] + self.cells[half] // pieces * pieces
         self.pairs = np.concatenate([np.tile(self.pairs[half], (2, 1)), parts])
         self.cells = np.concatenate([early, early + pieces, self.cells[digits == 2][whole]])
@@ -372,13 +359,12 @@ class Stage:
         self.pieces, powers = local.shape[0], local.shape[2]
         rising = len(self.breaks) == self.pieces + 1 and self.breaks[0] == 0.0 and (np.diff(self.breaks) > 0.0).all()
         need(rising and 0 < self.pieces < MOST_PIECES and 0 < powers <= MOST_POWERS, where, "rising breakpoints")
-        perms = ([float(perm(d, k)) for d in range(powers)] for k in range(TORQUE))
-        self.derivatives = [(local * each)[:, :, min(k, powers - 1) :] for k, each in enumerate(perms)]
+        orders = [[perm(d, k) for d in range(powers)] for k in range(TORQUE)]
+        self.derivatives = [(local * order)[:, :, min(k, powers - 1) :] for k, order in enumerate(orders)]
         self.lengths = np.nextafter(np.diff(self.breaks), inf)  # no less than they are
         need((given.tolerances <= MOST_TOLERANCES).all(), f"{where}.tolerances", f"no more than {MOST_TOLERANCES}")
-        for k, o in enumerate(given.obstacles):
-            sound = len(o.sizes) == SHAPES.get(o.shape, (-1, None))[0]
-            need(sound, f"{where}.obstacles[{k}]", f"one of {', '.join(SHAPES)}, with its sizes,")
+        sound = all(len(o.sizes) == SHAPES.get(o.shape, (-1, None))[0] for o in given.obstacles)
+        need(sound, f"{where}.obstacles", f"one of {', '.join(SHAPES)}, with its sizes,")
         self.pace = np.array([norm(o.velocity) + o.growth for o in given.obstacles]) * (1.0 + 16.0 * U)
         sizes = [norm(o.center) + o.sizes.sum() + norm(o.points, axis=1).max(initial=0.0) for o in given.obstacles]
         self.outer = float(np.max(sizes + self.pace * self.breaks[-1], initial=0.0))
@@ -401,49 +387,59 @@ class Stage:
         """Of limits and joints: the least room of both bounds."""
         room, (kind, joint) = np.empty(len(pairs)), pairs.T
         for k in np.unique(kind):
-            low, high = torques(self.given.robot, cells) if k == TORQUE else cells.state(k).range()
+            low, high = cells.torques(self.given.robot) if k == TORQUE else cells.state(k).range()
             among, least = kind == k, np.minimum(low - self.low[k], self.high[k] - high)
             room[among] = least[number[among], joint[among]]
         return room, np.zeros(len(pairs))
 
+    def scene(self, cells: Cells) -> Scene:
+        """The robot in cells, anywhere within its tracking error."""
+        (constant, *shares), rates = self.robot.given.tracking_error, [cells.state(order) for order in (1, 2)]
+        error = sum((share * (rate.size + rate.off) for share, rate in zip(shares, rates, strict=True)), constant)
+        return Scene(self.robot, cells.state(0), error, self.outer)
+
     def clear(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[Array, Array]:
         """Of balls and obstacles: room beyond planes in the middles of cells, less what both travel (lemma 5)."""
-        scene, (ball, other), room = Scene(self.robot, cells, self.outer), pairs.T, np.empty(len(pairs))
-        center, times = scene.at(ball, number), cells.times[number]
+        scene, (ball, other), room = self.scene(cells), pairs.T, np.empty(len(pairs))
+        body, times = self.robot.body[ball], cells.times[number]
+        ends, moved = scene.follow(body, self.robot.ends[:, ball], number, 0)
         planes, self.used = self.given.planes[self.used : self.used + len(pairs)], self.used + len(pairs)
         need(len(planes) == len(pairs), "planes", "one of each ball, obstacle and cell that have room")
         n = planes / np.maximum(norm(planes, axis=1), TINY)[:, None]
         for k in np.unique(other):
             o, by = self.given.obstacles[k], np.flatnonzero(other == k)
-            seen = (center[by] - o.center - times[by, None] * o.velocity) @ o.rotation
+            seen = (ends[:, by] - o.center - times[by, None] * o.velocity) @ o.rotation
             farthest = SHAPES[o.shape][1](n[by], o.sizes, o.points)
-            room[by] = (n[by] * seen).sum(axis=1) - farthest - o.growth * times[by]
-        travel = scene.travel(ball, center, number, 0) + self.pace[other] * cells.half[number] * (1.0 + SLACK)
+            room[by] = (n[by] * seen).sum(axis=2).min(axis=0) - farthest - o.growth * times[by]
+        travel = moved + self.pace[other] * cells.half[number] * (1.0 + SLACK)
         return room - self.robot.radii[ball] - self.given.margins[0] - travel - scene.rounding, travel
 
     def apart(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[Array, Array]:
-        """Of two balls."""
-        scene, (ball, other), radii = Scene(self.robot, cells, self.outer), pairs.T, self.robot.radii
-        center, kept = scene.at(ball, number), radii[ball] + radii[other] + self.given.margins[1] + scene.rounding
-        travel = scene.travel(ball, center, number, self.robot.body[other])
-        return norm(center - scene.at(other, number), axis=1) - kept - travel, travel
+        """Of two balls: the best of planes across ways from ends to the other one (lemma 5)."""
+        scene, (body, other), found = self.scene(cells), self.robot.body[pairs].T, np.full(len(pairs), -inf)
+        near, _ = scene.follow(other, self.robot.ends[:, pairs[:, 1]], number, self.robot.dof)
+        far, travel = scene.follow(body, self.robot.ends[:, pairs[:, 0]], number, other)
+        for one, two in ((near, far), (far, near)):
+            along = two[-1] - two[0]
+            for end in one:
+                share = ((end - two[0]) * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), TINY)
+                way = end - two[0] - np.clip(share, 0.0, 1.0)[:, None] * along
+                n = way / np.maximum(norm(way, axis=1), TINY)[:, None]
+                found = np.maximum(found, ((one[:, None] - two) * n).sum(axis=-1).min(axis=(0, 1)))
+        return found - self.robot.radii[pairs].sum(axis=1) - self.given.margins[1] - travel - scene.rounding, travel
 
-    def check(self, before: "Stage | None") -> None:
-        """It begins where the one before ended, starts and ends as stated, does not jump, and keeps what it claims."""
-        given, last = self.given, (before or self).given
-        if before is not None:
-            same = all(np.array_equal(getattr(last.robot, key), getattr(given.robot, key)) for key in CHAIN)
-            need(same and not before.pace.any() and not self.pace.any(), given.name, "the same arm, and all at rest,")
+    def check(self) -> None:
+        """It starts and ends as stated, does not jump, and keeps what it claims."""
+        given = self.given
         need(given.pause == 0.0 or not (given.goal[1:].any() or self.pace.any()), given.name, "rest before a pause")
         for order, (what, most) in enumerate(zip(STATE[: self.orders], given.tolerances[1:], strict=False)):
             local = self.derivatives[order]
             terms = local * self.lengths[:, None, None] ** np.arange(local.shape[2])
             starts, ends, off = local[:, :, 0], terms.sum(axis=2), SLACK * np.abs(terms).sum(axis=2)
             stated = np.vstack([given.start[order], starts[1:], given.goal[order]])
-            jumps = np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0)
-            jumps[0] += 0.0 if before is None else np.abs(last.goal[order] - given.start[order])
+            jumps = np.cumsum(np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0), axis=0)
             for k in np.flatnonzero(~(jumps <= most).all(axis=1)):
-                raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} at t = {self.breaks[k]} s")
+                raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} up to t = {self.breaks[k]} s")
         for key, claim in self.claims.items():
             claim.check(getattr(given.proof, key))
 
@@ -452,18 +448,18 @@ class Stage:
         given, robot, off = self.given, self.given.robot, self.given.tolerances
         yield f"{given.name}: {self.breaks[-1]} s, then {given.pause} s at rest; limits to {off[0]} of them or widths"
         for j, joint in enumerate(robot.joints):
-            stated = zip(LIMITS, [robot.ranges[j].tolist(), *robot.limits[j]], strict=True)
-            limits = ", ".join(f"{limit} {bound}" for limit, bound in stated if np.isfinite(bound).all())
-            error = "{} + {} |speed| + {} |acceleration|".format(*robot.tracking_error[:, j])
-            yield f"  {joint}: {limits or 'no limits'}; tracking error {error}"
+            limits = zip(LIMITS, [robot.ranges[j].tolist(), *robot.limits[j]], strict=True)
+            stated = "".join(f"{limit} {bound}, " for limit, bound in limits if np.isfinite(bound).all())
+            error = robot.tracking_error[:, j].tolist()
+            yield f"  {joint}: {stated}tracking error {error}: constant, of speed, of acceleration"
         for k, what in enumerate(STATE[: self.orders]):
-            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, and no jump above {off[k + 1]}"
+            yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, jumps add up to {off[k + 1]}"
         for o in given.obstacles:
             sizes = f"{o.shape} {o.sizes.tolist()}, {len(o.points)} points"
             yield f"  {o.name}: {sizes}, at {o.center.tolist()} + t {o.velocity.tolist()}, growing {o.growth} m/s"
         names, links, roots = robot.links, self.robot.links, self.robot.roots
-        near = "; ".join(f"{names[link]} from {given.obstacles[k].name}" for link, k in sorted(self.touching))
-        yield f"  {given.margins[0]} m between links ({', '.join(names)}) and obstacles; not of {near or 'none'}"
+        yield f"  {given.margins[0]} m between links ({', '.join(names)}) and obstacles"
+        yield from (f"    but {names[link]} and {given.obstacles[k].name}" for link, k in sorted(self.touching))
         parts = np.where(np.isin(robot.own_pairs, roots).all(axis=1), "", " (some of their balls alone)")
         own = [f"{links[a]} from {links[b]}{part}" for (a, b), part in zip(robot.own_pairs, parts, strict=True)]
         yield f"  {given.margins[1]} m between own links: {'; '.join(dict.fromkeys(own)) or 'none'}; no other pairs"
@@ -476,8 +472,12 @@ def check(content: Any) -> list[Stage]:
         given = formed(content, "FILE", "file", {})
         need((given.format, given.version) == (FORMAT, VERSION) and given.stages, "format", f"{FORMAT} {VERSION}")
         stages = [Stage(part, f"stages[{k}]") for k, part in enumerate(given.stages)]
-        for before, stage in zip([None, *stages], stages, strict=False):
-            stage.check(before)
+        for one, two in pairwise(stages):
+            same = all(np.array_equal(getattr(one.given.robot, key), getattr(two.given.robot, key)) for key in CHAIN)
+            follows = np.array_equal(one.given.goal, two.given.start) and not (one.pace.any() or two.pace.any())
+            need(same and follows, two.given.name, "the same arm, its state at the end before, and obstacles at rest,")
+        for stage in stages:
+            stage.check()
         return stages
 
 

@@ -13,12 +13,13 @@ import numpy as np
 from numpy.linalg import norm
 
 from problems.base import FloatArray
-from problems.certify.check_certificate import Cells, Claim, RefusedError, Scene, Stage, Whole, formed
+from problems.certify.check_certificate import Cells, Claim, RefusedError, Stage, Whole, formed
 from problems.geometry import Hull
 
 MOST_ITEMS = 5_000_000  # bounds that are computed for a claim
 MOST_LEVELS = 38
-DECIMALS = 9  # of normals of planes
+COARSE, FINE = 1e2, 1e4  # lengths of normals of planes, which are whole numbers
+HALVINGS = 45
 TINY = 1e-300
 
 
@@ -27,13 +28,19 @@ class DividedStage(Stage):
 
     def clear(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[FloatArray, FloatArray]:
         """Beyond planes across the ways from the obstacles to the balls."""
-        center = Scene(self.robot, cells, self.outer).at(pairs[:, 0], number)
-        self.used, self.given.planes = 0, np.empty_like(center)
+        ball = pairs[:, 0]
+        ends, _ = self.scene(cells).follow(self.robot.body[ball], self.robot.ends[:, ball], number, 0)
+        ways = np.empty_like(ends[0])
         for k in np.unique(pairs[:, 1]):
             among, o = pairs[:, 1] == k, self.given.obstacles[k]
-            seen = (center[among] - o.center - cells.times[number[among], None] * o.velocity) @ o.rotation
-            self.given.planes[among] = np.round(way_from(o, seen), DECIMALS)
-        return super().clear(pairs, cells, number)
+            seen = (ends[:, among] - o.center - cells.times[number[among], None] * o.velocity) @ o.rotation
+            ways[among] = way_from(o, nearest_of(o, seen))
+        room, planes = np.full(len(pairs), -np.inf), ways
+        for rounded in (np.round(COARSE * ways), np.round(FINE * ways), ways):  # of as few digits as will do
+            planes = np.where((room >= 0.0)[:, None], planes, rounded)
+            self.used, self.given.planes = 0, planes
+            room, travel = super().clear(pairs, cells, number)
+        return room, travel
 
 
 def divided(content: dict[str, Any]) -> dict[str, Any]:
@@ -49,10 +56,11 @@ def divided(content: dict[str, Any]) -> dict[str, Any]:
     with np.errstate(all="ignore"):
         stage = DividedStage(formed({**content, **empty}, "STAGE", "stage", {}), "stage")
         claims, stage.claims = stage.claims, {}
-        stage.check(None)  # how it begins, ends, and goes on between pieces
+        stage.check()  # how it begins, ends, and goes on between pieces
         planes: list[FloatArray] = [np.empty((0, 3))]
         proof = {key: _levels(stage, claim, planes) for key, claim in claims.items()}
-    return {"planes": np.concatenate(planes).tolist(), "proof": proof}
+    shortest = [[int(x) if x.is_integer() else x for x in row] for row in np.concatenate(planes).tolist()]
+    return {"planes": shortest, "proof": proof}
 
 
 def _levels(stage: DividedStage, claim: Claim, planes: list[FloatArray]) -> list[str]:
@@ -75,6 +83,17 @@ def _levels(stage: DividedStage, claim: Claim, planes: list[FloatArray]) -> list
         found.append("".join(map(str, digits.tolist())))
         claim.divide(digits)
     return found
+
+
+def nearest_of(o: Any, ends: FloatArray) -> FloatArray:
+    """Of segments (2, n, 3), or points (1, n, 3), the points (n, 3) that are nearest to an obstacle at the origin."""
+    start, along = ends[0], ends[-1] - ends[0]
+    low, high = np.zeros((len(start), 1)), np.ones((len(start), 1))
+    for _ in range(HALVINGS if along.any() else 0):  # the distance is convex, and this the sign of its slope
+        middle = (low + high) / 2.0
+        rising = (way_from(o, start + middle * along) * along).sum(axis=1, keepdims=True) > 0.0
+        low, high = np.where(rising, low, middle), np.where(rising, middle, high)
+    return np.asarray(start + (low + high) / 2.0 * along)
 
 
 def way_from(o: Any, p: FloatArray) -> FloatArray:

@@ -177,9 +177,10 @@ def drifts_of(obstacles: Iterable[Obstacle]) -> FloatArray | None:
 def _drift(obstacle: Obstacle) -> tuple[float, ...] | None:
     if not obstacle.moves:
         return (0.0,) * DRIFT
-    if type(obstacle) is not MovingObstacle or type(obstacle.motion) is not ConstantVelocity or obstacle.dim != 3:
+    if type(obstacle) is not MovingObstacle or type(obstacle.motion) is not ConstantVelocity:
         return None
-    return (*obstacle.motion.origin, *obstacle.motion.velocity, obstacle.margin_rate)
+    level = (0.0,) * (3 - obstacle.dim)  # the plane z = 0
+    return (*obstacle.motion.origin, *level, *obstacle.motion.velocity, *level, obstacle.margin_rate)
 
 
 def described(

@@ -26,6 +26,9 @@ LOG = logging.getLogger(__name__)
 SPARE, OWN_SPARE = 3e-3, 1e-3  # m, kept of obstacles and of each other where postures are looked at
 AT_ENDS = 0.8  # of what the ends have to spare
 MENDED = 6  # times that a motion is mended
+RESERVE, MORE_RESERVE = 1e-3, 4.0  # of limits of joints and motors; times as much where that was too little
+BETWEEN_LOOKS = 1e-4  # of the time scale that torques ask for
+DEARER = 1000.0  # s/m or s/rad: the price of places that are missed, before they are passed exactly
 AGREEING = 10  # times that a motion between moving ends is led back to its places
 FARTHER = 1.5  # times as much is to be spare where a proof fails and nothing was seen
 FIRST_PROGRAMS, MORE_PROGRAMS = 25, 6
@@ -258,7 +261,7 @@ class Climb:
         """What a polish makes of a beginning, mended where it comes too near between the postures looked at."""
         polish = DeviationPolish(
             self.motions, self.minimised, self.world, self._spare, self.motions.parameters(), self.torques, self.own,
-            self.passages, running_out, self.stay,
+            self.passages, running_out, self.stay, self._reserve,
         )  # fmt: skip
         x, near = polish.kept(way.x), way.duration
         if self.minimised.chooses_duration and not self.world.moves:
@@ -268,21 +271,41 @@ class Climb:
             reached = self._passing(polish, polish(x, to_beat, programs, near))
             if reached is None or reached.value > SAME * to_beat or not reached.is_clear:
                 return None
-            between = polish.between(reached.x, reached.duration)
-            if not between.size and self._is_clear(self._made(reached)):
+            between, made = polish.between(reached.x, reached.duration), self._made(reached)
+            is_slow_enough = self._is_slow_enough(made)
+            if not between.size and is_slow_enough and self._is_clear(made):
                 return reached
-            if not between.size:
+            if not is_slow_enough:
+                polish = replace(polish, reserve=max(MORE_RESERVE * polish.reserve, RESERVE))
+            elif not between.size:
                 polish = replace(polish, spare=FARTHER * polish.spare)
             polish, x, near = polish.looking_at(between), reached.x, reached.duration
         return None
 
+    @property
+    def _reserve(self) -> float:
+        """What programs keep of limits for the last correction, which time mends unless an end moves."""
+        return RESERVE if self.motions.moving and self.passages is not None else 0.0
+
+    def _is_slow_enough(self, trajectory: Trajectory) -> bool:
+        """Whether a motion between ends that move keeps what others are run more slowly for."""
+        if not self.motions.moving:
+            return True
+        torques, times = self.torques, trajectory.times(LOOKS)
+        held = torques is None or torques.time_scale_of(trajectory, times) <= 1.0 - BETWEEN_LOOKS
+        return held and self.motions.keeps_limits(trajectory)
+
     def _passing(self, polish: DeviationPolish, reached: Reached) -> Reached | None:
         """The motion that passes its places exactly; None where none is found.
 
-        Between ends that move, what passes them in one duration may need another.
+        Between ends that move, what passes them in one duration may need another: programs come so near before that
+        there is room in the limits for the last correction.
         """
         if self.passages is None:
             return reached
+        if self.motions.moving:
+            dearer = replace(polish, passages=replace(self.passages, price=DEARER))
+            reached = dearer(reached.x, np.inf, MORE_PROGRAMS, reached.duration)
         for _ in range(AGREEING if self.motions.moving else 1):
             x = self.passages.exact(reached.x, reached.duration)
             if x is None or x is reached.x:

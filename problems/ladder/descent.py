@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
-from problems.ladder.deviation import AT_REST, Deviations, JointRows, PostureRows
+from problems.ladder.deviation import Deviations, JointRows, PostureRows
 from problems.ladder.minimised import Minimised, Nearly
 from problems.ladder.own_limits import OwnLimits
-from problems.ladder.passages import PASSAGE_PRICE, Passage, Passages
+from problems.ladder.passages import Passage, Passages
+from problems.ladder.spline import AT_REST
 from problems.limits import looks
 from problems.sequential import JointTorques
 
@@ -104,6 +105,7 @@ class DeviationPolish:
         own: limits that are expressions; None where there are none.
         passages: places on the way; None where there are none.
         running_out: whether there is no time left.
+        reserve: share of the limits of joints and motors that programs keep for what comes after them.
     """
 
     motions: Deviations
@@ -116,6 +118,7 @@ class DeviationPolish:
     passages: Passages | None = None
     running_out: Callable[[], bool] = lambda: False
     stay: float = 0.0
+    reserve: float = 0.0
 
     @cached_property
     def _since(self) -> FloatArray:
@@ -267,9 +270,9 @@ class DeviationPolish:
             x: control points.
             trust: how far they may move next.
             near: the duration that is wanted, where that may be chosen; where an end moves, one that is near this;
-                where obstacles do, or places are passed between ends that move, no less.
+                where obstacles do, or programs keep a reserve, no less.
         """
-        matters = self.world.moves or (self.motions.moving and self.passages is not None)
+        matters = self.world.moves or self.reserve > 0.0
         duration = self.motions.least_duration(x, near, near if matters else 0.0)
         padded = self.motions.padded(x, duration)
         if self.torques is not None:
@@ -295,7 +298,7 @@ class DeviationPolish:
         missing += OWN_PRICE / CLEARANCE_PRICE * float(np.maximum(own, 0.0).sum())
         passages = [] if self.passages is None else self.passages.nearest(padded)
         if self.passages is not None:
-            missing += PASSAGE_PRICE / CLEARANCE_PRICE * self.passages.missing(passages)
+            missing += self.passages.price / CLEARANCE_PRICE * self.passages.missing(passages)
         return Reached(x, duration, self.minimised.value(x, duration), nearby, own, passages, missing, is_clear)
 
     def _outside(self, padded: FloatArray) -> float:
@@ -336,7 +339,7 @@ class DeviationPolish:
             moved = np.einsum("mak,mak->m", own.weights, padded) - own.by_time * saved
             gained -= OWN_PRICE * float(np.maximum(moved - own.bound, 0.0).sum())
         if self.passages is not None and passed is not None:
-            gained -= PASSAGE_PRICE * self.passages.left(passed, self.motions.changed(change, -saved))
+            gained -= self.passages.price * self.passages.left(passed, self.motions.changed(change, -saved))
         return gained
 
     def _program(
@@ -346,7 +349,7 @@ class DeviationPolish:
         faster, slower = (min(share, longest) for share in self.minimised.reach(around.duration, trust))
         padded = motions.padded(around.x, around.duration)
         parts = [
-            self._limit(rows, bound, padded, around.duration, trust, faster)
+            self._limit(rows, (1.0 - self.reserve) * bound, padded, around.duration, trust, faster)
             for rows, bound in zip(motions.limited, motions.limits.by_order, strict=True)
         ]
         parts += self._range(padded, trust)
@@ -426,7 +429,7 @@ class DeviationPolish:
         used, place = np.unique(sample, return_inverse=True)
         slopes = self.torques.slopes(state[used])[place, joint] * np.sign(shares[sample, joint])[:, None, None]
         own, by_time = _slopes_of(self._moving, sample, slopes, state, duration)
-        left = 1.0 - np.abs(shares[sample, joint])
+        left = 1.0 - self.reserve - np.abs(shares[sample, joint])
         first = self._moving[0].first[sample] - AT_REST
         return [WholeRows(first, own, by_time, left, np.full(len(sample), TORQUE_PRICE))]
 

@@ -12,7 +12,7 @@ in T, as a velocity v is a derivative T v. S may also be any motion from rest to
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -20,56 +20,16 @@ from numpy.typing import NDArray
 
 from problems.base import BSpline, FloatArray
 from problems.core import SingleRows, WholeRows
+from problems.ladder.spline import AT_REST, DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
 from problems.motions import Trajectory
 from problems.robots import JointLimits
 from problems.timing import MotionState, fastest_move, least_durations, rest_to_rest, switch_shares
 
 R = TypeVar("R", SingleRows, WholeRows)
-DEGREE = 3
-AT_REST = 3  # control points at either end that are zero
-PIECES, SHORT = 24, (0.25, 0.5)  # of the spline, were they of one length; where the first and the last are cut again
-SAMPLES = 6  # in each piece, at which postures are looked at
 SAME = 1e-9  # of the duration: breakpoints that are one
-QUARTERS = np.array([0.25, 0.5, 0.75])
-SMOOTH = 1e-3  # of the fit: control points of short pieces stay near zero
+SPEEDS, MORE_SPEEDS = 4, 12  # in each part of one cubic; between moving ends, where time mends nothing
 MOVING_ALLOWANCE = 1e-5  # of the duration: between moving ends the direct motion is no faster than that
 AGREEING = 20  # steps to a duration
-FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
-
-
-@lru_cache
-def edges() -> FloatArray:
-    """Where the pieces of the spline begin and end, from 0 to 1: short ones at both ends, where accelerations rise."""
-    even = np.linspace(0.0, 1.0, PIECES + 1)
-    first = even[1] * np.array(SHORT)
-    return np.concatenate([[0.0], first, even[1:-1], 1.0 - first[::-1], [1.0]])
-
-
-@lru_cache
-def _coefficients() -> FloatArray:
-    """Of the four functions that are not zero in each piece, powers of the way into it: (4 powers, pieces, 4)."""
-    begins, number = edges()[:-1], np.arange(edges().size - 1)
-    knots = np.concatenate([np.zeros(DEGREE), edges(), np.ones(DEGREE)])
-    functions = BSpline(knots, np.eye(edges().size - 1 + DEGREE), DEGREE)
-    powers = np.stack([functions(begins, order) / FACTORIALS[order] for order in range(DEGREE + 1)])
-    return np.stack([powers[:, number, number + k] for k in range(DEGREE + 1)], axis=2)
-
-
-def weights(u: FloatArray, order: int, within: FloatArray | None = None) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Weights of control points in a derivative by u at parameters (m,): (m, 4); and the first of the points, (m,).
-
-    Args:
-        u: parameters.
-        order: of the derivative.
-        within: parameters in the same pieces that say which pieces these are, where u is on an edge.
-    """
-    piece = np.clip(np.searchsorted(edges(), u if within is None else within, side="right") - 1, 0, edges().size - 2)
-    into = u - edges()[piece]
-    table, found = _coefficients()[:, piece], np.zeros((len(u), DEGREE + 1))
-    for power in range(DEGREE, order - 1, -1):
-        factor = FACTORIALS[power] / FACTORIALS[power - order]
-        found = found * into[:, None] + factor * table[power]
-    return found, piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,18 +109,18 @@ def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits, rate
     return rest_to_rest(start, goal, limits)
 
 
-SMOOTHED = 240  # pieces of a motion that is deviated from
+SMOOTHED = 10  # pieces of a motion that is deviated from, for each of the deviation
 
 
-def smoothed(trajectory: Trajectory) -> Trajectory:
-    """The uniform cubic spline whose control points are postures of a motion from rest to rest.
+def smoothed(trajectory: Trajectory, pieces: int) -> Trajectory:
+    """The uniform cubic spline of so many pieces whose control points are postures of a motion from rest to rest.
 
     Its derivatives are averages of those of the motion: what limits that keeps, the spline keeps. It is at rest a
     little before and after, so that it takes two more of its steps, and is nowhere farther from the motion than that
     goes in one.
     """
-    step = trajectory.duration / SMOOTHED
-    knots = step * np.arange(-DEGREE, SMOOTHED + 3 + DEGREE, dtype=np.float64)
+    step = trajectory.duration / pieces
+    knots = step * np.arange(-DEGREE, pieces + 3 + DEGREE, dtype=np.float64)
     postures = trajectory.at(np.clip(knots[1:-3], 0.0, trajectory.duration))
     spline, breakpoints = BSpline(knots, postures, DEGREE), knots[DEGREE:-DEGREE]
     powers = [spline(breakpoints[:-1], order) / FACTORIALS[order] for order in range(DEGREE, -1, -1)]
@@ -178,6 +138,7 @@ class Deviations:
         rates: velocities at both ends; at rest where None.
         at_least: no motion may take less time, s.
         around: a motion from rest to rest that is deviated from in the place of the direct one.
+        pieces: of the spline.
 
     Attributes:
         direct: the fastest motion between the two, within the gentler limits where there are some; or that one.
@@ -197,19 +158,25 @@ class Deviations:
         rates: Rates | None = None,
         at_least: float = 0.0,
         around: Trajectory | None = None,
+        pieces: int = PIECES,
     ) -> None:
         self.start, self.goal, self.limits = start, goal, limits
+        self.spline = DeviationSpline.of(pieces)
         self._own_limits = limits if gentler is None else gentler
         self.moving = rates is not None and rates.moves
         self._is_direct = around is None
-        self.direct = direct_motion(start, goal, self._own_limits, rates) if around is None else smoothed(around)
+        self.direct = (
+            direct_motion(start, goal, self._own_limits, rates)
+            if around is None
+            else smoothed(around, SMOOTHED * pieces)
+        )
         at_rest = float(least_durations(goal - start, limits).max())
         self.bound = max((1.0 - MOVING_ALLOWANCE) * self.direct.duration if self.moving else at_rest, at_least)
-        self.at_ends = np.zeros((edges().size - 1 + DEGREE, start.size))
+        self.at_ends = np.zeros((self.spline.count, start.size))
         if rates is not None and rates.moves:
             self.at_ends[:AT_REST], self.at_ends[-AT_REST:] = (
-                _end_points(0.0, rates.start),
-                _end_points(1.0, rates.goal),
+                self.spline.end_points(0.0, rates.start),
+                self.spline.end_points(1.0, rates.goal),
             )
 
     @property
@@ -220,7 +187,7 @@ class Deviations:
     @property
     def free(self) -> int:
         """The number of control points of a joint that are free."""
-        return edges().size - 1 + DEGREE - 2 * AT_REST
+        return self.spline.count - 2 * AT_REST
 
     def padded(self, x: FloatArray, duration: float | None = None) -> FloatArray:
         """All control points (pieces + 3, k) of a motion of a duration in s with some that are free (free, k).
@@ -268,7 +235,7 @@ class Deviations:
         shares = switch_shares(self.goal - self.start, self._own_limits) if switching else self._changes
         joints, ends = [], []
         for joint, own in enumerate(shares):
-            nodes = np.unique(np.concatenate([edges(), own]))
+            nodes = np.unique(np.concatenate([self.spline.edges, own]))
             nodes = np.append(nodes[:-1][np.diff(nodes) > SAME], 1.0)
             joints.append(np.full(nodes.size - 1, joint))
             ends.append(np.column_stack([nodes[:-1], nodes[1:]]))
@@ -277,7 +244,7 @@ class Deviations:
 
     def _rows(self, u: FloatArray, joint: NDArray[np.intp], order: int, within: FloatArray) -> JointRows:
         """At parameters on the edge of, or in, the part of which others lie within."""
-        found, piece = weights(u, order, within)
+        found, piece = self.spline.weights(u, order, within)
         base = sum(
             self._base(within, order + more)[np.arange(len(u)), joint] * (u - within) ** more / FACTORIALS[more]
             for more in range(DEGREE + 1 - order)
@@ -289,10 +256,9 @@ class Deviations:
         """What the limits of speed, acceleration and jerk are of, as far as there are any."""
         joint, begin, end = self._intervals
         middle = (begin + end) / 2.0
-        inside = (begin + (end - begin) * QUARTERS[:, None]).ravel()
-        u, who, around = (
-            np.concatenate(parts) for parts in ((end, inside), (joint, np.tile(joint, 3)), (middle, np.tile(middle, 3)))
-        )
+        count = MORE_SPEEDS if self.moving else SPEEDS
+        inside = begin + (end - begin) * np.arange(1, count)[:, None] / count
+        u, who, around = np.append(end, inside), np.tile(joint, count), np.tile(middle, count)
         rows = [self._rows(u, who, 1, around)]
         if self.limits.jerk is None:  # accelerations may jump
             rows.append(self._rows(np.append(begin, end), np.tile(joint, 2), 2, np.tile(middle, 2)))
@@ -311,7 +277,7 @@ class Deviations:
 
     def parameters(self, in_piece: int = SAMPLES) -> FloatArray:
         """So many in each piece, were they of one length, without both ends, (n,)."""
-        return np.linspace(0.0, 1.0, PIECES * in_piece + 1)[1:-1]
+        return self.spline.parameters(in_piece)
 
     @cached_property
     def switches(self) -> FloatArray:
@@ -320,7 +286,7 @@ class Deviations:
 
     def postures(self, u: FloatArray, order: int = 0) -> PostureRows:
         """Postures at parameters (n,), or a derivative of them by u."""
-        own, piece = weights(u, order)
+        own, piece = self.spline.weights(u, order)
         return PostureRows(piece, own, self._base(u, order))
 
     def time_scale(self, padded: FloatArray) -> float:
@@ -367,7 +333,7 @@ class Deviations:
     @property
     def fit(self) -> FloatArray:
         """From changes of postures at the usual parameters to those of free control points: (free, n)."""
-        return _fit()
+        return self.spline.fit
 
     def trajectory(self, x: FloatArray, duration: float, at_least: float = 0.0) -> Trajectory:
         """The motion of free control points (free, k) in a time in s, or in a little more that limits need.
@@ -386,14 +352,18 @@ class Deviations:
             scale = self.limits.time_scale(_peak_shares(found, self.limits))
         return found
 
+    def keeps_limits(self, trajectory: Trajectory) -> bool:
+        """Whether speeds, accelerations and jerks of a motion of cubics are within their limits."""
+        return self.limits.time_scale(_peak_shares(trajectory, self.limits)) <= 1.0 + SAME
+
     def _run(self, x: FloatArray, duration: float) -> Trajectory:
-        nodes = np.unique(np.concatenate([edges(), self.direct.breakpoints / self.direct.duration]))
+        nodes = np.unique(np.concatenate([self.spline.edges, self.direct.breakpoints / self.direct.duration]))
         nodes = np.append(nodes[:-1][np.diff(nodes) > SAME], 1.0)
         begin, middle = nodes[:-1], (nodes[:-1] + nodes[1:]) / 2.0
         padded, back = self.padded(x, duration), (begin - middle)[:, None]
         there = []
         for order in range(DEGREE + 1):
-            own, piece = weights(middle, order)
+            own, piece = self.spline.weights(middle, order)
             there.append(PostureRows(piece, own, self._base(middle, order)).values(padded))
         rows = [
             sum(there[order + more] * back**more / FACTORIALS[more] for more in range(DEGREE + 1 - order))
@@ -401,14 +371,6 @@ class Deviations:
             for order in range(DEGREE, -1, -1)
         ]
         return Trajectory(nodes * duration, np.stack([np.asarray(row) for row in rows]))
-
-
-def _end_points(end: float, rate: FloatArray) -> FloatArray:
-    """Control points at an end, (3, k), whose spline has a derivative (k,) there, but no value and no second one."""
-    at = np.array([end])
-    powers = np.stack([weights(at, order)[0][0] for order in range(AT_REST)])
-    own = powers[:, :AT_REST] if end == 0.0 else powers[:, -AT_REST:]
-    return np.asarray(np.linalg.solve(own, np.stack([np.zeros_like(rate), rate, np.zeros_like(rate)])))
 
 
 def _peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:
@@ -421,14 +383,3 @@ def _peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:
     peaks = [speeds, [2.0 * square, 2.0 * square + 6.0 * cubic * h], [6.0 * cubic]]
     bounds = zip(peaks, limits.by_order, strict=False)
     return [float((np.abs(values) / bound).max()) for values, bound in bounds]
-
-
-@lru_cache
-def _fit() -> FloatArray:
-    """From deviations at the parameters of postures to the free control points that come nearest: (free, n)."""
-    u = np.linspace(0.0, 1.0, PIECES * SAMPLES + 1)[1:-1]
-    own, piece = weights(u, 0)
-    matrix = np.zeros((u.size, edges().size - 1 + DEGREE))
-    np.put_along_axis(matrix, piece[:, None] + np.arange(4), own, axis=1)
-    inner = matrix[:, AT_REST:-AT_REST]
-    return np.asarray(np.linalg.solve(inner.T @ inner + SMOOTH * np.eye(inner.shape[1]), inner.T))

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix, total
 from problems.core import WholeRows, joined
-from problems.ladder.deviation import AT_REST, Deviations, PostureRows, edges
+from problems.ladder.deviation import Deviations, PostureRows
+from problems.ladder.spline import AT_REST
 from problems.motions import SAMPLED_ORDERS, Samples
 from problems.objectives import DirectMoves, Integrand, Objective
 from problems.robots import Robot
@@ -226,12 +227,13 @@ class Minimised:
     @cached_property
     def _u(self) -> FloatArray:
         """Where the integrand is looked at, (n,): Gauss's points of each piece."""
-        begin, width = edges()[:-1, None], np.diff(edges())[:, None]
+        edges = self.motions.spline.edges
+        begin, width = edges[:-1, None], np.diff(edges)[:, None]
         return np.asarray((begin + width * (SHARES[0] + 1.0) / 2.0).ravel())
 
     @cached_property
     def _weights(self) -> FloatArray:
-        return np.asarray((np.diff(edges())[:, None] * SHARES[1] / 2.0).ravel())
+        return np.asarray((np.diff(self.motions.spline.edges)[:, None] * SHARES[1] / 2.0).ravel())
 
     @cached_property
     def _moving(self) -> tuple[PostureRows, ...]:

@@ -16,7 +16,8 @@ import numpy as np
 
 from problems.base import FloatArray, as_array
 from problems.core import WholeRows
-from problems.ladder.deviation import AT_REST, Deviations, weights
+from problems.ladder.deviation import Deviations
+from problems.ladder.spline import AT_REST
 from problems.motions import increasing_choice
 from problems.robots import Robot
 from problems.tasks import Place
@@ -28,7 +29,7 @@ LEAST_ROOM = 0.3  # of what a place may be missed by: so much, at least, to side
 NEWTON = 8  # steps to where a motion comes nearest
 INSIDE = 1.0 - 1e-6  # of what a place may be missed by: what is kept
 STEPS, THERE = 30, 1e-12  # of the last correction; m or rad
-PASSAGE_PRICE = 30.0  # s/m or s/rad: what a program pays for what is missed
+PASSAGE_PRICE = 30.0  # s/m or s/rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +73,13 @@ class Passages:
         motions: that pass them.
         robot: that moves.
         places: in their order.
+        price: s/m or s/rad: what a program pays for what is missed.
     """
 
     motions: Deviations
     robot: Robot
     places: tuple[Place, ...]
+    price: float = PASSAGE_PRICE
 
     def nearest(self, padded: FloatArray) -> list[Passage]:
         """Where the motion of control points (n, k) comes nearest to each place, in their order."""
@@ -118,7 +121,7 @@ class Passages:
         """What control points keep of the places: on both sides of each axis."""
         first, by_points, bounds = [], [], []
         for one, place in zip(passages, self.places, strict=True):
-            own, piece = weights(np.array([one.u]), 0)
+            own, piece = self.motions.spline.weights(np.array([one.u]), 0)
             slopes, values = one.axes @ one.slopes, one.axes @ one.missed
             most = one.room(place.within)
             most[0] += LATER * float(np.linalg.norm(one.along))
@@ -129,7 +132,7 @@ class Passages:
         bound = np.concatenate(bounds)
         return WholeRows(
             np.concatenate(first), np.concatenate(by_points), np.zeros(bound.size), bound,
-            np.full(bound.size, PASSAGE_PRICE),
+            np.full(bound.size, self.price),
         )  # fmt: skip
 
     def left(self, rows: WholeRows, changed: FloatArray) -> float:
@@ -158,7 +161,7 @@ class Passages:
 
     def _by_control_points(self, passage: Passage) -> FloatArray:
         """How what is missed changes with the free control points, (m, free k)."""
-        own, piece = weights(np.array([passage.u]), 0)
+        own, piece = self.motions.spline.weights(np.array([passage.u]), 0)
         found = np.zeros((passage.missed.size, self.motions.free + 2 * AT_REST, self.motions.dof))
         found[:, piece[0] : piece[0] + own.shape[1]] = own[0][None, :, None] * passage.slopes[:, None, :]
         return np.asarray(found[:, AT_REST:-AT_REST].reshape(passage.missed.size, -1))

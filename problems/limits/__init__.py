@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from problems.base import InvalidProblem
-from problems.limits.accuracy import Accuracy, AngularAccuracy, shares_along
+from problems.limits.accuracy import Accuracy, AngularAccuracy, rotation_away, shares_along, turned_along
 from problems.limits.clearance import (
     MAX_STEP_SHARE,
     Clearance,
@@ -153,10 +153,12 @@ __all__ = [
     "proximity_limits",
     "reach_limit",
     "reachable_pairs",
+    "rotation_away",
     "scaling",
     "shares_along",
     "stay_constraints",
     "stay_matters",
     "time_dependent_parts",
     "touching_links",
+    "turned_along",
 ]

@@ -97,7 +97,7 @@ class AngularAccuracy(Parametric):
                 which it turns about it to the end, (n, 13).
             margin: to keep, as a share of the accuracy.
         """
-        wanted = _turned(lines[:, :9], lines[:, 9:12], shares * lines[:, 12])
+        wanted = turned_along(shares, lines)
         away = turned - wanted
         half_sine = ca.sqrt((ca.sum2(away * away) + LEAST_SQUARE) / 8.0)
         return Constraint(
@@ -111,6 +111,18 @@ class AngularAccuracy(Parametric):
             penalty=PenaltyKind.MAGNITUDE,
             formula="the angle from the tool at t_j to the orientation at the nearest point of the path <= accuracy",
         )
+
+
+def turned_along(shares: Matrix, lines: Matrix) -> Matrix:
+    """Rotations (n, 9) row by row at shares (n, 1) of the lengths of lines that turn, (n, 13)."""
+    return _turned(lines[:, :9], lines[:, 9:12], shares * lines[:, 12])
+
+
+def rotation_away(wanted: ca.SX, rotation: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """From a rotation (3, 3) to another: the axis times the sine of the angle, (3, 1), and the cosine."""
+    away = wanted.T @ rotation
+    sine = ca.vertcat(away[2, 1] - away[1, 2], away[0, 2] - away[2, 0], away[1, 0] - away[0, 1]) / 2.0
+    return sine, (ca.trace(away) - 1.0) / 2.0
 
 
 def _turned(start: Matrix, axis: Matrix, angle: Matrix) -> Matrix:

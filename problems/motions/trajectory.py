@@ -296,11 +296,18 @@ class Trajectory:
 
     def jump(self, order: int, outside: FloatArray | None = None) -> float:
         """The largest jump of a derivative, rad / s^order; also to its values before and after the motion, (2, k)."""
+        return float(self._jumps(order, outside).max(initial=0.0))
+
+    def jump_sum(self, order: int, outside: FloatArray | None) -> float:
+        """The same of all jumps of a joint together, of the joint that jumps most."""
+        return float(self._jumps(order, outside).sum(axis=0).max(initial=0.0))
+
+    def _jumps(self, order: int, outside: FloatArray | None) -> FloatArray:
         before, after = self._sides(order)
         jumps = np.abs(after[1:] - before[:-1])
-        if outside is not None:
-            jumps = np.concatenate([jumps, np.abs(np.stack([after[0], before[-1]]) - outside)])
-        return float(jumps.max(initial=0.0))
+        if outside is None:
+            return np.asarray(jumps)
+        return np.concatenate([jumps, np.abs(np.stack([after[0], before[-1]]) - outside)])
 
     def _sides(self, order: int) -> tuple[FloatArray, FloatArray]:
         """A derivative at the end of each piece and at its start, both (p, k), rad / s^order."""

@@ -33,6 +33,7 @@ from problems.base import (
     is_zero,
 )
 from problems.scene.obstacle import Obstacle
+from problems.scene.solids import Ellipsoid, Solid, about_z
 
 # All three are squared and dimensionless: in units of the semi-axes.
 POINT_LENGTH_SQUARED = 1e-12  # a shorter segment counts as a point; avoids 0 / 0 and its gradient
@@ -66,6 +67,12 @@ class Ellipse(Obstacle):
     def place(self) -> tuple[float, ...]:
         """Its centre, m."""
         return self.center
+
+    @property
+    def in_space(self) -> tuple[Solid, ...]:
+        """An ellipsoid."""
+        axes = (*self.semi_axes, min(self.semi_axes))
+        return (Ellipsoid(center=(*self.center, 0.0), quaternion=about_z(self.angle), semi_axes=axes),)
 
     @property
     def smaller_axis(self) -> Operand:

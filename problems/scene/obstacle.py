@@ -103,6 +103,11 @@ class Obstacle(Parametric, ABC):
         """The same as seen from the frame in which it stands still; itself by default."""
         return self
 
+    @property
+    def in_space(self) -> tuple[Obstacle, ...]:
+        """Of one in the plane: solids that are together as far from any point of the plane z = 0; else none."""
+        return ()
+
     def seen(self, points: Matrix, times: Matrix | None) -> Matrix:
         """Points (n, dim), m, as seen from that frame at times (n, 1) in s: the same points by default."""
         return points

@@ -37,6 +37,8 @@ from problems.base import (
     is_zero,
 )
 from problems.scene.obstacle import Obstacle
+from problems.scene.polytope import Polytope
+from problems.scene.solids import Box, Solid, about_z
 
 Point: TypeAlias = tuple[Operand, Operand]
 TINY = 1e-100  # m: gives a segment that is a point a direction
@@ -263,6 +265,12 @@ class Rectangle(Obstacle):
         return self.center
 
     @property
+    def in_space(self) -> tuple[Solid, ...]:
+        """A box."""
+        size = (*self.size, min(self.size))
+        return (Box(center=(*self.center, 0.0), quaternion=about_z(self.angle), size=size),)
+
+    @property
     def width(self) -> float:
         """The shorter side, m."""
         return min(self.size)
@@ -363,6 +371,15 @@ class Polygon(Obstacle):
         normals = (sides @ [[0.0, -1.0], [1.0, 0.0]])[np.hypot(*sides.T) > 0.0]
         across = self._corners @ (normals / np.hypot(*normals.T)[:, None]).T
         return float(np.ptp(across, axis=0).min())
+
+    @property
+    def in_space(self) -> tuple[Solid, ...]:
+        """A prism of each of its parts."""
+        half = self.width / 2.0
+        outlines = [[tuple(map(float, self._corner(share))) for share in part] for part in self.parts]
+        return tuple(
+            Polytope(points=tuple((x, y, z) for x, y in outline for z in (-half, half))) for outline in outlines
+        )
 
     def contains(self, point: tuple[float, ...]) -> bool:
         """Whether a point (m) lies in or on it."""

@@ -84,6 +84,12 @@ def rounded(radius: float, half_length: float) -> FloatArray:
 TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
 
+def about_z(angle: float) -> tuple[float, float, float, float] | None:
+    """The quaternion of a turn about the z axis by an angle in rad; None where there is none."""
+    half = float(angle) / 2.0
+    return (0.0, 0.0, float(np.sin(half)), float(np.cos(half))) if half else None
+
+
 class Shape(IntEnum):
     """The shapes of which the compiled core knows."""
 

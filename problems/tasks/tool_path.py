@@ -12,7 +12,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem, as_array
-from problems.limits import StatedExpression
+from problems.limits import StatedExpression, rotation_away
 from problems.motions import JointPath, MotionView, traced
 from problems.robots import Robot, SpatialArm, geometry_of
 from problems.tasks.place import Place, Position
@@ -305,9 +305,7 @@ class ToolPath:
             turned = angle / self.way.length * self.way.along(moment.tool)
             cross = ca.skew(ca.DM(self._turn / angle))
             wanted = wanted @ (ca.DM.eye(3) + ca.sin(turned) * cross + (1.0 - ca.cos(turned)) * (cross @ cross))
-        away = wanted.T @ moment.rotation
-        sine = ca.vertcat(away[2, 1] - away[1, 2], away[0, 2] - away[2, 0], away[1, 0] - away[0, 1]) / 2.0
-        return sine, (ca.trace(away) - 1.0) / 2.0
+        return rotation_away(wanted, moment.rotation)
 
     def followed(
         self, robot: Robot, start: FloatArray, accuracy: float, angular_accuracy: float, toward: FloatArray | None

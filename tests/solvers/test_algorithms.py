@@ -5,7 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers import BAS, BSO, GA, LSHADE, PSO, AdaptiveBeetleSwarm, Box, Iterations, RandomSearch, Solver
+from solvers import (
+    BAS,
+    BSO,
+    GA,
+    LSHADE,
+    PSO,
+    AdaptiveBeetleSwarm,
+    Box,
+    Budget,
+    Iterations,
+    RandomSearch,
+    Solver,
+    minimize,
+)
+from solvers.abso import AXES_KEPT, principal_axes
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.driver import Archive
 from solvers.lshade import SuccessMemory
@@ -217,9 +231,27 @@ def test_momentum_repeats_successful_steps_only() -> None:
 def test_principal_axes_are_those_of_the_better_half() -> None:
     along = np.array([3.0, 4.0]) / 5.0
     x = np.outer(np.linspace(-1.0, 1.0, 8), along)
-    axes = AdaptiveBeetleSwarm(principal=1.0).axes(np.random.default_rng(0), Population.of(x, np.zeros(8)))
+    axes = principal_axes(x)
     assert axes.T @ axes == pytest.approx(np.eye(2))
     assert np.abs(axes.T @ along) == pytest.approx([0.0, 1.0])
+
+
+def test_principal_axes_are_kept_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    done, computed = 0, []
+
+    def cost(x: np.ndarray) -> np.ndarray:
+        nonlocal done
+        done += len(x)
+        return (x * x).sum(axis=1)
+
+    def told(x: np.ndarray) -> np.ndarray:
+        computed.append(done)
+        return principal_axes(x)
+
+    monkeypatch.setattr("solvers.abso.principal_axes", told)
+    minimize(cost, BOX, AdaptiveBeetleSwarm(principal=1.0), Budget(1000), 1)
+    assert len(computed) >= 20
+    assert np.diff(computed).min() >= AXES_KEPT * BOX.dimension
 
 
 def test_initial_population_fits_the_budget() -> None:

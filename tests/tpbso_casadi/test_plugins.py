@@ -35,7 +35,7 @@ CLASSES: Catalogue[type[dict]] = Catalogue(
     registry={"plain": dict, "ordered": "collections:OrderedDict", "rare": "no_such_package:Rare", "list": list},
     accepts=subclass_of(dict),
     requirement="a subclass of dict",
-    extras={"rare": "no_such_package"},
+    extras={"rare": ("no_such_package", "rarities")},
 )
 
 
@@ -149,7 +149,7 @@ def test_interruption_passes(tmp_path: Path) -> None:
 
 
 WRONG_CLASSES = [
-    ("rare", "rare needs the package no_such_package: pip install 'tpbso-casadi[no_such_package]'"),
+    ("rare", "rare needs the package no_such_package: pip install 'tpbso-casadi[rarities]'"),
     ("list", "mapping 'list' is not a subclass of dict"),
     ("plane", "no mapping 'plane'; did you mean plain?"),
     ("fraction_plugin:third", "mapping 'fraction_plugin:third' is not a subclass of dict"),

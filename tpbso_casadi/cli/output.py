@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -34,6 +34,7 @@ from tpbso_casadi.storage import (
     DEFAULT_RATE,
     EXPORTS,
     HIGHEST_RATE,
+    MESSAGES,
     OtherPlan,
     OutputError,
     Writer,
@@ -43,6 +44,7 @@ from tpbso_casadi.storage import (
     check_run_folder,
     check_writable,
     export_motion,
+    rows_for_controller,
     stored_content,
     write_certificate,
     write_plan,
@@ -70,10 +72,16 @@ def add_output_options(parser: argparse.ArgumentParser, default: str) -> None:
         choices=EXPORTS,
         default=[],
         metavar="KIND",
-        help=defaulting(f"for a robot, at equal steps of time: {listed(EXPORTS)}; repeatable", "none"),
+        help=defaulting(f"for a robot: {listed(EXPORTS)}; repeatable", "none"),
     )
     output.add_argument(
-        "--rate", type=positive_number(HIGHEST_RATE), default=DEFAULT_RATE, metavar="HZ", help="of these steps, Hz"
+        "--rate",
+        type=positive_number(HIGHEST_RATE),
+        metavar="HZ",
+        help=defaulting(
+            "of their rows, at equal steps of time",
+            f"{DEFAULT_RATE:g}; for ROS such rows that what a controller makes of them is proven",
+        ),
     )
     add_certificate(output)
     output.add_argument("--certify", action="store_true", help="prove the plan for all t; always done, in milliseconds")
@@ -90,7 +98,7 @@ class Output:
         named: whether the user named the folder, who may have a run of another plan replaced there.
         formats: of the figures; none where none are drawn.
         exports: their kinds, keys of ``EXPORTS``.
-        rate: of their rows, Hz.
+        rate: of their rows, Hz; None where none is stated.
         certificate: file for a certificate; None where none is written.
         film: animation file; None where there is none. It may lie in the run folder.
         title: of the animation.
@@ -100,7 +108,7 @@ class Output:
     named: bool
     formats: Sequence[str]
     exports: Sequence[str]
-    rate: float
+    rate: float | None
     certificate: Path | None
     film: Path | None
     title: str
@@ -170,6 +178,11 @@ class Output:
             with suppress(OtherPlan):  # which came while this one was being written
                 write_plan(folder, plan, same_plan_only=not self.named)
                 return folder
+
+    def told(self, plan: PlannedMotion) -> Iterator[str]:
+        """What there is to say of files that hold another motion than the plan, or maybe do: rows for a controller."""
+        if any(kind in MESSAGES for kind in self.exports):
+            yield f"joint_trajectory: {rows_for_controller(plan.motion, self.rate).said}"
 
     def add(self, plan: PlannedMotion, folder: Path | None, progress: Progress, interruption: Interruption) -> None:
         """Add exports, figures and film to a plan that is written; after a request to stop only what is complete.

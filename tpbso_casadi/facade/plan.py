@@ -20,10 +20,9 @@ from tpbso_casadi.facade.showing import chosen, data_frame, exports_of
 from tpbso_casadi.figures import figure_writers, write_run
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
-from tpbso_casadi.planning import Motion, PlannedMotion
+from tpbso_casadi.planning import ControllerRows, Motion, PlannedMotion
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import (
-    DEFAULT_RATE,
     RunResult,
     StoredRun,
     replace_folder,
@@ -156,6 +155,11 @@ class Plan:
         return self.motion.status
 
     @property
+    def controller_rows(self) -> ControllerRows:
+        """The rows that are exported for ROS, the motion that its controller makes of them, and how that is judged."""
+        return self.motion.controller_rows
+
+    @property
     def stages(self) -> tuple[PlannedStage, ...]:
         """Those of a sequence, in their order; none of a plan that is one motion."""
         judged = zip(self.motion.stages, self.motion.by_stage, strict=False)
@@ -262,7 +266,7 @@ class Plan:
         folder: str | Path,
         export: Sequence[str] = (),
         figures: Sequence[str] = DEFAULT,
-        rate: float = DEFAULT_RATE,
+        rate: float | None = None,
     ) -> Path:
         """Write a run folder: ``result.json``, ``trajectory.csv``, figures and exports for a robot.
 
@@ -270,7 +274,8 @@ class Plan:
             folder: to write; what another run has left there is replaced.
             export: further files: ``ros-json``, ``ros-yaml``, ``csv`` or ``npz``.
             figures: formats of the figures: ``png``, ``pdf`` or ``svg``; empty for none.
-            rate: of the exports, Hz.
+            rate: of the rows of the exports, Hz. Where it is left out, 100, and those for ROS are chosen so that what
+                a controller makes of them is proven, see :attr:`controller_rows`.
 
         Returns:
             The path of the folder.
@@ -296,8 +301,8 @@ class Plan:
 
         Raises:
             TypeError: it is no path.
-            OutputError: the plan is not certified, there is no certificate of such plans (those of planar arms that
-                have to keep clear of anything), or the file cannot be written.
+            OutputError: the plan is not certified, there is no certificate of such robots, or the file cannot
+                be written.
         """
         file = file_path("path", path)
         with in_words_of_python():
@@ -355,7 +360,7 @@ class StoredPlan(Plan):
         folder: str | Path,
         export: Sequence[str] = (),
         figures: Sequence[str] = DEFAULT,
-        rate: float = DEFAULT_RATE,
+        rate: float | None = None,
     ) -> Path:
         """Write the run to another folder, as :meth:`Plan.save` does; figures of its search are left out."""
         place = file_path("folder", folder)

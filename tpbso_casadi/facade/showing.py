@@ -44,15 +44,16 @@ def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple
     return kinds
 
 
-def exports_of(motion: Motion, kinds: Sequence[str], rate: float = DEFAULT_RATE) -> list[Writer]:
-    """What writes each export, at a rate in Hz.
+def exports_of(motion: Motion, kinds: Sequence[str], rate: float | None = None) -> list[Writer]:
+    """What writes each export, at a rate in Hz where one is stated.
 
     Raises:
         ValueError: there is no such kind, or the rate is no number above 0.
         OutputError: it makes too many rows.
     """
-    hertz, exports = positive("rate", rate, "Hz"), chosen("export", kinds, EXPORTS)
+    hertz = None if rate is None else positive("rate", rate, "Hz")
+    exports = chosen("export", kinds, EXPORTS)
     if exports:
         with in_words_of_python():
-            equal_steps(motion, hertz)
+            equal_steps(motion, hertz or DEFAULT_RATE)
     return [partial(export_motion, motion=motion, kind=kind, rate=hertz) for kind in exports]

@@ -1,5 +1,6 @@
 """From a scenario to a verified plan: search, refine, verify."""
 
+from tpbso_casadi.planning.controller_rows import ControllerRows
 from tpbso_casadi.planning.finishing import (
     AS_FAST,
     CANDIDATES,
@@ -24,6 +25,7 @@ __all__ = [
     "RESTARTS",
     "SAME_PATH",
     "SILENT",
+    "ControllerRows",
     "Motion",
     "NoMotion",
     "PlannedMotion",

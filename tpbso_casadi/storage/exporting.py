@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from problems.base import FloatArray, as_array
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import ControllerRows, Motion
 from tpbso_casadi.storage.files import OutputError, write_csv, write_text, write_with, writing
 
 TORQUE = "tau"  # of a joint: how the names of such columns begin
@@ -61,15 +61,15 @@ NANOSECONDS = 1_000_000_000  # in a second
 VALUES = ("positions", "velocities", "accelerations", "effort")  # of a point
 
 
-def ros_message(motion: Motion, times: FloatArray) -> dict[str, Any]:
-    """The fields of the message, a point for each of the times (n,) in s.
+def ros_message(rows: ControllerRows) -> dict[str, Any]:
+    """The fields of the message, a point for each row.
 
     In rad, rad/s, rad/s^2, N m; m and N where a joint slides. There is no effort where masses are not known.
     """
-    robot, samples = motion.problem.robot, motion.trajectory.samples(times)
-    torques = motion.torques(times)
-    columns = (as_array(matrix).tolist() for matrix in (samples.theta, samples.speed, samples.acceleration))
-    effort = [[]] * len(times) if torques is None else torques.tolist()
+    robot, torques = rows.source.problem.robot, rows.source.torques(rows.times)
+    none: list[list[float]] = [[]] * len(rows.times)
+    states = [state.tolist() for state in rows.states]
+    effort = none if torques is None else torques.tolist()
     return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": robot.base_name},
         "joint_names": list(robot.joint_identifiers),
@@ -80,19 +80,19 @@ def ros_message(motion: Motion, times: FloatArray) -> dict[str, Any]:
                     zip(("sec", "nanosec"), divmod(round(time * NANOSECONDS), NANOSECONDS), strict=True)
                 ),
             }
-            for time, *values in zip(times.tolist(), *columns, effort, strict=True)
+            for time, *values in zip(rows.times.tolist(), *[*states, none][:3], effort, strict=True)
         ],
     }
 
 
-def message_json(motion: Motion, times: FloatArray) -> str:
+def message_json(rows: ControllerRows) -> str:
     """The message in JSON."""
-    return json.dumps(ros_message(motion, times), indent=1, allow_nan=False) + "\n"
+    return json.dumps(ros_message(rows), indent=1, allow_nan=False) + "\n"
 
 
-def message_yaml(motion: Motion, times: FloatArray) -> Iterator[str]:
+def message_yaml(rows: ControllerRows) -> Iterator[str]:
     """The lines of the message in YAML, as ``ros2 topic pub`` and ``rosmsg`` read it."""
-    message = ros_message(motion, times)
+    message = ros_message(rows)
     stamp, names = message["header"]["stamp"], message["joint_names"]
     yield "header:\n"
     yield f"  stamp: {_time(stamp)}\n"
@@ -124,25 +124,37 @@ def _number(value: float) -> str:
     return f"{digits if '.' in digits else digits + '.0'}{exponent}{power}"
 
 
-DEFAULT_RATE = 100.0  # Hz
+DEFAULT_RATE = 100.0  # Hz, of tables
 HIGHEST_RATE = 10_000.0  # Hz
 MOST_ROWS = 200_000  # which take some hundred MB
 
 
-def export_motion(folder: Path, motion: Motion, kind: str, rate: float = DEFAULT_RATE) -> Path:
-    """Write a motion at equal steps of time; the last step is shorter if it must be.
+def export_motion(folder: Path, motion: Motion, kind: str, rate: float | None = None) -> Path:
+    """Write a motion.
 
     Args:
         folder: to write to.
         motion: to be written.
         kind: a key of ``EXPORTS``.
-        rate: steps per second, Hz.
+        rate: of rows at equal steps of time, Hz, the last one shorter if it must be. Where None, those for a controller
+            are such that what it makes of them is proven; others have the usual rate.
 
     Raises:
         OutputError: it cannot be written, or is too long for this rate.
     """
     with writing(folder):
-        return EXPORTS[kind](folder, motion, equal_steps(motion, rate))
+        if kind in MESSAGES:
+            return MESSAGES[kind](folder, rows_for_controller(motion, rate))
+        return TABLES[kind](folder, motion, equal_steps(motion, rate or DEFAULT_RATE))
+
+
+def rows_for_controller(motion: Motion, rate: float | None = None) -> ControllerRows:
+    """Those of a message: at equal steps where a rate in Hz is stated.
+
+    Raises:
+        OutputError: they are too many.
+    """
+    return motion.controller_rows if rate is None else ControllerRows(motion, equal_steps(motion, rate))
 
 
 def equal_steps(motion: Motion, rate: float) -> FloatArray:
@@ -161,12 +173,12 @@ def equal_steps(motion: Motion, rate: float) -> FloatArray:
     return np.append(times, duration)
 
 
-def _ros_json(folder: Path, motion: Motion, times: FloatArray) -> Path:
-    return write_text(folder / "joint_trajectory.json", lambda file: file.write(message_json(motion, times)))
+def _ros_json(folder: Path, rows: ControllerRows) -> Path:
+    return write_text(folder / "joint_trajectory.json", lambda file: file.write(message_json(rows)))
 
 
-def _ros_yaml(folder: Path, motion: Motion, times: FloatArray) -> Path:
-    return write_text(folder / "joint_trajectory.yaml", lambda file: file.writelines(message_yaml(motion, times)))
+def _ros_yaml(folder: Path, rows: ControllerRows) -> Path:
+    return write_text(folder / "joint_trajectory.yaml", lambda file: file.writelines(message_yaml(rows)))
 
 
 def _csv(folder: Path, motion: Motion, times: FloatArray) -> Path:
@@ -193,6 +205,6 @@ def _npz(folder: Path, motion: Motion, times: FloatArray) -> Path:
     return write_with(folder / "joint_trajectory.npz", lambda temporary: np.savez(temporary, **arrays))  # type: ignore[arg-type]
 
 
-EXPORTS: dict[str, Callable[[Path, Motion, FloatArray], Path]] = {
-    "ros-json": _ros_json, "ros-yaml": _ros_yaml, "csv": _csv, "npz": _npz
-}  # fmt: skip
+MESSAGES: dict[str, Callable[[Path, ControllerRows], Path]] = {"ros-json": _ros_json, "ros-yaml": _ros_yaml}
+TABLES: dict[str, Callable[[Path, Motion, FloatArray], Path]] = {"csv": _csv, "npz": _npz}
+EXPORTS = (*MESSAGES, *TABLES)

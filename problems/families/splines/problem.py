@@ -35,6 +35,7 @@ from problems.ladder import (
     Rates,
     at_the_bound,
     everywhere,
+    faster_nearby,
     gentler,
     joint_box,
     postures_around,
@@ -63,9 +64,6 @@ MOST_BRANCHES = 16
 TORQUE_LOOKS = 100  # times of a motion, at least
 MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
 LATER = 1e-9  # of the least total time: rounding
-POINTS = (65, 257)  # of the path of a motion that is timed anew: so many first, more where that leaves a limit
-LOOKS_EACH = 50  # times for each of them
-WORTH_TIMING = 0.99  # of the duration: what programs gain less of is not timed anew
 
 
 def branched(task: Move) -> tuple[Move, ...]:
@@ -269,15 +267,6 @@ def segment_durations(task: Move) -> FloatArray:
     return np.asarray((distances / speed).max(axis=1)) + float((speed / acceleration).max())
 
 
-def evenly_along(motion: Trajectory, count: int) -> FloatArray:
-    """Postures (count, dof) of a motion from rest to rest, in equal steps of the way that its joints go."""
-    times = motion.times(LOOKS_EACH * count)
-    steps = np.linalg.norm(np.diff(motion.at(times), axis=0), axis=1)
-    moved = np.append(True, steps > 0.0)
-    length = np.append(0.0, np.cumsum(steps))[moved]
-    return motion.at(np.interp(np.linspace(0.0, length[-1], count), length, times[moved]))
-
-
 @dataclass(frozen=True, kw_only=True)
 class MoveProblem(SplineProblem):
     """Move from a place to another, by way of others.
@@ -404,7 +393,9 @@ class MoveProblem(SplineProblem):
         needed = self.robot.dim == 3 or hard
         if needed and self._has_polish:
             return self._polish(start)
-        return self._deviated_from(start) if self._has_own_polish else iter(())
+        if not self._has_own_polish or self._integrals is None:
+            return iter(())
+        return faster_nearby(start, self._integrals, self.obstacles, self.limits)
 
     @property
     def _has_own_polish(self) -> bool:
@@ -412,20 +403,6 @@ class MoveProblem(SplineProblem):
         least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
         simple = self.task.at_rest and self.task.passes_nothing and self.task.total_time is None
         return least_time and simple and self._own is not None and self._has_ladder
-
-    def _deviated_from(self, known: Trajectory) -> Iterator[Trajectory]:
-        """A faster motion near one that is known: timed anew along its path, as far as splines follow that; itself."""
-        world, (start, goal) = World.of(self.robot, self.obstacles), known.at(known.breakpoints[[0, -1]])
-        if world is None or world.moves:
-            return
-        motions, box = Deviations(start, goal, self.robot.limits, around=known), joint_box(self.robot, start, goal)
-        found = Climb(world, motions, self._minimised(motions), box, self._torques, self._own).deviated()
-        if found is None or found.duration > WORTH_TIMING * motions.direct.duration:
-            return
-        for count in POINTS:
-            path = JointPath.through(evenly_along(found, count))
-            yield retime(path, self.robot.limits, chain=self.robot.rigid_chain)
-        yield found
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Where nothing beats the direct motion; of a pose the postures around the branch's, the best first."""

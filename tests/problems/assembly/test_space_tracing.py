@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 
+import casadi as ca
 import numpy as np
 import pytest
 from helpers.searching import VM, sampled
@@ -11,11 +12,13 @@ from oracles.space import away_from_path, tool_poses
 from scipy.spatial.transform import Rotation
 
 from problems import InvalidProblem, Path, Trajectory
-from problems.base import FloatArray
+from problems.base import FloatArray, as_array
 from problems.families.traced import space_tracing
 from problems.families.traced.encoding import clear_postures, wandering_joints
 from problems.families.traced.problem import SpaceTracingProblem
+from problems.motions import Samples
 from problems.robots import Sphere
+from problems.scene import ConstantVelocity, MovingObstacle
 from problems.scene.solids import Ball
 from problems.tasks import SpaceTracing
 
@@ -30,9 +33,10 @@ TASKS = {
     "poses": SpaceTracing(small_arm(), Path.through(POSES), 0.002, 0.02),
     "poses, six joints": SpaceTracing(small_arm(6), Path.through(POSES), 0.002, 0.02),
     "corners and jerk": SpaceTracing(small_arm(max_jerk=(300.0,) * 7), Path.through(CIRCLE[:9:4]), 0.002),
+    "corner": SpaceTracing(small_arm(6), Path.through(POSES[[0, 2, 3]]), 0.002, 0.02),
     "obstacle": SpaceTracing(ELBOW, Path.through(POSES), 0.002, 0.02, (Ball(center=(0.0, 0.35, 0.55), radius=0.05),)),
 }
-QUICK = {"poses, six joints", "corners and jerk", "obstacle"}
+QUICK = {"corner", "poses, six joints", "corners and jerk", "obstacle"}
 
 
 @cache
@@ -61,6 +65,56 @@ def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
     x = best(problem)
     assert float(problem.cost(x[None])[0]) <= problem.objective_upper_bound
     check(problem, problem.quick_trajectory(x) if problem.robot.limits.jerk is None else problem.trajectory(x))
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name == "corner" else pytest.mark.slow) for name in TASKS]
+)
+def test_a_polished_motion_is_faster_within_the_accuracy(name: str) -> None:
+    problem = problem_of(name)
+    exact = problem.trajectory(best(problem))
+    (found,) = problem.polished(exact)
+    assert found.duration < 0.995 * exact.duration
+    check(problem, found)
+
+
+def test_what_programs_do_not_know_is_not_polished() -> None:
+    task = replace(TASKS["positions"], path=Path.through(CIRCLE[:3]))
+    moving = MovingObstacle(Ball(center=(0.0, 0.9, 0.5), radius=0.1), ConstantVelocity((0.0, 0.1, 0.0)))
+    for problem in (
+        space_tracing(task, "rotation"),
+        space_tracing(replace(task, total_time=(3.0, 4.0))),
+        space_tracing(replace(task, robot=ELBOW, obstacles=(moving,))),
+    ):
+        assert not problem._has_polish
+        assert not list(problem.polished(Trajectory.standing(np.zeros(7), 1.0)))
+
+
+def test_nearness_is_that_of_numpy_and_scipy() -> None:
+    task = SpaceTracing(small_arm(), Path.through(POSES[:9:2]), 0.002, 0.02)
+    nearness = space_tracing(task)._nearness
+    rng = np.random.default_rng(1)
+    theta = best_posture(task) + rng.normal(0.0, 0.01, (50, 7))
+    away, angle = away_from_path(tool_poses(theta), task.path.array, np.array(task.path.quaternions))
+    samples = Samples(
+        robot=task.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM.zeros(len(theta), 1)
+    )
+    distance, turned = (limit.exact_constraints_at(samples)[0] for limit in nearness.limits)
+    np.testing.assert_allclose(as_array(distance.expression)[:, 0], away, atol=1e-12)
+    np.testing.assert_allclose(as_array(turned.expression)[:, 0], np.sin(angle), atol=1e-9)
+    np.testing.assert_allclose(as_array(turned.expression)[:, 1], -np.cos(angle), atol=1e-12)
+
+
+def test_only_sharp_corners_are_places_to_be_passed() -> None:
+    smooth, sharp = problem_of("poses"), problem_of("corners and jerk")
+    assert smooth._nearness.corners == ()
+    (corner,) = sharp._nearness.corners
+    np.testing.assert_allclose(corner.position(sharp.robot), CIRCLE[4])
+    assert 0.99 * sharp.task.accuracy < corner.within < sharp.task.accuracy
+
+
+def best_posture(task: SpaceTracing) -> FloatArray:
+    return np.asarray(clear_postures(task, problem_of("poses").knots)[0])
 
 
 def check(problem: SpaceTracingProblem, trajectory: Trajectory) -> None:

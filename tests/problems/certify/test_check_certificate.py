@@ -99,7 +99,7 @@ def test_bounds_hold_all_through_cells(name: str) -> None:
             times = made.motion.breakpoints[cells.piece] + cells.start + share * (cells.end - cells.start)
             turns, places = placed(made.robot, made.motion.at(times))
             rows, body = np.arange(len(node)), stage.robot.body[node]
-            centers = places[rows, body] + np.einsum("mij,mj->mi", turns[rows, body], stage.robot.centers[node])
+            centers = places[rows, body] + np.einsum("mij,mj->mi", turns[rows, body], stage.robot.ends[0, node])
             for k in np.unique(other):
                 among, obstacle, own = other == k, made.obstacles[k], stage.given.obstacles[k]
                 aside = own.center - np.array(obstacle.unmoved.center)
@@ -114,7 +114,7 @@ def test_bounds_hold_all_through_cells(name: str) -> None:
 
 @pytest.mark.parametrize("shape", EXAMPLES)
 def test_planes_are_across_the_shortest_way_and_any_other_is_no_farther(shape: str) -> None:
-    content = checker.formed(obstacle_content(shape, EXAMPLES[shape]), "OBSTACLE", "it", {})
+    content = checker.formed(obstacle_content(shape, EXAMPLES[shape], EXAMPLES[shape]), "OBSTACLE", "it", {})
     rng = np.random.default_rng(3)
     points = rng.uniform(-1.5, 1.5, (3_000, 3))
     exact, own = distances(EXAMPLES[shape], points), (points - content.center) @ content.rotation
@@ -157,7 +157,7 @@ def test_torques_are_within_their_bounds_and_these_are_sharp() -> None:
     assert accepted(content)
     stage = stage_of(content)
     cells = checker.Cells(stage, np.arange(16 * stage.pieces, 32 * stage.pieces))
-    low, high = checker.torques(stage.given.robot, cells)
+    low, high = cells.torques(stage.given.robot)
     frictionless = replace(robot, chain=robot.chain.with_friction(None, [0.0] * 7))
     seen = []
     for share in np.linspace(0.0, 1.0, 15):
@@ -177,7 +177,7 @@ def test_a_torque_beyond_its_limit_is_refused_and_one_at_it_is_not() -> None:
     content = certificate_of(criteria_of(robot, motion, ()), motion)
     stage = stage_of(content)
     cells = checker.Cells(stage, np.arange(64 * stage.pieces, 128 * stage.pieces))
-    most = np.abs(checker.torques(stage.given.robot, cells)).max(axis=(0, 1))
+    most = np.abs(cells.torques(stage.given.robot)).max(axis=(0, 1))
     for joint in (1, 3):
         at_it = changed(content, "robot", "limits", joint, 3, value=float(most[joint]) * (1.0 + 1e-4))
         at_it["stages"][0] |= divided(at_it["stages"][0])

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems.ladder import Deviations
-from problems.ladder.deviation import SMOOTHED, edges, smoothed, weights
+from problems.ladder.deviation import smoothed
+from problems.ladder.spline import DeviationSpline
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
 from problems.timing import retime
@@ -17,6 +18,7 @@ LIMITS = {
     "jerk": JointLimits(speed=(2.0, 1.0, 3.0), acceleration=(10.0, 5.0, 8.0), jerk=(100.0, 80.0, 300.0)),
     "no jerk": JointLimits(speed=(2.0, 1.0, 3.0), acceleration=(10.0, 5.0, 8.0)),
 }
+SPLINE = DeviationSpline()
 START, GOAL = np.array([0.0, 0.5, 1.0]), np.array([2.0, 0.6, 1.0])  # the last joint is not needed
 
 
@@ -73,10 +75,10 @@ def test_angles_are_those_of_the_motion(motions: Deviations) -> None:
 
 def test_functions_of_the_spline_add_up_to_one() -> None:
     u = np.linspace(0.0, 1.0, 301)
-    np.testing.assert_allclose(weights(u, 0)[0].sum(axis=1), 1.0, atol=1e-12)
+    np.testing.assert_allclose(SPLINE.weights(u, 0)[0].sum(axis=1), 1.0, atol=1e-12)
     for order in (1, 2, 3):
-        np.testing.assert_allclose(weights(u, order)[0].sum(axis=1), 0.0, atol=1e-6)
-    assert (np.diff(edges()) > 0.0).all() and edges()[[0, -1]].tolist() == [0.0, 1.0]
+        np.testing.assert_allclose(SPLINE.weights(u, order)[0].sum(axis=1), 0.0, atol=1e-6)
+    assert (np.diff(SPLINE.edges) > 0.0).all() and SPLINE.edges[[0, -1]].tolist() == [0.0, 1.0]
 
 
 def test_a_way_is_followed(motions: Deviations) -> None:
@@ -106,7 +108,7 @@ def peaks(trajectory: Trajectory, order: int) -> np.ndarray:
 @pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS.keys())
 def test_a_smoothed_motion_keeps_the_limits_and_is_nowhere_far(limits: JointLimits) -> None:
     known = retime(JointPath.through(BENT), limits)
-    found, step = smoothed(known), known.duration / SMOOTHED
+    found, step = smoothed(known, 240), known.duration / 240
     assert found.duration == pytest.approx(known.duration + 2.0 * step)
     for order, bound in enumerate(limits.by_order, start=1):
         assert (peaks(found, order) <= bound * (1.0 + 1e-8)).all()

@@ -109,6 +109,22 @@ def test_a_via_between_moving_ends_needs_no_search(via: tp.Joints | tp.Pose) -> 
         assert away.min() < 2e-3
 
 
+def test_the_last_correction_of_a_via_breaks_no_limit_that_time_could_not_mend() -> None:
+    plan = tp.plan(
+        tp.robot("panda"),
+        start=[-2.63, 0.69, -0.7, -2.72, 0.9, 3.41, -1.64],
+        via=[tp.Position((-0.66, 0.11, 0.94))],
+        goal=[-0.59, -0.07, -1.98, -1.01, -1.16, 3.19, -1.26],
+        obstacles=[
+            Box(center=(0.55, 0.35, 0.4), size=(0.3, 0.1, 0.8)),
+            Box(center=(0.5, -0.4, 0.3), size=(0.4, 0.1, 0.6)),
+        ],
+        start_velocity=[0.37, -0.43, 0.32, -0.29, 0.12, 0.23, 0.01],
+        goal_velocity=[0.37, -0.33, -0.14, 0.31, 0.34, -0.36, -0.24],
+    )
+    assert plan.certified and plan.result.evaluations == 0
+
+
 @pytest.mark.parametrize(
     "keys",
     [{"start_velocity": LEAVING}, {"start_velocity": LEAVING, "goal_velocity": ARRIVING}, {"total_time": (3.0, 4.0)}],

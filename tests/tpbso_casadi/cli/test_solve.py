@@ -50,16 +50,17 @@ def run(*arguments: str) -> int:
     return status(main, *arguments)
 
 
-ALL = [(case, solver) for case in TITLES for solver in SOLVERS]
+CAPABLE = [solver for solver in SOLVERS if solver not in {"bas", "random"}]  # others need not find a feasible plan
+ALL = [(case, solver) for case in TITLES for solver in CAPABLE]
 IN_BRIEF = list(
-    zip(("time-2", "rotation-4", "obstacle-3", "closed-curve-time", "time-5", "time-3"), SOLVERS, strict=True)
+    zip(("time-2", "rotation-4", "obstacle-3", "closed-curve-time", "time-5", "time-3"), CAPABLE, strict=True)
 )
 
 
 @pytest.mark.parametrize(
     ("case", "solver"), [pair if pair in IN_BRIEF else pytest.param(*pair, marks=pytest.mark.slow) for pair in ALL]
 )
-def test_every_case_with_every_solver_in_the_reduced_form(case: str, solver: str) -> None:
+def test_every_case_with_every_capable_solver_in_the_reduced_form(case: str, solver: str) -> None:
     quick = ["--evaluations", "2000", "--no-plots", "--quiet", "--out", "out", "--formulation", "reduced"]
     assert run(case, "--solver", solver, *quick) == 0
     result = check_run(Path("out"))
@@ -74,7 +75,7 @@ OTHERS = [[case] for case in TITLES if not case.startswith(("time", "rotation"))
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", [*LINKS, *OTHERS], ids=" ".join)
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", CAPABLE)
 def test_any_number_of_links_obstacles_and_paths_in_the_paper_form(solver: str, case: list[str]) -> None:
     assert run(*case, "--solver", solver, "--no-plots", "--quiet", "--out", "out") == 0
     check_run(Path("out"))

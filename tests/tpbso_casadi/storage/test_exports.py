@@ -17,7 +17,7 @@ from helpers.space import sliding_arm, small_arm
 from helpers.space_plans import space_plan
 from scipy.spatial.transform import Rotation
 
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import ControllerRows, Motion
 from tpbso_casadi.scenario import InputFolder, read_joint_rows
 from tpbso_casadi.storage import EXPORTS, export_motion, table_of, write_motion
 from tpbso_casadi.storage.exporting import message_yaml, ros_message
@@ -102,7 +102,7 @@ def test_every_export_holds_the_same_motion(
 
 def test_stamps_increase_in_a_ros_message() -> None:
     times = np.array([0.0, 0.9999999999, 1.0000000006])
-    stamps = [point["time_from_start"] for point in ros_message(plane_plan().motion, times)["points"]]
+    stamps = [point["time_from_start"] for point in ros_message(ControllerRows(plane_plan().motion, times))["points"]]
     assert stamps == [{"sec": 0, "nanosec": 0}, {"sec": 1, "nanosec": 0}, {"sec": 1, "nanosec": 1}]
 
 
@@ -172,7 +172,7 @@ def test_any_joint_name_survives_yaml(name: str) -> None:
     joints = (replace(robot.chain.joints[0], name=name), *robot.chain.joints[1:])
     task = replace(motion.problem.task, robot=replace(robot, chain=replace(robot.chain, joints=joints, base_link=name)))
     named = replace(motion, problem=replace(motion.problem, task=task))
-    message = yaml.safe_load("".join(message_yaml(named, np.array([0.0, motion.trajectory.duration]))))
+    message = yaml.safe_load("".join(message_yaml(ControllerRows(named, np.array([0.0, motion.trajectory.duration])))))
     assert message["joint_names"][0] == message["header"]["frame_id"] == name
     numbers = [value for point in message["points"] for key in ("positions", "velocities") for value in point[key]]
     assert all(isinstance(value, float) for value in numbers)  # 1e-17 is no word

@@ -200,6 +200,8 @@ def written(
                 sys.stdout.write(result_of(solution).to_json())
             elif not options.quiet:
                 print_plan(solution, OutputConsole())
+                for line in output.told(solution):
+                    OutputConsole().say(line)
                 OutputConsole().say(f"written to {folder}")
             sys.stdout.flush()
         finally:  # though nobody may listen

@@ -1,0 +1,97 @@
+"""The cubic splines by which motions deviate: control points over pieces from 0 to 1, short ones at both ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import BSpline, FloatArray
+
+DEGREE = 3
+AT_REST = 3  # control points at either end that are zero
+PIECES, SHORT = 24, (0.25, 0.5)  # of the spline, were they of one length; where the first and the last are cut again
+SAMPLES = 6  # in each piece, at which postures are looked at
+SMOOTH = 1e-3  # of the fit: control points of short pieces stay near zero
+FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
+
+
+@dataclass(frozen=True)
+class DeviationSpline:
+    """Those of so many pieces, were they of one length.
+
+    Args:
+        pieces: of the spline.
+    """
+
+    pieces: int = PIECES
+
+    @classmethod
+    @lru_cache(maxsize=8)
+    def of(cls, pieces: int) -> Self:
+        """The same object for the same number, so that its tables are made once."""
+        return cls(pieces)
+
+    @cached_property
+    def edges(self) -> FloatArray:
+        """Where pieces begin and end, from 0 to 1: short ones at both ends, where accelerations rise."""
+        even = np.linspace(0.0, 1.0, self.pieces + 1)
+        first = even[1] * np.array(SHORT)
+        return np.concatenate([[0.0], first, even[1:-1], 1.0 - first[::-1], [1.0]])
+
+    @property
+    def count(self) -> int:
+        """The number of control points of a joint."""
+        return int(self.edges.size) - 1 + DEGREE
+
+    @cached_property
+    def _coefficients(self) -> FloatArray:
+        """Of the four functions that are not zero in each piece, powers of the way into it: (4 powers, pieces, 4)."""
+        begins, number = self.edges[:-1], np.arange(self.edges.size - 1)
+        knots = np.concatenate([np.zeros(DEGREE), self.edges, np.ones(DEGREE)])
+        functions = BSpline(knots, np.eye(self.count), DEGREE)
+        powers = np.stack([functions(begins, order) / FACTORIALS[order] for order in range(DEGREE + 1)])
+        return np.stack([powers[:, number, number + k] for k in range(DEGREE + 1)], axis=2)
+
+    def weights(
+        self, u: FloatArray, order: int, within: FloatArray | None = None
+    ) -> tuple[FloatArray, NDArray[np.intp]]:
+        """Weights of control points in a derivative by u at parameters (m,): (m, 4); the first of the points, (m,).
+
+        Args:
+            u: parameters.
+            order: of the derivative.
+            within: parameters in the same pieces that say which pieces these are, where u is on an edge.
+        """
+        around = u if within is None else within
+        piece = np.clip(np.searchsorted(self.edges, around, side="right") - 1, 0, self.edges.size - 2)
+        into = u - self.edges[piece]
+        table, found = self._coefficients[:, piece], np.zeros((len(u), DEGREE + 1))
+        for power in range(DEGREE, order - 1, -1):
+            factor = FACTORIALS[power] / FACTORIALS[power - order]
+            found = found * into[:, None] + factor * table[power]
+        return found, piece
+
+    def parameters(self, in_piece: int = SAMPLES) -> FloatArray:
+        """So many in each piece, were they of one length, without both ends, (n,)."""
+        return np.linspace(0.0, 1.0, self.pieces * in_piece + 1)[1:-1]
+
+    @cached_property
+    def fit(self) -> FloatArray:
+        """From deviations at the usual parameters to the free control points that come nearest: (free, n)."""
+        u = self.parameters()
+        own, piece = self.weights(u, 0)
+        matrix = np.zeros((u.size, self.count))
+        np.put_along_axis(matrix, piece[:, None] + np.arange(4), own, axis=1)
+        inner = matrix[:, AT_REST:-AT_REST]
+        return np.asarray(np.linalg.solve(inner.T @ inner + SMOOTH * np.eye(inner.shape[1]), inner.T))
+
+    def end_points(self, end: float, rate: FloatArray) -> FloatArray:
+        """Control points (3, k) at an end whose spline has a derivative (k,) there, but no value and no second one."""
+        at = np.array([end])
+        powers = np.stack([self.weights(at, order)[0][0] for order in range(AT_REST)])
+        own = powers[:, :AT_REST] if end == 0.0 else powers[:, -AT_REST:]
+        return np.asarray(np.linalg.solve(own, np.stack([np.zeros_like(rate), rate, np.zeros_like(rate)])))

@@ -1,0 +1,148 @@
+"""Rows for a controller: what it makes of them is proven, by the message alone and by splines of SciPy."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.space_scenarios import space_scenario
+from scipy.interpolate import BPoly
+
+import tpbso_casadi as tp
+from problems import Trajectory
+from tpbso_casadi.cli.commands import solve
+from tpbso_casadi.planning import ControllerRows, Motion, plan
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.storage import export_motion
+
+JERK = 80.0
+PANDA: dict[str, Any] = {
+    "start": [0.0, -0.8, 0.0, -2.4, 0.0, 1.6, 0.8], "goal": [0.4, -0.5, 0.2, -2.0, 0.1, 1.9, 0.4],
+    "obstacles": [tp.Box(center=(0.5, 0.3, 0.9), size=(0.1, 0.1, 0.1))],
+}  # fmt: skip
+HASTE = {"goal": {"joints": [0.4, 0.9, 0.5]}}
+
+
+@cache
+def panda() -> Motion:
+    """With limits of jerk."""
+    return tp.plan("panda", **PANDA).motion
+
+
+@cache
+def jerky() -> Motion:
+    """Accelerations jump: nothing limits the jerk."""
+    content = space_scenario(task=HASTE, obstacles=[], solver={"name": "ladder", "evaluations": None})
+    return plan(parse_scenario(content)).motion
+
+
+def joined_by_scipy(message: dict[str, Any]) -> tuple[BPoly, float]:
+    """The spline through the rows of a message, and when it ends."""
+    points = message["points"]
+    stamps = [point["time_from_start"] for point in points]
+    times = np.array([stamp["sec"] + 1e-9 * stamp["nanosec"] for stamp in stamps])
+    kinds = [kind for kind in ("positions", "velocities", "accelerations") if points[0][kind]]
+    return BPoly.from_derivatives(times, [[point[kind] for kind in kinds] for point in points]), times[-1]
+
+
+@pytest.mark.parametrize("motion", [panda, jerky])
+def test_the_message_is_a_motion_that_keeps_the_limits_and_is_as_fast(motion: Any, tmp_path: Path) -> None:
+    planned, rows = motion(), motion().controller_rows
+    assert planned.feasible
+    assert rows.joined.feasible
+    message = json.loads(export_motion(tmp_path, planned, "ros-json").read_text())
+    assert len(message["points"]) == len(rows.times)
+    spline, end = joined_by_scipy(message)
+    assert planned.trajectory.duration <= end + 1e-9 <= planned.trajectory.duration * 1.0001
+    times, limits = np.linspace(0.0, end, 20_001), planned.problem.robot.limits
+    for order, most in enumerate(limits.by_order, start=1):
+        assert (np.abs(spline(times, order)) <= most * (1.0 + 1e-6)).all()
+    np.testing.assert_allclose(spline(times), rows.joined.trajectory.at(times), atol=1e-9)
+    np.testing.assert_allclose(spline(end), planned.trajectory.at(np.array([planned.trajectory.duration]))[0])
+    np.testing.assert_allclose(spline(np.array([0.0, end]), 1), 0.0, atol=1e-12)
+
+
+def test_accelerations_are_stated_where_they_do_not_jump() -> None:
+    assert panda().controller_rows.accelerations
+    assert panda().controller_rows.said.endswith("% slower than planned")
+    assert not jerky().controller_rows.accelerations
+    assert "rows, joined by cubics: certified" in jerky().controller_rows.said
+
+
+def test_what_is_read_back_is_certified(tmp_path: Path) -> None:
+    file = export_motion(tmp_path, panda(), "ros-yaml")
+    again = tp.certify(str(file), "panda", obstacles=PANDA["obstacles"])
+    assert again.certified
+    assert [verdict.status for verdict in again.verdicts].count(tp.CertificateStatus.CERTIFIED) == len(again.verdicts)
+
+
+def test_rows_at_a_rate_are_judged_too(tmp_path: Path) -> None:
+    """They exceed limits that change within a few milliseconds."""
+    motion = panda()
+    even = ControllerRows(
+        motion, np.append(np.arange(0.0, motion.trajectory.duration, 0.01), motion.trajectory.duration)
+    )
+    again = tp.certify(str(export_motion(tmp_path, motion, "ros-json", 100.0)), "panda", obstacles=PANDA["obstacles"])
+    assert not even.joined.feasible
+    assert even.joined.status is again.status
+    assert even.said == f"{len(even.times)} rows, joined by quintics: {again.status}"
+
+
+def with_a_sliver(motion: Motion, length: float) -> Motion:
+    """The same motion, with another row so much after one of its own."""
+    trajectory = motion.trajectory
+    cut = trajectory.breakpoints[len(trajectory.breakpoints) // 2] + length
+    return replace(motion, trajectory=trajectory.part(0.0, cut).followed_by(trajectory.part(cut, trajectory.duration)))
+
+
+@pytest.mark.parametrize("length", [3e-8, 1e-6])
+def test_pieces_that_are_too_short_join_their_neighbours(length: float) -> None:
+    motion = with_a_sliver(panda(), length)
+    rows = motion.controller_rows
+    assert len(rows.times) < len(motion.trajectory.breakpoints)
+    assert rows.joined.feasible
+    assert rows.time_scale < 1.0001
+    naive = ControllerRows(motion, motion.trajectory.breakpoints)
+    assert not naive.joined.feasible
+
+
+def test_pieces_of_a_high_degree_are_cut_in_parts() -> None:
+    """A move of degree 9, from rest to rest with no jerk at its ends: one quintic would be another motion."""
+    robot = tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0, max_jerk=JERK)
+    shape = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70]).coef  # of u, from 0 to 1
+    way, seconds = np.array([1.0, -0.5]), 2.0
+    powers = (shape / seconds ** np.arange(10))[:, None, None] * way
+    motion = tp.certify(Trajectory(np.array([0.0, seconds]), powers[::-1]), robot).motion
+    assert motion.feasible
+    rows = motion.controller_rows
+    assert rows.joined.feasible
+    times = np.linspace(0.0, seconds, 2001)
+    ends = ControllerRows(motion, motion.trajectory.breakpoints)
+    off, coarse = (np.abs(each.joined.trajectory.at(times) - motion.trajectory.at(times)) for each in (rows, ends))
+    assert coarse.max() > 1e-3
+    assert off.max() < 1e-6
+
+
+@pytest.mark.parametrize("positions", [[[0.0, 0.0], [1.0, 0.2]], [[0.0, 0.0], [0.1, 0.0]]])
+def test_a_motion_that_is_not_proven_stays_as_it_is(positions: list[list[float]]) -> None:
+    rest, robot = [[0.0, 0.0]] * 2, tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0)
+    motion = tp.certify(([0.0, 0.2], positions, rest, rest), robot).motion
+    rows = motion.controller_rows
+    assert not rows.joined.feasible
+    assert rows.time_scale == 1.0
+    assert rows.said == "2 rows, joined by quintics: violated"
+
+
+def test_the_command_line_says_what_the_rows_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = tmp_path / "run"
+    options = ["time-3", "--evaluations", "300", "--no-plots", "--export", "ros-json", "--out", str(place)]
+    assert solve.main(options) == 0
+    said = capsys.readouterr().out
+    count = len(json.loads((place / "joint_trajectory.json").read_text())["points"])
+    assert f"joint_trajectory: {count} rows, joined by " in said
+    assert ": certified" in said
