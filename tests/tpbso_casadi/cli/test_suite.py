@@ -77,6 +77,8 @@ def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     [info] = Path("judged/coco/lshade").glob("*.info")
     assert "funcId = 1, DIM = 16" in info.read_text() and f" 2:{30 * 16}|" in info.read_text()
     assert [path.name for path in Path("judged/ioh/pso").glob("*.json")] == ["IOHprofiler_f1_spline-2.json"]
+    twice = refusal(capsys, main, "report", "judged", "--runs", "judged/runs.csv", "--no-plots")
+    assert "is in 2 tables" in twice
     assert "no runs of these" in refusal(capsys, main, "report", "judged", "--functions", "panda-boxes", "--no-plots")
 
 
