@@ -214,7 +214,7 @@ def tables() -> None:
 def overall(judged: Referee) -> Iterator[str]:
     """Solvers, the best first: rank, targets, expected running times, runs that keep all constraints."""
     found = judged.ranking
-    yield "| solver | mean rank | not significantly worse than | targets | ERT 10 % | ERT 1 % | feasible | median gap |"
+    yield "| solver | mean rank | joined with | targets | ERT 10 % | ERT 1 % | feasible | median gap |"
     yield "|---|---|---|---|---|---|---|---|"
     for place, (solver, rank) in enumerate(zip(found.solvers, found.ranks.tolist(), strict=True)):
         _, shares = judged.shares(solver, judged.problems)
@@ -224,8 +224,13 @@ def overall(judged: Referee) -> Iterator[str]:
         middle = float(np.median(judged.scores[:, judged.solvers.index(solver)]))
         cells = [f"{rank:.1f}", better, f"{100.0 * (shares[-1] if shares.size else 0.0):.0f} %"]
         cells += [f"{time:,.0f}" if isfinite(time) else "never" for time in times]
-        cells += [f"{100.0 * feasible / runs:.0f} %", f"{100.0 * middle:.2g} %" if middle < inf else "infeasible"]
+        cells += [f"{100.0 * feasible / runs:.0f} %", percent(middle) if middle < inf else "infeasible"]
         yield f"| {solver} | {' | '.join(cells)} |"
+
+
+def percent(gap: float) -> str:
+    """Two digits, and all before the point."""
+    return f"{100.0 * gap:.2g} %" if gap < 0.995 else f"{100.0 * gap:.0f} %"
 
 
 def by_group(judged: Referee) -> Iterator[str]:

@@ -20,6 +20,8 @@ ALGORITHMS = (  # those that search a whole box
     *("LSRTDE", "NLSHADE_RSP", "PSO", "RCMAES", "RDEX", "SPSO2011", "j2020", "jSO"),
 )
 
+MOVING_MEANS = ("BIPOP_aCMAES", "CMAES", "RCMAES")  # which begin around what is known, without its costs
+
 
 @dataclass(frozen=True)
 class Minion(Solver):
@@ -49,6 +51,8 @@ class Minion(Solver):
 
             options = {} if self.population is None else {"population_size": self.population}
             known = [] if box.known is None else box.to_unit(box.known)[: self.minimum_population].tolist()
+            if known and self.algorithm in MOVING_MEANS:
+                costs(known)
             while True:
                 Minimizer(
                     costs,

@@ -16,6 +16,7 @@ from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 
 ALGORITHMS = ("bee_colony", "cmaes", "de", "de1220", "gaco", "gwo", "pso", "pso_gen", "sade", "sea", "sga", "xnes")
 GENERATIONS = 1_000_000  # of one run, the most; the budget ends the search
+LARGEST_KERNEL = 63  # of the ant colony, pygmo's default, which must not be larger than the population
 
 
 @dataclass(frozen=True)
@@ -39,13 +40,14 @@ class Pygmo(Solver):
 
         def run(cost: Cost) -> None:
             problem = pygmo.problem(_Cube(box, cost))
+            options = {"ker": min(LARGEST_KERNEL, self.population)} if self.algorithm == "gaco" else {}
             shares = box.initial_shares(rng.random((self.population, box.dimension)))
             while True:
                 population = pygmo.population(problem, seed=int(rng.integers(2**31)))
                 for share in shares:
                     population.push_back(share)
                 kind = getattr(pygmo, self.algorithm)
-                pygmo.algorithm(kind(gen=GENERATIONS, seed=int(rng.integers(2**31)))).evolve(population)
+                pygmo.algorithm(kind(gen=GENERATIONS, seed=int(rng.integers(2**31)), **options)).evolve(population)
                 shares = rng.random((self.population, box.dimension))
 
         return callback_to_generator(run, iterations, self.population)

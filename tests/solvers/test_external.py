@@ -95,7 +95,7 @@ CHOICES: dict[str, list[dict[str, str]]] = {
     "nevergrad": [{"optimizer": "CMA"}, {"optimizer": "RecombiningPortfolioDiscreteOnePlusOne"}],
     "mealpy": [{"algorithm": "SHADE.L_SHADE"}],
     "minion": [{"algorithm": "jSO"}, {"algorithm": "CMAES"}],
-    "pygmo": [{"algorithm": "de1220"}, {"algorithm": "cmaes"}],
+    "pygmo": [{"algorithm": "de1220"}, {"algorithm": "cmaes"}, {"algorithm": "gaco"}],
     "pymoo": [{"algorithm": "nsga2"}],
 }
 
@@ -106,6 +106,19 @@ def sphere(x: np.ndarray) -> np.ndarray:
 
 def search(name: str, seed: int = 1, evaluations: int = 150, **settings: Any) -> Result:
     return minimize(sphere, BOX, named_solver(name)(**settings), Budget(evaluations), seed)
+
+
+@pytest.mark.parametrize("algorithm", ["ARRDE", "CMAES", "RCMAES", "BIPOP_aCMAES"])
+def test_minion_begins_with_known_candidates_whatever_the_algorithm(algorithm: str) -> None:
+    seen: list[np.ndarray] = []
+
+    def recorded(x: np.ndarray) -> np.ndarray:
+        seen.append(x.copy())
+        return sphere(x)
+
+    known = np.array([[1.0, 1.0, 4.0], [2.0, 1.0, 5.0]])
+    minimize(recorded, BOX, named_solver("minion")(algorithm=algorithm), Budget(60), 1, known=known)
+    assert np.concatenate(seen)[:2] == pytest.approx(known, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", LIBRARIES_OF_MANY)

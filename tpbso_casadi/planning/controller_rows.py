@@ -4,7 +4,8 @@ A joint trajectory controller joins rows by quintics where they state accelerati
 velocities alone. Where rows stand where the pieces of a motion meet, and these are of no higher degree, that is the
 motion again, but for rounding: times are whole nanoseconds, which counts in pieces of microseconds. So what is too
 short joins its neighbour, what is of a higher degree is cut in parts, and the motion is slowed by the least factor with
-which its limits hold as the controller runs it; that motion is judged like any other.
+which its limits hold as the controller runs it; that motion is judged like any other. An end that moves is as fast as
+planned: what a slower motion misses there is added, and fades away over all of it.
 """
 
 from __future__ import annotations
@@ -73,7 +74,16 @@ class ControllerRows:
     @cached_property
     def states(self) -> tuple[FloatArray, ...]:
         """Positions, velocities and, where they are stated, accelerations, each (n, dof)."""
-        return tuple(self.source.trajectory.at(self.times, order) for order in range(3 if self.accelerations else 2))
+        parts, orders = (self.source.trajectory, self._missed_at_ends), range(3 if self.accelerations else 2)
+        return tuple(np.sum([part.at(self.times, order) for part in parts], axis=0) for order in orders)
+
+    @property
+    def _missed_at_ends(self) -> Trajectory:
+        """What is to be added, so that ends that move do so as planned: nothing where both are at rest."""
+        ends, planned = self.source.trajectory.breakpoints[[0, -1]], self.source.criteria.task.end_accelerations
+        position, velocity, acceleration = (self.source.trajectory.at(ends, order) for order in range(3))
+        lost = np.where(planned != 0.0, (self.time_scale**2 - 1.0) * acceleration, 0.0)
+        return MotionRows(ends, np.zeros_like(position), (self.time_scale - 1.0) * velocity, lost).trajectory
 
     @cached_property
     def joined(self) -> Motion:

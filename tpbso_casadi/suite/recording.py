@@ -24,6 +24,7 @@ from tpbso_casadi.suite.frozen import InvalidSuite
 from tpbso_casadi.suite.kernels import FloatArray
 from tpbso_casadi.suite.problem import SuiteProblem, Values, problem_named
 
+MOST_EVALUATIONS = 10**15  # of a run in a table: what numbers of 64 bits are exact for
 HEADER = ("solver", "problem", "run", "evaluations", "merit")
 
 
@@ -41,6 +42,7 @@ class Recording:
 
     Raises:
         TypeError: no problem of a suite, no text, or no whole number.
+        ValueError: the label is empty, or has characters that cannot be printed: no table could be read again.
     """
 
     problem: SuiteProblem
@@ -54,8 +56,10 @@ class Recording:
         for name, kind, what in (("problem", SuiteProblem, "a problem of a suite"), ("solver", str, "a label")):
             if not isinstance(getattr(self, name), kind):
                 raise TypeError(f"{name}: {what} is needed")
-        if not isinstance(self.run, int):
+        if not isinstance(self.run, int) or isinstance(self.run, bool):
             raise TypeError("run: a whole number is needed")
+        if not self.solver or not self.solver.isprintable():
+            raise ValueError("solver: a name in printable characters is needed")
 
     def __call__(self, x: FloatArray) -> Any:
         """Merits (m,) of candidates (m, d), or the merit of one vector (d,); of two objectives (m, 2) and (2,).
@@ -223,11 +227,9 @@ def _add(runs: dict[tuple[str, str, int], Recording], row: list[str]) -> None:
     if len(row) != len(HEADER):
         raise ValueError(f"{len(row)} fields where {len(HEADER)} are needed")
     solver, name, run, evaluations, merit = row[0], row[1], int(row[2]), int(row[3]), float(row[4])
-    if not solver or not solver.isprintable():
-        raise ValueError("solver: a name in printable characters is needed")
     problem = problem_named(name)
-    if not isfinite(merit) or evaluations < 1:
-        raise ValueError("a finite merit and at least one evaluation are needed")
+    if not isfinite(merit) or not 1 <= evaluations <= MOST_EVALUATIONS:
+        raise ValueError(f"a finite merit and from 1 to {MOST_EVALUATIONS} evaluations are needed")
     into = runs.setdefault((solver, name, run), Recording(problem, solver, run))
     if evaluations <= into.done:
         raise ValueError(f"evaluations: {evaluations} after {into.done} of the same run")

@@ -84,6 +84,8 @@ def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     Path("other.csv").write_text(f"{header}\nmine,arm-motions-1/spline-3@1,1,9,1.0\n")
     arguments = ("report", "judged", "--runs", "other.csv", "--no-plots")
     assert "no problem that all of the solvers have searched" in refusal(capsys, main, *arguments)
+    twice = refusal(capsys, main, "report", "judged", "--runs", "judged/runs.csv", "--no-plots")
+    assert "is in 2 tables" in twice
     assert "no runs of these" in refusal(capsys, main, "report", "judged", "--functions", "panda-boxes", "--no-plots")
 
 

@@ -128,6 +128,25 @@ def test_pieces_of_a_high_degree_are_cut_in_parts() -> None:
     assert off.max() < 1e-6
 
 
+@pytest.mark.parametrize("most", [None, JERK])
+def test_an_end_that_moves_is_as_fast_in_slower_rows(most: float | None, tmp_path: Path) -> None:
+    """By the message alone; without what is added the slower motion would begin more slowly than the arm moves."""
+    robot = tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0, max_jerk=most)
+    start, moving = tp.Joints((0.2, -0.3)), [0.3, -0.2]
+    motion = tp.plan(
+        robot, start=start, goal=tp.Joints((0.9, 0.4)), start_velocity=moving, obstacles=[], evaluations=200
+    ).motion
+    rows = motion.controller_rows
+    assert motion.feasible
+    assert rows.time_scale > 1.0
+    assert rows.joined.feasible, rows.said
+    spline, end = joined_by_scipy(json.loads(export_motion(tmp_path, motion, "ros-json").read_text()))
+    np.testing.assert_allclose(spline(0.0, 1), moving, atol=1e-12)
+    times, limits = np.linspace(0.0, end, 20_001), motion.problem.robot.limits
+    for order, bound in enumerate(limits.by_order, start=1):
+        assert (np.abs(spline(times, order)) <= np.array(bound) * (1.0 + 1e-6)).all()
+
+
 @pytest.mark.parametrize("positions", [[[0.0, 0.0], [1.0, 0.2]], [[0.0, 0.0], [0.1, 0.0]]])
 def test_a_motion_that_is_not_proven_stays_as_it_is(positions: list[list[float]]) -> None:
     rest, robot = [[0.0, 0.0]] * 2, tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0)

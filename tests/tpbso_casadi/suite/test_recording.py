@@ -83,8 +83,9 @@ def test_when_it_was_feasible_first(tmp_path: Path) -> None:
         ("a,arm-motions-1/nope@1,1,1,2.0", "line 2: there is no problem 'nope@1'"),
         ("a,nope,1,1,2.0", "line 2: 'nope' is no problem such as"),
         (f"a,{NAME},x,1,2.0", "line 2: invalid literal"),
-        (f"a,{NAME},1,0,2.0", "line 2: a finite merit and at least one evaluation are needed"),
-        (f"a,{NAME},1,1,nan", "line 2: a finite merit and at least one evaluation are needed"),
+        (f"a,{NAME},1,0,2.0", "line 2: a finite merit and from 1 to 1000000000000000 evaluations are needed"),
+        (f"a,{NAME},1,1{'0' * 400},2.0", "line 2: a finite merit and from 1 to"),
+        (f"a,{NAME},1,1,nan", "line 2: a finite merit and from 1 to"),
         (f"a,{NAME},1,2,2.0\na,{NAME},1,2,1.0", "line 3: evaluations: 2 after 2 of the same run"),
         (f"a,{NAME},1,2,2.0\na,{NAME},1,3,2.5", "line 3: merit: 2.5 after 2 of the same run"),
     ],
@@ -164,6 +165,7 @@ def test_without_a_front_two_objectives_are_not_judged(monkeypatch: pytest.Monke
         (lambda folder: Recording("spline-2@1", "mine"), "problem: a problem of a suite is needed"),  # type: ignore[arg-type]
         (lambda folder: Recording(PROBLEM, 1), "solver: a label is needed"),  # type: ignore[arg-type]
         (lambda folder: Recording(PROBLEM, "mine", "one"), "run: a whole number is needed"),  # type: ignore[arg-type]
+        (lambda folder: Recording(PROBLEM, "mine", True), "run: a whole number is needed"),
         (lambda folder: tp.suite(functions="spline"), "functions: a list of names is needed"),
         (lambda folder: tp.suite(instances=[True]), "instances: a list of whole numbers is needed"),
         (lambda folder: tp.suite(1), "name: that of a suite is needed"),  # type: ignore[arg-type]
@@ -172,6 +174,12 @@ def test_without_a_front_two_objectives_are_not_judged(monkeypatch: pytest.Monke
 def test_other_arguments_are_refused(call: Callable[[Path], object], reason: str, tmp_path: Path) -> None:
     with pytest.raises(TypeError, match=reason):
         call(tmp_path)
+
+
+@pytest.mark.parametrize("label", ["", "a\nb", "\ud800"])
+def test_labels_that_no_table_holds_are_refused_before_the_run(label: str) -> None:
+    with pytest.raises(ValueError, match="solver: a name in printable characters is needed"):
+        Recording(PROBLEM, label)
 
 
 def test_a_table_that_cannot_be_written_is_named(tmp_path: Path) -> None:

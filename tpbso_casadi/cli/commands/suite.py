@@ -6,6 +6,7 @@ import argparse
 import re
 import shlex
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -210,6 +211,10 @@ def report(options: argparse.Namespace, command: str) -> int:
         raise InvalidSuite(f"{own}: there are no runs; say --runs FILE, or the folder of `tpbso suite run`")
     names = {problem.name for problem in chosen(options)}
     runs = [run for file in files for run in read_runs(file) if run.problem.name in names]
+    counts = Counter((run.solver, run.problem.name, run.run) for run in runs)
+    for (solver, name, number), count in counts.items():
+        if count > 1:
+            raise InvalidSuite(f"{files[-1]}: run {number} of {solver} on {name} is in {count} tables")
     if not runs:
         raise InvalidSuite(f"{files[0]}: there are no runs of these functions and instances in it")
     judged = on_common_problems(runs)
