@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import cache
 from inspect import isabstract
 from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, TypeGuard, TypeVar
@@ -142,12 +142,30 @@ def obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
         ScenarioError: none does.
     """
     if isinstance(obstacle, MovingObstacle):
-        table = obstacle_table(obstacle.still) | _motion_keys(obstacle.motion)
+        table = obstacle_table(_still_at_start(obstacle)) | _motion_keys(obstacle.motion)
         return table | ({"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {})
     if not states_a_shape(type(obstacle)):
         raise ScenarioError(f"obstacles: {type(obstacle).__name__} is not {SHAPE_CATALOGUE.requirement}")
     stated = {"shape": name_of(type(obstacle)), **stated_values(obstacle)}
     return {key: value for key, value in stated.items() if key != "name" or value}
+
+
+def _still_at_start(obstacle: MovingObstacle) -> Obstacle:
+    """Where an obstacle begins to move, as tables state it: in the world, not in a frame that has an origin there.
+
+    Raises:
+        ScenarioError: its shape is placed neither by a centre nor by points.
+    """
+    still, origin = obstacle.still, np.array(getattr(obstacle.motion, "origin", ()))
+    if not origin.any():
+        return still
+    place = next((each.name for each in fields(still) if each.name in ("center", "points")), None)
+    if place is None:
+        name = type(still).__name__
+        raise ScenarioError(f"obstacles: no table states where a {name} begins to move; place it there, without origin")
+    rows = (np.array(getattr(still, place)) + origin).tolist()
+    moved: dict[str, Any] = {place: tuple(map(tuple, rows)) if place == "points" else tuple(rows)}
+    return replace(still, **moved)
 
 
 def _motion_keys(motion: ObstacleMotion) -> dict[str, Any]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import problems
 import tpbso_casadi as tp
+from problems.base import Coordinate, FloatArray
 from problems.scene import SOLIDS
 from problems.tasks import JointFollowing, Place, RecordedMotion, Task
 from tpbso_casadi.facade.statement import goals_table, place_table
@@ -57,6 +59,50 @@ def test_an_obstacle_that_moves_is_what_its_table_builds(motion: Any) -> None:
     assert (again.still, again.margin_rate) == (moving.still, moving.margin_rate)
     times = np.linspace(-0.5, 3.0, 50)
     np.testing.assert_allclose(again.frames(times).origins, moving.frames(times).origins, atol=1e-12)
+
+
+@pytest.mark.parametrize("still", OBSTACLES, ids=lambda still: type(still).__name__)
+def test_where_the_frame_of_a_motion_begins_is_kept(still: tp.Obstacle) -> None:
+    """Points are in what is built from the table where they are in the shape as seen from the frame."""
+    dim, time = still.dim, 0.5
+    origin, velocity = (1.3, -0.1, 0.4)[:dim], (-0.5, 0.2, 0.1)[:dim]
+    moving = tp.MovingObstacle(still, tp.ConstantVelocity(velocity, origin), margin_rate=0.01)
+    (again,) = read_obstacle(obstacle_table(moving)).built(1)
+    points = np.random.default_rng(1).uniform(-0.25, 0.25, (400, dim)) + still.place
+    within = [still.contains(tuple(point)) for point in points]
+    world = points + origin + time * np.array(velocity)
+    assert any(within) and not all(within)
+    assert [again.at(time).contains(tuple(point)) for point in world] == within
+
+
+@dataclass(frozen=True)
+class Wall(tp.Obstacle):
+    """One that is placed otherwise."""
+
+    height: Coordinate = 1.0
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        return (0.0, self.height)
+
+    @property
+    def width(self) -> float:
+        return 1.0
+
+    def contains(self, point: tuple[float, ...]) -> bool:
+        return point[1] >= self.height
+
+    def segment_clearance(self, start: ca.SX, end: ca.SX) -> ca.SX:
+        return self.height - ca.fmax(start[:, 1], end[:, 1])
+
+    def outline(self, count: int = 96) -> FloatArray:
+        return np.array([[-1.0, self.height], [1.0, self.height], [0.0, self.height + 1.0]])
+
+
+def test_a_shape_without_a_centre_whose_frame_begins_elsewhere_is_refused() -> None:
+    moving = tp.MovingObstacle(Wall(), tp.ConstantVelocity((0.0, -0.1), (0.0, 0.5)))
+    with pytest.raises(tp.ScenarioError, match="no table states where a Wall begins to move"):
+        obstacle_table(moving)
 
 
 class Stranger(tp.ConstantVelocity):
