@@ -30,6 +30,7 @@ EXACT = 2e-15  # how far a rotation in a file may be off
 SPARE = 2.0  # times the sum of the jumps of a motion, where that is more
 ROUNDING = 1e-11  # of the largest value, that a checker adds to each of them, at most
 NEAR = 1e-6  # how far the tool, and points 1 m along its axes, may be from where a position or pose has them, m
+LEVERS = 4.0  # times reach and 1 m, that a joint's tolerance moves them by at most; bounds included
 
 
 def certificate_of(criteria: Criteria, trajectory: Trajectory) -> dict[str, Any]:
@@ -217,6 +218,7 @@ class _Statement:
         """Where the tool starts and ends, where the task says that as a position or pose."""
         robot, task, trajectory = self._criteria.robot, self._criteria.task, self._trajectory
         frame, postures = _tool_frame(robot), self._given_postures()
+        within = max(NEAR, LEVERS * robot.dof * (robot.reach()[1] + 1.0) * self._tolerances()[0])
         stated = task.end_places(trajectory.at(trajectory.breakpoints[-1:])[0])
         for at_goal, place in enumerate(stated):
             if postures[at_goal] is None and isinstance(place, Position | Pose):
@@ -228,7 +230,7 @@ class _Statement:
                     "carrier": robot.dof - 1,
                     "points": frame[: len(places)].tolist(),
                     "places": places.tolist(),
-                    "within": NEAR,
+                    "within": float(within),
                 }
 
     def _not_covered(self) -> Iterator[str]:
