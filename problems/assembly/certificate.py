@@ -20,6 +20,7 @@ from problems.limits import KINDS, Clearance, CoverClearance, CoverSelfClearance
 from problems.motions import Trajectory
 from problems.robots import PlanarArm, Robot, SpatialArm, moved_inertia
 from problems.scene import Obstacle, Solid
+from problems.tasks import Pose, Position
 
 FROM_OBSTACLES, FROM_EACH_OTHER = (Clearance, CoverClearance), (SelfClearance, CoverSelfClearance)
 CLAIMED = {*KINDS, *FROM_OBSTACLES, *FROM_EACH_OTHER}  # kinds of limits; a class derived from one may state another
@@ -28,6 +29,8 @@ LEAST_TOLERANCE = 2e-9  # of positions, speeds and accelerations
 EXACT = 2e-15  # how far a rotation in a file may be off
 SPARE = 2.0  # times the sum of the jumps of a motion, where that is more
 ROUNDING = 1e-11  # of the largest value, that a checker adds to each of them, at most
+NEAR = 1e-6  # how far the tool, and points 1 m along its axes, may be from where a position or pose has them, m
+LEVERS = 4.0  # times reach and 1 m, that a joint's tolerance moves them by at most; bounds included
 
 
 def certificate_of(criteria: Criteria, trajectory: Trajectory) -> dict[str, Any]:
@@ -120,6 +123,7 @@ class _Statement:
             "start": self._end(0),
             "goal": self._end(-1),
             "tolerances": [TOLERANCE * (1.0 + 1e-3), *self._tolerances()],
+            "places": list(self._places()),
             "not_covered": list(dict.fromkeys(self._not_covered())),
         }
 
@@ -210,6 +214,25 @@ class _Statement:
         sizes = [ROUNDING * edges.size * (1.0 + np.abs(trajectory.at(edges, n)).max()) for n in range(3)]
         return [max(LEAST_TOLERANCE, SPARE * jump) + float(size) for jump, size in zip(jumps, sizes, strict=True)]
 
+    def _places(self) -> Iterator[dict[str, Any]]:
+        """Where the tool starts and ends, where the task says that as a position or pose."""
+        robot, task, trajectory = self._criteria.robot, self._criteria.task, self._trajectory
+        frame, postures = _tool_frame(robot), self._given_postures()
+        within = max(NEAR, LEVERS * robot.dof * (robot.reach()[1] + 1.0) * self._tolerances()[0])
+        stated = task.end_places(trajectory.at(trajectory.breakpoints[-1:])[0])
+        for at_goal, place in enumerate(stated):
+            if postures[at_goal] is None and isinstance(place, Position | Pose):
+                turned = place.rotation if isinstance(place, Pose) else None
+                point = np.append(place.position(robot), np.zeros(3 - robot.dim))
+                places = point[None] if turned is None else point + np.vstack([np.zeros(3), turned.T])
+                yield {
+                    "at_goal": at_goal,
+                    "carrier": robot.dof - 1,
+                    "points": frame[: len(places)].tolist(),
+                    "places": places.tolist(),
+                    "within": float(within),
+                }
+
     def _not_covered(self) -> Iterator[str]:
         """A line of each thing that the verdicts of the motion speak of, or do not, and the file does not claim."""
         criteria = self._criteria
@@ -223,6 +246,7 @@ class _Statement:
             yield f"limit: {criteria.task.duration_bounds.name}"
         given = dict(zip(("start", "goal"), self._given_postures(), strict=True))
         covered = {"start velocity", "goal velocity", *(name for name, posture in given.items() if posture is not None)}
+        covered |= {("start", "goal")[place["at_goal"]] for place in self._places()}
         for constraint, _ in criteria.task.conditions(self._trajectory):
             if constraint.name not in covered:
                 yield f"condition: {constraint.name}"
@@ -235,6 +259,17 @@ def _solids(obstacle: Obstacle) -> tuple[Obstacle, ...]:
     solids = still.in_space if "in_space" in vars(type(still)) else (still,)
     known = all(obstacle_numbers(solid) is not None for solid in solids) and drifts_of([obstacle]) is not None
     return solids if known else ()
+
+
+def _tool_frame(robot: Robot) -> FloatArray:
+    """The tool, and points 1 m along its axes, in the frame of the last joint, (4, 3), m."""
+    if isinstance(robot, PlanarArm):
+        along, left = robot.tool_offset
+        place, axes = [float(robot.link_lengths[-1]) + along, float(left), 0.0], np.eye(3)
+    else:
+        assert isinstance(robot, SpatialArm)
+        place, axes = _flat(robot.tool_frame.translation), np.transpose(_rotation(robot.tool_frame.rotation))
+    return np.asarray(np.array(place) + np.vstack([np.zeros(3), axes]))
 
 
 def _spatial_chain(robot: SpatialArm) -> dict[str, Any]:

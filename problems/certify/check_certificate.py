@@ -44,18 +44,19 @@ SHAPES: dict[str, tuple[int, Callable[[Array, Array, Array], Any]]] = {  # how m
 FORM = """FILE is format: word; version: ; robot: text; stages: [STAGE].
 STAGE is name: text; robot: ROBOT; obstacles: [OBSTACLE]; may_touch: TOUCH; margins: 2 | +; pause: | +;
 breakpoints: times; coefficients: pieces joints powers | ~; start: 3 joints; goal: 3 joints; tolerances: 4 | +;
-not_covered: [text]; planes: planes 3; proof: PROOF.
+places: [PLACE]; not_covered: [text]; planes: planes 3; proof: PROOF.
 ROBOT is joints: [text]; turns: joints | <2; axes: joints 3; rotations: joints 3 3 | R; translations: joints 3;
 base_rotation: 3 3 | R; base_translation: 3; ranges: joints 2 | ?; limits: joints 4 | ?+; friction: 2 joints | +;
 tracking_error: 3 joints | +; gravity: 3; masses: masses 13; carriers: masses | <joints; links: [text];
 link_bodies: links | <100; balls: balls 4; ball_parents: balls | <balls; long_balls: long | <balls; far_ends: long 3;
 own_pairs: pairs 2 | <balls. TOUCH is links: near | <links; obstacles: near | <obstacles.
+PLACE is at_goal: | <2; carrier: | <joints; points: m 3; places: m 3; within: | +.
 OBSTACLE is name: text; shape: word; sizes: n | +; rotation: 3 3 | R; center: 3; velocity: 3; growth: | +; points: m 3.
 PROOF is limits: [digits]; obstacles: [digits]; own: [digits]"""
 FORMS = dict(form.split(" is ") for form in FORM.replace("\n", " ").split(". "))
 CHAIN = ("joints", "turns", "axes", "rotations", "translations", "base_rotation", "base_translation")
 ACCEPTED = """assumed: numbers of robot, obstacles and motion, some of them above, are true; all is rigid; balls hold
-links; joints keep to tracking errors; speeds, accelerations, jerks and torques are the motion's; nothing else moves;
+links; joints keep to tracking errors; places, speeds, accelerations and torques are the motion's; nothing else moves;
 what is taken or put down lies where the next stage has it\naccepted: all that is claimed is proven, for all t"""
 
 
@@ -150,8 +151,9 @@ class Robot:
 class Cells:
     """Cells of time: number c P + p is node c of the tree of piece p of P; 1 is all of it, 2 c and 2 c + 1 halve c."""
 
-    def __init__(self, motion: "Stage", numbers: Whole) -> None:
-        self.motion, self.numbers, (node, self.piece) = motion, numbers, np.divmod(numbers, motion.pieces)
+    def __init__(self, motion: "Stage", of_pairs: Whole) -> None:
+        numbers, self.of = np.unique(of_pairs, return_inverse=True)
+        self.motion, (node, self.piece) = motion, np.divmod(numbers, motion.pieces)
         parts, length = 2.0 ** (np.frexp(node.astype(np.float64))[1] - 1), motion.lengths[self.piece]
         self.start, self.end = length * (node - parts) / parts, length * (node - parts + 1.0) / parts
         self.middle = self.start + (self.end - self.start) / 2.0
@@ -278,21 +280,23 @@ class Arm:
 
 
 class Scene:
-    """A robot at functions of its joints: where it is in their middles, and how far from there it may be."""
+    """A robot in cells: where it is in their middles, and how far from there it may be, its tracking error included."""
 
-    def __init__(self, robot: Robot, place: Taylor, error: Any, outer: float) -> None:
-        self.robot, given = robot, robot.given
+    def __init__(self, stage: "Stage", cells: Cells) -> None:
+        self.robot, self.cell, given, place = stage.robot, cells.of, stage.given.robot, cells.state(0)
+        (constant, *shares), rates = given.tracking_error, [cells.state(order) for order in (1, 2)]
+        error = sum((share * (rate.size + rate.off) for share, rate in zip(shares, rates, strict=True)), constant)
         self.away = (np.abs(place.terms[1:]).sum(axis=0) + place.off + error) * (1.0 + SLACK)  # of joints
         values = place.terms[0].T[:, :, None, None]
         each = np.zeros((len(self.away), 1, 1))  # also of what no joint turns
         arm = Arm(given, values, lambda x: x + each, lambda x: (np.cos(x), np.sin(x)))
         self.frames, self.places, self.axes = (np.stack(part) for part in (arm.frames, arm.places, arm.axes))
-        size = robot.size + outer + float(np.abs(values[given.turns == 0]).sum(axis=0).max(initial=0.0))
-        self.rounding = 8.0 * (robot.dof + 4) * (6.0 * OFF + 128.0 * U) * size  # lemma 7
+        size = stage.robot.size + stage.outer + float(np.abs(values[given.turns == 0]).sum(axis=0).max(initial=0.0))
+        self.rounding = 8.0 * (stage.robot.dof + 4) * (6.0 * OFF + 128.0 * U) * size  # lemma 7
 
-    def follow(self, body: Whole, ends: Array, cell: Whole, seen_from: Any) -> tuple[Array, Array]:
+    def follow(self, body: Whole, ends: Array, seen_from: Any) -> tuple[Array, Array]:
         """Where points of bodies, (1 or 2, m, 3), are in the middles of cells; how far they travel (lemma 3)."""
-        frame, place = (part[body, cell] for part in (self.frames, self.places))
+        cell, (frame, place) = self.cell, (part[body, self.cell] for part in (self.frames, self.places))
         points, moved = np.einsum("mij,emj->emi", frame, ends) + place[..., 0], np.zeros(len(body))
         for j, turns in enumerate(self.robot.given.turns):
             by = np.flatnonzero((body > j) & (seen_from <= j))
@@ -308,11 +312,6 @@ class Claim:
         self.stage, self.look, self.name, self.names, self.balls = stage, look, name, names, balls
         self.pairs = np.repeat(np.array(roots, dtype=np.intp).reshape(-1, 2), stage.pieces, axis=0)
         self.cells = np.tile(np.arange(stage.pieces, 2 * stage.pieces), len(roots))
-
-    def room(self, which: Whole) -> Any:
-        """What some of what is left have, and how far they travel."""
-        numbers, place = np.unique(self.cells[which], return_inverse=True)
-        return self.look(self.pairs[which], Cells(self.stage, numbers), place)
 
     def words(self, k: int) -> str:
         """The k-th of what is left."""
@@ -344,7 +343,7 @@ class Claim:
                 raise RefusedError(f"{self.words(len(digits))}: no proof")
             need(len(digits) == len(self.cells), "proof", "one digit of each pair and cell that is left")
             held = np.flatnonzero(digits == 0)
-            room, _ = self.room(held)
+            room, _ = self.look(self.pairs[held], Cells(self.stage, self.cells[held]))
             for k in np.flatnonzero(~(room >= 0.0)):
                 raise RefusedError(f"{self.words(held[k])}: {-room[k]:.3g} short")
             self.divide(digits)
@@ -383,26 +382,20 @@ class Stage:
             "own": Claim(self, self.apart, "self clearance of {} from {}", robot.own_pairs, (links, links), 2),
         }
 
-    def within(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[Array, Array]:
+    def within(self, pairs: Whole, cells: Cells) -> tuple[Array, Array]:
         """Of limits and joints: the least room of both bounds."""
         room, (kind, joint) = np.empty(len(pairs)), pairs.T
         for k in np.unique(kind):
             low, high = cells.torques(self.given.robot) if k == TORQUE else cells.state(k).range()
             among, least = kind == k, np.minimum(low - self.low[k], self.high[k] - high)
-            room[among] = least[number[among], joint[among]]
+            room[among] = least[cells.of[among], joint[among]]
         return room, np.zeros(len(pairs))
 
-    def scene(self, cells: Cells) -> Scene:
-        """The robot in cells, anywhere within its tracking error."""
-        (constant, *shares), rates = self.robot.given.tracking_error, [cells.state(order) for order in (1, 2)]
-        error = sum((share * (rate.size + rate.off) for share, rate in zip(shares, rates, strict=True)), constant)
-        return Scene(self.robot, cells.state(0), error, self.outer)
-
-    def clear(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[Array, Array]:
+    def clear(self, pairs: Whole, cells: Cells) -> tuple[Array, Array]:
         """Of balls and obstacles: room beyond planes in the middles of cells, less what both travel (lemma 5)."""
-        scene, (ball, other), room = self.scene(cells), pairs.T, np.empty(len(pairs))
-        body, times = self.robot.body[ball], cells.times[number]
-        ends, moved = scene.follow(body, self.robot.ends[:, ball], number, 0)
+        scene, (ball, other), room = Scene(self, cells), pairs.T, np.empty(len(pairs))
+        body, times = self.robot.body[ball], cells.times[cells.of]
+        ends, moved = scene.follow(body, self.robot.ends[:, ball], 0)
         planes, self.used = self.given.planes[self.used : self.used + len(pairs)], self.used + len(pairs)
         need(len(planes) == len(pairs), "planes", "one of each ball, obstacle and cell that have room")
         n = planes / np.maximum(norm(planes, axis=1), TINY)[:, None]
@@ -411,21 +404,20 @@ class Stage:
             seen = (ends[:, by] - o.center - times[by, None] * o.velocity) @ o.rotation
             farthest = SHAPES[o.shape][1](n[by], o.sizes, o.points)
             room[by] = (n[by] * seen).sum(axis=2).min(axis=0) - farthest - o.growth * times[by]
-        travel = moved + self.pace[other] * cells.half[number] * (1.0 + SLACK)
+        travel = moved + self.pace[other] * cells.half[cells.of] * (1.0 + SLACK)
         return room - self.robot.radii[ball] - self.given.margins[0] - travel - scene.rounding, travel
 
-    def apart(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[Array, Array]:
+    def apart(self, pairs: Whole, cells: Cells) -> tuple[Array, Array]:
         """Of two balls: the best of planes across ways from ends to the other one (lemma 5)."""
-        scene, (body, other), found = self.scene(cells), self.robot.body[pairs].T, np.full(len(pairs), -inf)
-        near, _ = scene.follow(other, self.robot.ends[:, pairs[:, 1]], number, self.robot.dof)
-        far, travel = scene.follow(body, self.robot.ends[:, pairs[:, 0]], number, other)
+        scene, (body, other), found = Scene(self, cells), self.robot.body[pairs].T, np.full(len(pairs), -inf)
+        near, _ = scene.follow(other, self.robot.ends[:, pairs[:, 1]], self.robot.dof)
+        far, travel = scene.follow(body, self.robot.ends[:, pairs[:, 0]], other)
         for one, two in ((near, far), (far, near)):
             along = two[-1] - two[0]
-            for end in one:
-                share = ((end - two[0]) * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), TINY)
-                way = end - two[0] - np.clip(share, 0.0, 1.0)[:, None] * along
-                n = way / np.maximum(norm(way, axis=1), TINY)[:, None]
-                found = np.maximum(found, ((one[:, None] - two) * n).sum(axis=-1).min(axis=(0, 1)))
+            share = ((one - two[0]) * along).sum(axis=2) / np.maximum((along * along).sum(axis=1), TINY)
+            way = one - two[0] - np.clip(share, 0.0, 1.0)[:, :, None] * along
+            n = (way / np.maximum(norm(way, axis=2), TINY)[:, :, None])[:, None, None]
+            found = np.maximum(found, ((one[:, None] - two) * n).sum(axis=4).min(axis=(1, 2)).max(axis=0))
         return found - self.robot.radii[pairs].sum(axis=1) - self.given.margins[1] - travel - scene.rounding, travel
 
     def check(self) -> None:
@@ -440,6 +432,14 @@ class Stage:
             jumps = np.cumsum(np.abs(stated - np.vstack([starts[:1], ends])) + 2.0 * off.max(axis=0), axis=0)
             for k in np.flatnonzero(~(jumps <= most).all(axis=1)):
                 raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} up to t = {self.breaks[k]} s")
+        for p in given.places:  # as the motion itself has them, to its tolerance (lemma 8)
+            posture, body = (given.start, given.goal)[p.at_goal][0], p.carrier + 1
+            joints = [Taylor(np.full((1, 1, 1, 1), q), given.tolerances[1]) for q in posture]
+            arm = Arm(given.robot, joints, fixed, Taylor.waves)
+            low, high = (arm.frames[body] @ fixed(p.points.T) + arm.places[body] - fixed(p.places.T)).range()
+            away = norm(np.maximum(-low, high), axis=1).max(initial=0.0) * (1.0 + SLACK)
+            if not away <= p.within:
+                raise RefusedError(f"{('start', 'goal')[p.at_goal]} of {given.name}: {away:.3g} m from its places")
         for key, claim in self.claims.items():
             claim.check(getattr(given.proof, key))
 
@@ -454,9 +454,8 @@ class Stage:
             yield f"  {joint}: {stated}tracking error {error}: constant, of speed, of acceleration"
         for k, what in enumerate(STATE[: self.orders]):
             yield f"  {what}: {given.start[k].tolist()} to {given.goal[k].tolist()}, jumps add up to {off[k + 1]}"
-        for o in given.obstacles:
-            sizes = f"{o.shape} {o.sizes.tolist()}, {len(o.points)} points"
-            yield f"  {o.name}: {sizes}, at {o.center.tolist()} + t {o.velocity.tolist()}, growing {o.growth} m/s"
+        for part in (*given.obstacles, *given.places):
+            yield "  " + ", ".join(f"{key} {np.asarray(value).tolist()}" for key, value in vars(part).items())
         names, links, roots = robot.links, self.robot.links, self.robot.roots
         yield f"  {given.margins[0]} m between links ({', '.join(names)}) and obstacles"
         yield from (f"    but {names[link]} and {given.obstacles[k].name}" for link, k in sorted(self.touching))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.linalg import norm
 
 from problems.base import FloatArray
-from problems.certify.check_certificate import Cells, Claim, RefusedError, Stage, Whole, formed
+from problems.certify.check_certificate import Cells, Claim, RefusedError, Scene, Stage, Whole, formed
 from problems.geometry import Hull
 
 MOST_ITEMS = 5_000_000  # bounds that are computed for a claim
@@ -26,20 +26,20 @@ TINY = 1e-300
 class DividedStage(Stage):
     """A stage whose planes are found, not read."""
 
-    def clear(self, pairs: Whole, cells: Cells, number: Whole) -> tuple[FloatArray, FloatArray]:
+    def clear(self, pairs: Whole, cells: Cells) -> tuple[FloatArray, FloatArray]:
         """Beyond planes across the ways from the obstacles to the balls."""
         ball = pairs[:, 0]
-        ends, _ = self.scene(cells).follow(self.robot.body[ball], self.robot.ends[:, ball], number, 0)
+        ends, _ = Scene(self, cells).follow(self.robot.body[ball], self.robot.ends[:, ball], 0)
         ways = np.empty_like(ends[0])
         for k in np.unique(pairs[:, 1]):
             among, o = pairs[:, 1] == k, self.given.obstacles[k]
-            seen = (ends[:, among] - o.center - cells.times[number[among], None] * o.velocity) @ o.rotation
+            seen = (ends[:, among] - o.center - cells.times[cells.of[among], None] * o.velocity) @ o.rotation
             ways[among] = way_from(o, nearest_of(o, seen))
         room, planes = np.full(len(pairs), -np.inf), ways
         for rounded in (np.round(COARSE * ways), np.round(FINE * ways), ways):  # of as few digits as will do
             planes = np.where((room >= 0.0)[:, None], planes, rounded)
             self.used, self.given.planes = 0, planes
-            room, travel = super().clear(pairs, cells, number)
+            room, travel = super().clear(pairs, cells)
         return room, travel
 
 
@@ -69,7 +69,7 @@ def _levels(stage: DividedStage, claim: Claim, planes: list[FloatArray]) -> list
     count = 0
     while len(claim.cells):
         count += len(claim.cells)
-        room, travel = claim.room(np.arange(len(claim.cells)))
+        room, travel = claim.look(claim.pairs, Cells(stage, claim.cells))
         balls = np.arange(2) < claim.balls
         sizes = (stage.robot.divisible[claim.pairs * balls] * balls).max(axis=1)
         digits = np.where(room >= 0.0, 0, np.where(sizes > travel, 2, 1)).astype(np.uint8)

@@ -245,6 +245,10 @@ class Move(Task):
         """Those of the goal that a posture misses least, where they leave no choice."""
         return self._posture_of(self.reached_goal(theta))
 
+    def end_places(self, theta: FloatArray) -> tuple[Place, ...]:
+        """The start, and the goal that a posture misses least."""
+        return self.start, self.reached_goal(theta)
+
     def _posture_of(self, place: Place) -> FloatArray | None:
         if place.chosen_by_inverse_kinematics or place.choices(self.robot):
             return None

@@ -13,7 +13,7 @@ from problems.motions import Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_point, check_range
-from problems.tasks.place import Elbow, check_elbow, check_point_held
+from problems.tasks.place import Elbow, Place, Position, check_elbow, check_point_held
 from problems.tasks.task import Marker, MarkerKind, Task
 
 SEGMENT_TIME_BOX = (0.1, 4.0)  # s, in which t1 and t2 are searched where the task does not bound them
@@ -87,6 +87,10 @@ class PointToPoint(Task):
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """Start and goal."""
         return end_conditions(self.robot, trajectory, self.start, self.goal)
+
+    def end_places(self, theta: FloatArray) -> tuple[Place, ...]:
+        """Start and goal."""
+        return Position(self.start), Position(self.goal)
 
     def markers(self) -> tuple[Marker, ...]:
         """Start and goal."""

@@ -189,6 +189,10 @@ class Task(Parametric, ABC):
         """The joint angles of the goal that a posture (dof,), rad, reaches; None where they are not given."""
         return None
 
+    def end_places(self, theta: FloatArray) -> tuple[Place, ...]:
+        """The places of the start, and of the goal that a posture (dof,), rad, reaches; none by default."""
+        return ()
+
     @property
     def last_places(self) -> tuple[Place, ...]:
         """The places of which one is the end, where the motion rests at one and nothing else is asked; else none."""

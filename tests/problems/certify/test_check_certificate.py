@@ -60,8 +60,9 @@ def held(stage: checker.Stage, key: str) -> Iterator[tuple[np.ndarray, checker.C
     claim = stage.claims[key]
     for digits in getattr(stage.given.proof, key):
         which = np.flatnonzero(digits == 0)
-        room, _ = claim.room(which)
-        yield claim.pairs[which], checker.Cells(stage, claim.cells[which]), room
+        cells = checker.Cells(stage, claim.cells[which])
+        room, _ = claim.look(claim.pairs[which], cells)
+        yield claim.pairs[which], cells, room
         claim.divide(digits)
 
 
@@ -96,7 +97,7 @@ def test_bounds_hold_all_through_cells(name: str) -> None:
     for pairs, cells, room in held(stage, "obstacles"):
         (node, other), least = pairs.T, np.full(len(pairs), np.inf)
         for share in np.linspace(0.0, 1.0, 9):
-            times = made.motion.breakpoints[cells.piece] + cells.start + share * (cells.end - cells.start)
+            times = (made.motion.breakpoints[cells.piece] + cells.start + share * (cells.end - cells.start))[cells.of]
             turns, places = placed(made.robot, made.motion.at(times))
             rows, body = np.arange(len(node)), stage.robot.body[node]
             centers = places[rows, body] + np.einsum("mij,mj->mi", turns[rows, body], stage.robot.ends[0, node])
@@ -229,3 +230,35 @@ def test_the_share_of_a_speed_without_a_limit_leaves_no_range() -> None:
     _, _, content = tracked()
     with pytest.raises(checker.RefusedError, match="joint range of 'one'"):
         divided(changed(content, "robot", "limits", 0, 0, value=None)["stages"][0])
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_points_of_bodies_are_where_the_ends_have_them(name: str) -> None:
+    """By another product of transformations: no farther than is said, in any posture within the tolerances."""
+    made, rng = case(name), np.random.default_rng(3)
+    ends = made.motion.at(made.motion.breakpoints[[0, -1]])
+    tolerance = made.content["stages"][0]["tolerances"][1]
+    for end, carrier in ((0, made.robot.dof - 1), (1, made.robot.dof - 1), (1, 1)):
+        own, aside = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
+
+        def there(theta: np.ndarray, own: np.ndarray = own, body: int = carrier + 1) -> np.ndarray:
+            turns, origins = (part[0, body] for part in placed(made.robot, theta[None]))
+            return np.asarray(own @ turns.T + origins)
+
+        def claiming(within: float, body: int = carrier, at: int = end, **other: Any) -> Content:
+            place = {"at_goal": at, "carrier": body, "points": own.tolist(), "places": places.tolist()}  # noqa: B023
+            return changed(made.content, "places", value=[place | {"within": within} | other])
+
+        places = there(ends[end]) + 1e-3 * aside
+        far = 1e-3 * np.linalg.norm(aside, axis=1).max()
+        off = rng.uniform(-tolerance, tolerance, size=(50, made.robot.dof))
+        worst = max(np.linalg.norm(there(ends[end] + each) - places, axis=1).max() for each in off)
+        least = far + 10.0 * made.robot.dof * tolerance
+        assert far < worst < least
+        assert accepted(claiming(least))
+        assert " m from its places" in refusal(claiming(worst))
+        assert " m from its places" in refusal(claiming(least, at=1 - end))
+        assert " m from its places" in refusal(claiming(least, body=0))
+        assert " m from its places" in refusal(claiming(least, points=own[::-1].tolist()))
+        assert " m from its places" in refusal(claiming(least, places=places[::-1].tolist()))
+        assert " m from its places" in refusal(claiming(least, places=(places + 2e-4 * aside).tolist()))

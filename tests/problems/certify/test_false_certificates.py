@@ -144,6 +144,7 @@ def test_what_is_no_number_is_no_certificate(content: Content, path: tuple[Any, 
     assert outcome(changed(content, *path, value=value)).startswith(("no certificate: ", "refused: "))
 
 
+PLACE: Content = {"at_goal": 1, "carrier": 0, "points": [[0.0] * 3], "places": [[0.0] * 3], "within": 1.0}
 FAULTS: list[tuple[tuple[Any, ...], Any, str]] = [
     (("format",), "another", "format"),
     (("version",), 2, "tpbso-casadi certificate 1"),
@@ -190,6 +191,11 @@ FAULTS: list[tuple[tuple[Any, ...], Any, str]] = [
     (("tolerances", 0), -1.0, "from 0"),
     (("not_covered",), [3], "text in quotes"),
     (("not_covered",), ["so", "so"], "every name once"),
+    (("places",), [PLACE | {"at_goal": 2}], "whole number below 2"),
+    (("places",), [PLACE | {"carrier": 4}], "whole number below 4"),
+    (("places",), [PLACE | {"within": -1e-6}], "from 0"),
+    (("places",), [PLACE | {"places": []}], "a list of 1"),
+    (("places",), [PLACE | {"name": "goal"}], "an object with the keys"),
     (("proof", "obstacles"), ["3"], "digits"),
     (("proof", "obstacles"), "0", "a list"),
     (("proof", "own"), ["1" * 8] * 50, "levels"),
@@ -329,7 +335,8 @@ def test_all_that_is_checked_is_said(tmp_path: Path, content: Content, capsys: p
     assert "velocity: [0.0, 0.0, 0.0, 0.0] to [0.0, 0.0, 0.0, 0.0], jumps add up to 2.0" in said
     assert "acceleration: [0.0" in said
     assert "limits to 1.001e-09 of them or widths\n" in said
-    assert "'cart': box [0.1, 0.1, 0.1], 0 points, at [-3.0, 0.5, 0.3] + t [0.5, 0.2, 0.0], growing 0.01 m/s\n" in said
+    assert "name 'cart', shape box, sizes [0.1, 0.1, 0.1], rotation [[1.0, 0.0, 0.0], " in said
+    assert "center [-3.0, 0.5, 0.3], velocity [0.5, 0.2, 0.0], growth 0.01, points []\n" in said
     assert "('tower', 'boom', 'arm', 'rod') and obstacles\n" in said
     assert "0.01 m between own links: 'arm' from 'tower'; no other pairs\n" in said
 

@@ -130,10 +130,12 @@ def test_bounds_hold_all_through_cells_and_are_sharp_in_short_ones(form: str, sc
         claim, rng = stage.claims[key], np.random.default_rng(4)
         for digits in getattr(stage.given.proof, key):
             which = np.flatnonzero(digits == 0)
-            cells, (rooms, travels) = checker.Cells(stage, claim.cells[which]), claim.room(which)
+            cells = checker.Cells(stage, claim.cells[which])
+            rooms, travels = claim.look(claim.pairs[which], cells)
             for k in rng.permutation(len(which))[:4]:
-                begin = made.motion.breakpoints[cells.piece[k]] + cells.start[k]
-                times = begin + np.linspace(0.0, 1.0, 5) * (cells.end - cells.start)[k]
+                c = cells.of[k]
+                begin = made.motion.breakpoints[cells.piece[c]] + cells.start[c]
+                times = begin + np.linspace(0.0, 1.0, 5) * (cells.end - cells.start)[c]
                 seen = [_room(made, stage, key, claim.pairs[which[k]], time) for time in times]
                 assert 0.0 <= rooms[k] <= min(seen)
                 assert rooms[k] >= seen[2] - travels[k] - 0.03

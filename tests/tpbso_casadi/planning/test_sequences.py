@@ -165,6 +165,16 @@ def test_one_certificate_holds_all_stages_and_their_joints(picked: tp.Plan, tmp_
             ball[3] += 0.2
 
     assert refused_by(first + 1, swollen).startswith("clearance of 'part' from ")
+    assert [len(place["places"]) for place in stages[0]["places"]] == [4]  # a pose; the start is in joints
+    assert not any("condition: goal" in stage["not_covered"] for stage in stages)
+    for point in range(4):
+
+        def elsewhere(stage: Any, point: int = point) -> None:
+            stage["places"][0]["places"][point][1] += 1.01e-6
+
+        assert " m from its places" in refused_by(0, elsewhere)
+    other_end = refused_by(0, lambda stage: stage["places"][0].update(at_goal=0))
+    assert other_end.startswith("start of 'stage 1 (move)': ")
     without = {**content, "stages": [stages[0], *stages[2:]]}
     with pytest.raises(ValueError, match="its state at the end before"):
         checker.check(without)

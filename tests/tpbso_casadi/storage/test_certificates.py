@@ -88,14 +88,17 @@ def test_the_command_line_writes_one_and_an_audit_of_the_run_the_same(
     assert one.read_bytes() == two.read_bytes()
     capsys.readouterr()
     assert checker.main([str(one)]) == 0
-    assert "  'crate': box [0.05, 0.05, 0.05], 0 points, at [0.0, 0.7, 0.6]" in capsys.readouterr().out
+    assert "  name 'crate', shape box, sizes [0.05, 0.05, 0.05], rotation [[1.0," in capsys.readouterr().out
 
 
 def test_what_is_not_claimed_is_listed(tmp_path: Path) -> None:
-    content = space_scenario(task={"goal": {"position": [0.3, 0.3, 0.6]}}, obstacles=[])
+    task = {"goal": {"position": [0.3, 0.3, 0.6]}, "via": [{"position": [0.3, 0.4, 0.6]}]}
+    content = space_scenario(task=task, obstacles=[])
     found = Plan(plan(parse_scenario(content)))
     path = found.certificate(tmp_path / "motion.json")
-    assert "condition: goal" in json.loads(path.read_text())["stages"][0]["not_covered"]
+    (stage,) = json.loads(path.read_text())["stages"]
+    assert "condition: via 1" in stage["not_covered"]
+    assert "condition: goal" not in stage["not_covered"]
     assert checker.main([str(path)]) == 0
 
 
@@ -111,7 +114,8 @@ def test_planar_arms_without_obstacles_have_one(tmp_path: Path, capsys: pytest.C
     assert checker.main([str(path)]) == 0
     said = capsys.readouterr().out
     assert "'joint 3': speed 4.0, acceleration 20.0, tracking error" in said
-    assert "not in this certificate: 'condition: goal'" in said
+    assert "not in this certificate: 'condition: goal'" not in said
+    assert "at_goal 1, carrier 2, points [[" in said
 
 
 def test_torques_of_planar_arms_are_those_of_the_models() -> None:
@@ -139,7 +143,8 @@ def test_planar_arms_among_obstacles_have_one(tmp_path: Path, capsys: pytest.Cap
     path = tp.plan("obstacle-3", evaluations=2000, seed=1).certificate(tmp_path / "motion.json")
     assert checker.main([str(path)]) == 0
     said = capsys.readouterr().out
-    assert "'obstacle 1': ellipsoid [0.15, 0.25, 0.15], 0 points, at [0.8, 0.8, 0.0]" in said
+    assert "name 'obstacle 1', shape ellipsoid, sizes [0.15, 0.25, 0.15], rotation [[" in said
+    assert "center [0.8, 0.8, 0.0], velocity" in said
     assert "0.0 m between links ('link 1', 'link 2', 'link 3') and obstacles\n" in said
 
 
