@@ -97,10 +97,12 @@ def main() -> None:
             measured(name, seed, options.evaluations, found, outcomes)
         others = ", ".join(f"{n} {reason}" for reason, n in outcomes.most_common() if reason != "certified")
         seconds = " / ".join(f"{value:.1f}" for value in np.quantile(found["seconds"], [0.5, 1.0]))
-        gained = " / ".join(f"{value:.3f}" for value in np.quantile(found["gained"], [0.0, 0.5, 1.0]))
-        kinds = " | ".join(f"{np.median(found[kind]):.3f}" for kind in KINDS)
+        gained, *each = (
+            " / ".join(f"{value:.3f}" for value in np.quantile(found[kind], [0.0, 0.5, 1.0]))
+            for kind in ("gained", *KINDS)
+        )
         near = f"{1e6 * max(found['away']):.0f} | {1e3 * max(found['turned']):.2f}"
-        figures = f"{others} | {near} | {seconds} | {gained} | {kinds}"
+        figures = f"{others} | {near} | {seconds} | {gained} | {' | '.join(each)}"
         print(f"| {name} | {outcomes['certified']} | {figures} |", flush=True)
 
 

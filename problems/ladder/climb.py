@@ -27,6 +27,7 @@ SPARE, OWN_SPARE = 3e-3, 1e-3  # m, kept of obstacles and of each other where po
 AT_ENDS = 0.8  # of what the ends have to spare
 MENDED = 6  # times that a motion is mended
 RESERVE, MORE_RESERVE = 1e-3, 4.0  # of limits of joints and motors; times as much where that was too little
+LEAP, MOST_RESERVE = 1.2, 0.05  # times as long by the last correction: from the way again with more, up to this
 BETWEEN_LOOKS = 1e-4  # of the time scale that torques ask for
 DEARER = 1000.0  # s/m or s/rad: the price of places that are missed, before they are passed exactly
 AGREEING = 10  # times that a motion between moving ends is led back to its places
@@ -266,9 +267,14 @@ class Climb:
         x, near = polish.kept(way.x), way.duration
         if self.minimised.chooses_duration and not self.world.moves:
             near = self.minimised.best_duration(x, self.motions.least_duration(x, near))
-        for number in range(MENDED + 1):
-            programs = MORE_PROGRAMS if number else FIRST_PROGRAMS
-            reached = self._passing(polish, polish(x, to_beat, programs, near))
+        programs = FIRST_PROGRAMS
+        for _ in range(MENDED + 1):
+            before = polish(x, to_beat, programs, near)
+            reached = self._passing(polish, before)
+            leapt = reached is not None and reached.duration > LEAP * before.duration
+            if leapt and 0.0 < polish.reserve < MOST_RESERVE:
+                polish = replace(polish, reserve=MORE_RESERVE * polish.reserve)
+                continue
             if reached is None or reached.value > SAME * to_beat or not reached.is_clear:
                 return None
             between, made = polish.between(reached.x, reached.duration), self._made(reached)
@@ -279,7 +285,7 @@ class Climb:
                 polish = replace(polish, reserve=max(MORE_RESERVE * polish.reserve, RESERVE))
             elif not between.size:
                 polish = replace(polish, spare=FARTHER * polish.spare)
-            polish, x, near = polish.looking_at(between), reached.x, reached.duration
+            polish, x, near, programs = polish.looking_at(between), reached.x, reached.duration, MORE_PROGRAMS
         return None
 
     @property

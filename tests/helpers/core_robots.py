@@ -16,7 +16,18 @@ from problems.base import as_array
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
-from problems.scene import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Obstacle, Polytope
+from problems.scene import (
+    Ball,
+    Box,
+    Capsule,
+    ConstantVelocity,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    MovingObstacle,
+    Obstacle,
+    Polytope,
+)
 
 MARGIN, AMONG_LINKS = 0.01, 0.02
 BASE = Rotation.from_rotvec([0.3, -0.2, 0.5])
@@ -135,8 +146,22 @@ def distances(obstacle: Obstacle, points: np.ndarray) -> np.ndarray:
     return as_array(obstacle.point_clearance(ca.DM(points))).ravel()
 
 
-def rooms(robot: SpatialArm, obstacles: tuple[Obstacle, ...], theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """How much more than they must all balls keep of obstacles, and of each other, both (n,); infinite of nothing."""
+def seen_from(obstacle: Obstacle, points: np.ndarray, times: np.ndarray | None) -> tuple[Obstacle, np.ndarray]:
+    """An obstacle that stands still, and points (n, b, 3) as they are beside it at times (n,)."""
+    if not isinstance(obstacle, MovingObstacle):
+        return obstacle, points
+    motion = obstacle.motion
+    assert isinstance(motion, ConstantVelocity) and times is not None
+    return obstacle.still, points - (motion.origin + times[:, None] * np.array(motion.velocity))[:, None]
+
+
+def rooms(
+    robot: SpatialArm, obstacles: tuple[Obstacle, ...], theta: np.ndarray, times: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """How much more than they must all balls keep of obstacles, and of each other, both (n,); infinite of nothing.
+
+    Obstacles that move, at constant velocities, are where they are at times (n,), s.
+    """
     links, pairs = links_and_pairs(robot)
     turns, places = placed(robot, theta)
     centers = [places[:, None, k.body] + np.einsum("nij,bj->nbi", turns[:, k.body], k.centers) for k in links]
@@ -148,7 +173,8 @@ def rooms(robot: SpatialArm, obstacles: tuple[Obstacle, ...], theta: np.ndarray)
             continue  # no joint moves it
         for obstacle in obstacles:
             if (link.name, obstacle.name) not in robot.may_touch:
-                found = distances(obstacle, here.reshape(-1, 3)).reshape(here.shape[:2]) - link.radii
+                still, seen = seen_from(obstacle, here, times)
+                found = distances(still, seen.reshape(-1, 3)).reshape(here.shape[:2]) - link.radii
                 outside = np.minimum(outside, found.min(axis=1) - robot.margin)
     own, kept = np.full(len(theta), np.inf), robot.margin if robot.cover is None else robot.self_margin
     for one, two in pairs:
