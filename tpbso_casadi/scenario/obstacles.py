@@ -154,9 +154,11 @@ def _still_at_start(obstacle: MovingObstacle) -> Obstacle:
     """Where an obstacle begins to move, as tables state it: in the world, not in a frame that has an origin there.
 
     Raises:
-        ScenarioError: its shape is placed neither by a centre nor by points.
+        ScenarioError: its shape moves itself, or is placed neither by a centre nor by points.
     """
     still, origin = obstacle.still, np.array(getattr(obstacle.motion, "origin", ()))
+    if still.moves:
+        raise ScenarioError("obstacles: no table states what moves in a frame that moves; say one motion")
     if not origin.any():
         return still
     place = next((each.name for each in fields(still) if each.name in ("center", "points")), None)

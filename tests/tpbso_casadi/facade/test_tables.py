@@ -105,6 +105,12 @@ def test_a_shape_without_a_centre_whose_frame_begins_elsewhere_is_refused() -> N
         obstacle_table(moving)
 
 
+def test_what_moves_in_a_frame_that_moves_is_refused() -> None:
+    moving = tp.MovingObstacle(OBSTACLES[0], MOTIONS[0])
+    with pytest.raises(tp.ScenarioError, match="no table states what moves in a frame that moves"):
+        obstacle_table(tp.MovingObstacle(moving, MOTIONS[0]))
+
+
 class Stranger(tp.ConstantVelocity):
     """A motion that nobody knows."""
 
