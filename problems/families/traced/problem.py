@@ -296,6 +296,10 @@ class SpaceTracingProblem(TracedProblem):
         others = [limit for limit in self.limits if not OwnLimits.know(limit)]
         return least_time and free and limits_can_be_polished(others) and self._integrals is not None
 
+    def trajectory(self, x: FloatArray) -> Trajectory:
+        """That of the search's own timing where programs change it: from the least time they find less."""
+        return self._timed(x, self.robot.limits, refined=not self._has_polish)
+
     @cached_property
     def _integrals(self) -> Integrals | None:
         """What is minimised, where enough is known of it."""
