@@ -163,15 +163,15 @@ def chosen(options: argparse.Namespace) -> Suite:
 def list_functions(options: argparse.Namespace) -> int:
     """Print the functions; returns the exit status."""
     problems = chosen(options)
-    table = Table(title=f"{SUITE}: {len(problems)} problems")
-    for heading in ("function", "group", "variables", "objectives", "constraints", "best known", "title"):
-        table.add_column(heading)
-    for function in problems.functions:
-        of_function = [problem for problem in problems if problem.function is function]
-        known = sum(problem.best_merit is not None for problem in of_function)
-        objectives = ", ".join(f"{name} ({unit})" for name, unit in function.objectives)
-        cells = objectives, str(len(function.constraints)), f"{known} of {len(of_function)}", function.title
-        table.add_row(function.name, function.group, str(function.dimension), *cells)
+    table = Table("function", "variables", "best known", "what it is", title=f"{SUITE}: {len(problems)} problems")
+    table.columns[0].no_wrap = True
+    for group in dict.fromkeys(function.group for function in problems.functions):
+        table.add_section()
+        table.add_row(group, style="bold")
+        for function in (each for each in problems.functions if each.group == group):
+            of_function = [problem for problem in problems if problem.function is function]
+            known = sum(problem.best_merit is not None for problem in of_function)
+            table.add_row(function.name, str(function.dimension), f"{known} of {len(of_function)}", function.title)
     Console().print(table)
     return Exit.FEASIBLE
 
