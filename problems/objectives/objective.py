@@ -101,6 +101,11 @@ class Objective(ABC):
         return False
 
     @property
+    def asks_for_least_time(self) -> bool:
+        """Whether it depends on the time along a path, and the least that the limits allow is the best."""
+        return self.is_time_dependent and self.sooner_is_better
+
+    @property
     def is_duration(self) -> bool:
         """Whether it is the duration itself, so that a bound of the duration is one of the objective."""
         return False

@@ -69,7 +69,7 @@ class ControllerRows:
     @property
     def stamps(self) -> FloatArray:
         """The times that a message states, whole nanoseconds, (n,), s."""
-        return np.asarray(np.round(self.times / NANOSECOND) * NANOSECOND)
+        return _whole_nanoseconds(self.times)
 
     @cached_property
     def states(self) -> tuple[FloatArray, ...]:
@@ -98,6 +98,10 @@ class ControllerRows:
         pieces, slower = "quintics" if self.accelerations else "cubics", self.time_scale - 1.0
         slowed = f", {100.0 * slower:.2g} % slower than planned" if slower else ""
         return f"{len(self.times)} rows, joined by {pieces}: {self.joined.status_in_words}{slowed}"
+
+
+def _whole_nanoseconds(times: FloatArray) -> FloatArray:
+    return np.asarray(np.round(times / NANOSECOND) * NANOSECOND)
 
 
 def _slowed_rows(motion: Motion) -> Iterator[ControllerRows]:
@@ -139,7 +143,7 @@ def _rows(motion: Motion, edges: FloatArray, scale: float, smooth: bool) -> Cont
     """At edges, s, of a motion that is slowed; where it ends, it has ended."""
 
     def clock(times: FloatArray) -> FloatArray:
-        return np.asarray(np.round(times * scale / NANOSECOND) * NANOSECOND)
+        return _whole_nanoseconds(times * scale)
 
     slower = motion.trajectory.time_scaled(scale) if scale > 1.0 else motion.trajectory
     source = replace(motion, trajectory=slower, problem=motion.problem.with_clock(clock))

@@ -13,6 +13,7 @@ import numpy as np
 from problems.assembly import CostSteps, PathTiming, Problem, peak_loop
 from problems.base import FloatArray, InvalidProblem, Matrix, Operand, as_array, split
 from problems.evaluation import Loop, Step
+from problems.ladder import Integrals
 from problems.limits import SAMPLING_MARGIN, Constraint, looks, stay_constraints, stay_matters
 from problems.motions import (
     ALONG,
@@ -43,6 +44,11 @@ class SplineProblem(Problem[TimedPath]):
 
     motion: PathSpline
     encoding: PathTiming
+
+    @cached_property
+    def _integrals(self) -> Integrals | None:
+        """What is minimised, where enough is known of it."""
+        return Integrals.of(self.objective, self.robot)
 
     @cached_property
     def _path(self) -> ca.Function:

@@ -28,7 +28,6 @@ from problems.ladder import (
     GOOD_ENOUGH,
     Climb,
     Deviations,
-    Integrals,
     Minimised,
     OwnLimits,
     Passages,
@@ -358,8 +357,7 @@ class MoveProblem(SplineProblem):
     @cached_property
     def _has_polish(self) -> bool:
         """Whether sequential linear programs know all that is asked for."""
-        least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
-        return least_time and can_be_polished(self.task, self.limits)
+        return self.objective.asks_for_least_time and can_be_polished(self.task, self.limits)
 
     @cached_property
     def _has_ladder(self) -> bool:
@@ -400,9 +398,8 @@ class MoveProblem(SplineProblem):
     @property
     def _has_own_polish(self) -> bool:
         """Whether programs know own limits that a motion in least time from rest to rest keeps."""
-        least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
         simple = self.task.at_rest and self.task.passes_nothing and self.task.total_time is None
-        return least_time and simple and self._own is not None and self._has_ladder
+        return self.objective.asks_for_least_time and simple and self._own is not None and self._has_ladder
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Where nothing beats the direct motion; of a pose the postures around the branch's, the best first."""
@@ -485,11 +482,6 @@ class MoveProblem(SplineProblem):
         longest = LARGEST_TIME_SCALE * motions.direct.duration
         bounds = self.task.total_time
         return Minimised(motions, self._integrals, (0.0, longest) if bounds is None else bounds)
-
-    @cached_property
-    def _integrals(self) -> Integrals | None:
-        """What is minimised, where enough is known of it."""
-        return Integrals.of(self.objective, self.robot)
 
     def _timed_anew(self, found: Trajectory, least: float) -> Iterator[Trajectory]:
         """A motion past vias along its own path, which may take less than what programs hold to be the least."""

@@ -23,7 +23,7 @@ from problems.families.splines import MoveNlp, MoveSteps, PassedMotion, SplinePr
 from problems.families.traced.encoding import AT_REST, SpaceKnots, TracedKnots, TracedSpline, Tracing, as_tuples
 from problems.families.traced.nearness import Nearness
 from problems.families.traced.proofs import ToolMotion, TracedTool, prove_tracing
-from problems.ladder import PIECES, Integrals, OwnLimits, faster_nearby
+from problems.ladder import PIECES, OwnLimits, faster_nearby
 from problems.limits import SAMPLING_MARGIN, Accuracy, AngularAccuracy, Constraint, LimitKind, limits_of, shares_along
 from problems.motions import Samples, TimedPath, Trajectory
 from problems.nlp import NonlinearProgram
@@ -291,19 +291,14 @@ class SpaceTracingProblem(TracedProblem):
     @property
     def _has_polish(self) -> bool:
         """In least time, where programs know what else is asked for."""
-        least_time = self.objective.is_time_dependent and self.objective.sooner_is_better
         free = self.task.total_time is None and not any(obstacle.moves for obstacle in self.obstacles)
         others = [limit for limit in self.limits if not OwnLimits.know(limit)]
+        least_time = self.objective.asks_for_least_time
         return least_time and free and limits_can_be_polished(others) and self._integrals is not None
 
     def trajectory(self, x: FloatArray) -> Trajectory:
         """That of the search's own timing where programs change it: from the least time they find less."""
         return self._timed(x, self.robot.limits, refined=not self._has_polish)
-
-    @cached_property
-    def _integrals(self) -> Integrals | None:
-        """What is minimised, where enough is known of it."""
-        return Integrals.of(self.objective, self.robot)
 
     @cached_property
     def _nearness(self) -> Nearness:
