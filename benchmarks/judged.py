@@ -1,6 +1,6 @@
 """Twenty solvers compared on ``arm-motions-1``, and what each part of the paper's swarm is worth.
 
-    python -m benchmarks.judged run                 # hours; the same command resumes; runs/judged-100, runs/judged-1000
+    python -m benchmarks.judged run [BUDGET ...]    # hours; the same command resumes; runs/judged-100 and so on
     python -m benchmarks.judged keep                # their runs, thinned, as benchmarks/results/judged-*.csv.xz
     python -m benchmarks.judged known               # best known values from them, for `benchmarks.suite merge`
     python -m benchmarks.judged tables              # what the manual shows of these, in Markdown
@@ -46,8 +46,7 @@ from tpbso_casadi.scenario import find_solver
 from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 
 RESULTS = Path(__file__).with_name("results")
-SLOW = ("moving-5", "ur5e-box", "panda-boxes", "panda-payload")  # 57 to 85 us an evaluation: with 100 a variable alone
-SLOWER = ("narrow-3", "narrow-5")  # 16 to 19 us: with 1,000 on one instance
+SLOW = ("moving-5", "ur5e-box", "panda-boxes", "panda-payload")  # 57 to 85 us an evaluation
 
 SOLVERS = {  # by label in the tables
     "abso": "abso",
@@ -76,6 +75,7 @@ ONE_BY_ONE = (  # whose candidates are evaluated one at a time, or that take lon
     *("BAS", "DIRECT (SciPy)", "dual annealing (SciPy)", "PSO (pymoo)", "GA (pymoo)", "SaDE (pygmo)"),
     *("DE 1220 (pygmo)", "GWO (mealpy)"),
 )
+LEFT_BEHIND = ("BSO as printed", "random search", "DE (pymoo)")  # that are far behind with 1,000: not with 10,000
 PARTS = {  # of BSO, one changed at a time
     "BSO": "bso",
     "no antennae: the swarm alone": (
@@ -101,11 +101,13 @@ class Stage:
         budget: evaluations for each variable.
         parts: of the suite, functions and instances.
         solvers: by label.
+        variants: of BSO, by label; or none.
     """
 
     budget: int
     parts: tuple[tuple[tuple[str, ...], str], ...]
     solvers: dict[str, str]
+    variants: dict[str, str]
 
     @property
     def folder(self) -> Path:
@@ -120,7 +122,7 @@ class Stage:
     @property
     def stated(self) -> str:
         """All solvers, as ``tpbso suite run`` takes them."""
-        return ",".join(dict.fromkeys([*self.solvers.values(), *PARTS.values()]))
+        return ",".join(dict.fromkeys([*self.solvers.values(), *self.variants.values()]))
 
     @property
     def problems(self) -> list[SuiteProblem]:
@@ -132,19 +134,22 @@ class Stage:
         return suite_grid(problems, parse_solvers(self.stated), 1, self.budget)
 
 
-def stages() -> tuple[Stage, Stage]:
+def stages() -> tuple[Stage, Stage, Stage]:
     every = tuple(each.name for each in suite().functions if len(each.objectives) == 1)
     faster = tuple(name for name in every if name not in SLOW)
-    fastest = tuple(name for name in faster if name not in SLOWER)
     quick = {label: stated for label, stated in SOLVERS.items() if label not in ONE_BY_ONE}
+    quickest = {label: stated for label, stated in quick.items() if label not in LEFT_BEHIND}
     return (
-        Stage(budget=100, parts=((every, "6"), (faster, "7")), solvers=SOLVERS),
-        Stage(budget=1000, parts=((faster, "6"), (fastest, "7")), solvers=quick),
+        Stage(budget=100, parts=((every, "6-10"),), solvers=SOLVERS, variants=PARTS),
+        Stage(budget=1000, parts=((every, "6"), (faster, "7-10")), solvers=quick, variants=PARTS),
+        Stage(budget=10_000, parts=((faster, "6"),), solvers=quickest, variants={}),
     )
 
 
-def run() -> None:
+def run(*budgets: str) -> None:
     for stage in stages():
+        if budgets and str(stage.budget) not in budgets:
+            continue
         for functions, instances in stage.parts:
             what = ["--functions", ",".join(functions), "--instances", instances, "--solvers", stage.stated]
             suite_command(["run", *what, "--budget", str(stage.budget), "--out", str(stage.folder), "--no-plots"])
@@ -208,7 +213,7 @@ def tables() -> None:
         print(f"\n## {stage.budget:,} evaluations for each variable\n\n{len(judged.problems)} problems\n")
         print("\n".join(overall(judged)), "\n")
         print("\n".join(by_group(judged)), "\n")
-        print("\n".join(parts(referee(stage, PARTS))))
+        print("\n".join(parts(referee(stage, stage.variants)) if stage.variants else ()))
 
 
 def overall(judged: Referee) -> Iterator[str]:

@@ -42,8 +42,8 @@ FOLDER = folder_of(SUITE)
 WORK = Path("runs", SUITE)  # what is collected and merged in the end
 NAMES = [definition.name for definition in DEFINITIONS]
 SEARCHES = ("lshade", "abso", "minion")  # each followed by CMA-ES from what it found
-SEEDS = (1, 2)  # of searches for fronts; those for one value have the first
-SEARCHED, REFINED, STARTS = 20_000, 2_000, 2  # evaluations of both parts; descents of IPOPT
+SEEDS = (1, 2)  # of searches
+SEARCHED, REFINED, STARTS = 30_000, 2_000, 2  # evaluations of both parts; descents of IPOPT
 SAME = 1e-4  # relative
 FRONT, LONGER, SHOWN = 30_000, 60_000, 24  # evaluations of searches for a front, and of the last; candidates stored
 CANDIDATES = 1024
@@ -154,12 +154,15 @@ def best_of(problem: SuiteProblem, runs: Sequence[Way]) -> dict[str, Any] | None
 
 
 def searched(problem: SuiteProblem) -> Iterator[Way]:
-    """Each search, refined."""
+    """Each search, refined; and what was known before."""
     for way in SEARCHES:
         solver = find_solver(way)()
         assert isinstance(solver, Solver)
-        found = minimize(problem.merit, Box(*problem.bounds), solver, Budget(evaluations=SEARCHED), SEEDS[0])
-        yield refined(problem, way, float(found.cost), found.x)
+        for seed in SEEDS:
+            found = minimize(problem.merit, Box(*problem.bounds), solver, Budget(evaluations=SEARCHED), seed)
+            yield refined(problem, way, float(found.cost), found.x)
+    if problem.best_known is not None:
+        yield "known before", problem.best_known.value, problem.best_known.x
 
 
 def refined(problem: SuiteProblem, way: str, merit: float, x: np.ndarray) -> Way:

@@ -26,6 +26,7 @@ import numpy as np
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
 from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
 from solvers.swarm import linear_schedule
+from solvers.threads import one_thread
 
 AXES_KEPT = 10  # evaluations for each dimension until the swarm's axes are computed anew
 
@@ -78,18 +79,23 @@ class AdaptiveBeetleSwarm(Solver):
             antenna = self.antenna * swarm.differences(rng)
             share = linear_schedule(self.directions_first, self.directions_last, progress)
             is_principal, mask = rng.random() < self.principal, binomial_mask(rng, share, swarm.x.shape)
-            if is_principal and age >= AXES_KEPT * box.dimension:
-                axes, age = principal_axes(swarm.x), 0
             steps = [velocity + antenna, velocity - antenna]
-            steps = [(mask * (step @ axes)) @ axes.T if is_principal else mask * step for step in steps]
-            right, left = (midpoint_repair(box, swarm.x + step, swarm.x) for step in steps)
+            if is_principal:
+                with one_thread():
+                    if age >= AXES_KEPT * box.dimension:
+                        axes, age = principal_axes(swarm.x), 0
+                    steps = [(mask * (step @ axes)) @ axes.T for step in steps]
+            else:
+                steps = [mask * step for step in steps]
+            right = midpoint_repair(box, swarm.x + steps[0], swarm.x)
             cost = yield right
             failed = np.flatnonzero(cost >= swarm.cost)
             age += swarm.size + failed.size
             if failed.size:
-                cost_left = yield left[failed]
+                left = midpoint_repair(box, swarm.x[failed] + steps[1][failed], swarm.x[failed])
+                cost_left = yield left
                 improved = cost_left < cost[failed]
-                right[failed[improved]] = left[failed[improved]]
+                right[failed[improved]] = left[improved]
                 cost[failed[improved]] = cost_left[improved]
             better = cost < swarm.cost
             last_step = np.where(better[:, None], right - swarm.x, 0.0)

@@ -108,8 +108,10 @@ def binomial_mask(rng: np.random.Generator, rate: FloatArray | float, shape: tup
 
 def midpoint_repair(box: Box, candidates: FloatArray, parents: FloatArray) -> FloatArray:
     """Components out of the box are set to the midpoint of the parent's and the bound. (m, d)."""
-    repaired = np.where(candidates < box.lower, (parents + box.lower) / 2.0, candidates)
-    return np.where(repaired > box.upper, (parents + box.upper) / 2.0, repaired)
+    for bound, is_out in ((box.lower, candidates < box.lower), (box.upper, candidates > box.upper)):
+        if is_out.any():
+            candidates = np.where(is_out, (parents + bound) / 2.0, candidates)
+    return candidates
 
 
 def linear_size(first: int, last: int, progress: float) -> int:

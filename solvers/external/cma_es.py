@@ -14,6 +14,7 @@ import numpy as np
 
 from solvers.external.callbacks import LARGEST_COST
 from solvers.solver import Box, Iterations, Search, Solver, require
+from solvers.threads import one_thread
 
 
 @dataclass(frozen=True)
@@ -40,11 +41,13 @@ class CMAES(Solver):
             while not strategy.stop():
                 if not first and next(iterations, None) is None:
                     return
-                points = np.array(strategy.ask())
+                with one_thread():
+                    points = np.array(strategy.ask())
                 points = box.initial_shares(points) if first else points
                 first = False
                 costs = yield box.from_unit(points)
-                strategy.tell(list(points), np.minimum(costs, LARGEST_COST).tolist())
+                with one_thread():
+                    strategy.tell(list(points), np.minimum(costs, LARGEST_COST).tolist())
             size *= self.growth
             box = replace(box, known=None)
 

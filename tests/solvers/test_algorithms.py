@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from solvers import (
     BAS,
@@ -317,3 +318,16 @@ def test_differential_step() -> None:
     step = f[:, None] * (swarm.leaders(rng, 0.5) - x + swarm.differences(rng))
     changed = binomial_mask(rng, cr[:, None], (4, 2))
     assert second == pytest.approx(midpoint_repair(BOX, x + changed * step, x))
+
+
+def test_the_swarm_rotates_on_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    threads = set()
+
+    def told(x: np.ndarray) -> np.ndarray:
+        threads.update(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
+        return principal_axes(x)
+
+    monkeypatch.setattr("solvers.abso.principal_axes", told)
+    with threadpool_limits(2, user_api="blas"):
+        minimize(lambda x: (x * x).sum(axis=1), BOX, AdaptiveBeetleSwarm(principal=1.0), Budget(200), 1)
+    assert threads == {1}

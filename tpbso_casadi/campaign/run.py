@@ -14,6 +14,7 @@ from typing import Annotated, Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 from pydantic import AllowInfNan, Strict, StrictBool, StrictInt, StrictStr, TypeAdapter, ValidationError
+from threadpoolctl import threadpool_limits
 
 from problems import Problem
 from problems.base import FloatArray
@@ -292,12 +293,14 @@ class OtherVersions(RuntimeError):
 def run_one(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
     """Do one run; whatever is raised within it becomes a failed outcome, an exit by a plug-in too. Ctrl-C passes.
 
+    BLAS has one thread meanwhile: other runs have the other processors.
+
     Args:
         scenario: JSON, or the statement of the search of a benchmark function or of a suite's problem.
         expected: versions that the campaign is made with.
         backend: evaluates populations; None for that of the environment. It changes no result.
     """
-    with RUN_LOCK:
+    with RUN_LOCK, threadpool_limits(1, user_api="blas"):
         began = time.perf_counter()
         try:
             return Outcome(_result(scenario, expected, backend), time.perf_counter() - began)
