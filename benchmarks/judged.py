@@ -1,8 +1,8 @@
 """Twenty solvers compared on ``arm-motions-1``, and what each part of the paper's swarm is worth.
 
     python -m benchmarks.judged run [BUDGET ...]    # hours; the same command resumes; runs/judged-100 and so on
-    python -m benchmarks.judged keep                # their runs, thinned, as benchmarks/results/judged-*.csv.xz
-    python -m benchmarks.judged known               # best known values from them, for `benchmarks.suite merge`
+    python -m benchmarks.judged keep                # the runs, thinned, as benchmarks/results/judged-*.csv.xz
+    python -m benchmarks.judged known               # better values than known ones, for `benchmarks.suite merge`
     python -m benchmarks.judged tables              # what the manual shows of these, in Markdown
     python -m benchmarks.judged picture FILE        # and its picture
     python -m benchmarks.judged overhead            # CPU time of each solver itself
@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.suite import keep as keep_best
-from benchmarks.suite import known_place, refined
+from benchmarks.suite import refined
 from solvers import Box, Budget, Solver, minimize
 from tpbso_casadi.campaign import (
     STORE,
@@ -41,7 +41,7 @@ from tpbso_casadi.campaign import (
 from tpbso_casadi.campaign.statistics import holm, signed_rank
 from tpbso_casadi.cli.commands.suite import main as suite_command
 from tpbso_casadi.cli.commands.suite import numbers
-from tpbso_casadi.referee import Referee, on_common_problems
+from tpbso_casadi.referee import BEATEN, Referee, on_common_problems
 from tpbso_casadi.scenario import find_solver
 from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 
@@ -116,8 +116,13 @@ class Stage:
 
     @property
     def results(self) -> Path:
-        """Its runs, as they are kept."""
+        """The runs of the solvers, as they are kept."""
         return RESULTS / f"judged-{self.budget}.csv.xz"
+
+    @property
+    def results_of_variants(self) -> Path:
+        """Those of the variants of BSO, itself left out."""
+        return RESULTS / f"judged-{self.budget}-bso.csv.xz"
 
     @property
     def stated(self) -> str:
@@ -163,7 +168,13 @@ def keep() -> None:
     RESULTS.mkdir(exist_ok=True)
     for stage in stages():
         with Store(stage.folder / STORE) as store:
-            write_runs(stage.results, map(thinned, recordings(stage.runs(stage.problems), store)))
+            runs = [thinned(each) for each in recordings(stage.runs(stage.problems), store)]
+        variants = {label: stated for label, stated in stage.variants.items() if label not in stage.solvers}
+        for path, solvers in ((stage.results, stage.solvers), (stage.results_of_variants, variants)):
+            labels = {stated: label for label, stated in solvers.items()}
+            named = [replace(each, solver=labels[each.solver]) for each in runs if each.solver in labels]
+            if named:
+                write_runs(path, named)
 
 
 def thinned(run: Recording) -> Recording:
@@ -182,10 +193,10 @@ WAYS = 3  # solvers whose best runs are refined
 
 def known() -> None:
     for problem in {each.name: each for stage in stages() for each in stage.problems}.values():
-        if problem.best_known is None and not known_place(problem).exists():
-            ways = sorted(found_by_each(problem).items(), key=lambda way: way[1][0])[:WAYS]
-            if ways:
-                keep_best(problem, [refined(problem, solver, *best) for solver, best in ways])
+        ways = sorted(found_by_each(problem).items(), key=lambda way: way[1][0])[:WAYS]
+        best = problem.best_known
+        if ways and (best is None or ways[0][1][0] < best.value - BEATEN * abs(best.value)):
+            keep_best(problem, [refined(problem, solver, *best) for solver, best in ways])
 
 
 def found_by_each(problem: SuiteProblem) -> dict[str, tuple[float, np.ndarray]]:
@@ -201,9 +212,9 @@ def found_by_each(problem: SuiteProblem) -> dict[str, tuple[float, np.ndarray]]:
 
 
 def referee(stage: Stage, solvers: dict[str, str]) -> Referee:
-    """Of the runs that are kept, by labels; on the problems alone on which all have run."""
-    labels = {stated: label for label, stated in solvers.items()}
-    runs = [replace(each, solver=labels[each.solver]) for each in read_runs(stage.results) if each.solver in labels]
+    """Of the runs that are kept; on the problems alone on which all have run."""
+    files = [stage.results, *([stage.results_of_variants] if stage.variants else [])]
+    runs = [each for file in files for each in read_runs(file) if each.solver in solvers]
     return Referee(on_common_problems(runs))
 
 
@@ -221,13 +232,12 @@ def overall(judged: Referee) -> Iterator[str]:
     found = judged.ranking
     yield "| solver | mean rank | joined with | targets | ERT 10 % | ERT 1 % | feasible | median gap |"
     yield "|---|---|---|---|---|---|---|---|"
-    for place, (solver, rank) in enumerate(zip(found.solvers, found.ranks.tolist(), strict=True)):
+    for solver, rank in zip(found.solvers, found.ranks.tolist(), strict=True):
         _, shares = judged.shares(solver, judged.problems)
         times = [judged.expected_running_time(solver, judged.problems, target) for target in (0.1, 0.01)]
         feasible, runs, _ = judged.feasibility(solver, judged.problems)
-        better = next((found.solvers[first] for first, last in found.groups if first < place <= last), "")
         middle = float(np.median(judged.scores[:, judged.solvers.index(solver)]))
-        cells = [f"{rank:.1f}", better, f"{100.0 * (shares[-1] if shares.size else 0.0):.0f} %"]
+        cells = [f"{rank:.1f}", judged.joined[solver], f"{100.0 * (shares[-1] if shares.size else 0.0):.0f} %"]
         cells += [f"{time:,.0f}" if isfinite(time) else "never" for time in times]
         cells += [f"{100.0 * feasible / runs:.0f} %", percent(middle) if middle < inf else "infeasible"]
         yield f"| {solver} | {' | '.join(cells)} |"

@@ -22,6 +22,7 @@ from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, GapCurve, Result
 from tpbso_casadi.campaign.statistics import Ranking, Summary, p_text, ranking
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
 from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends
+from tpbso_casadi.plain import one_line
 
 
 def draw_points(
@@ -167,6 +168,8 @@ def wrapped(label: str) -> str:
     return label.replace("(", "(\n").replace(",", ",\n")
 
 
+LONGEST_NAME = 30  # characters of a solver's label
+MOST_TICKS = 15  # of an axis of ranks
 BAR, BAR_STEP = 0.35, 0.3  # the first bar below the axis, and from one to the next, in rows
 
 
@@ -202,6 +205,11 @@ def rank_figure(found: Ranking, solvers: Sequence[str]) -> Figure:
     return figure
 
 
+def short_name(solver: str) -> str:
+    """A solver's label, of which settings that are too long for a figure are shortened in their middle."""
+    return one_line(solver, LONGEST_NAME)
+
+
 def equals(p: float) -> str:
     """P behind its name."""
     text = p_text(p)
@@ -220,7 +228,7 @@ def draw_axis(axes: Axes, found: Ranking) -> None:
     axes.set_axis_off()
     axes.set_xlim(low - margin, high + margin)
     axes.plot([low, high], [0.0, 0.0], color="black", linewidth=1.2)
-    for rank in range(low, high + 1):
+    for rank in range(low, high + 1, ceil((high - low) / MOST_TICKS)):
         axes.plot([rank, rank], [0.0, 0.15], color="black", linewidth=1.2)
         axes.text(rank, 0.25, str(rank), ha="center", va="bottom")
 
@@ -231,7 +239,7 @@ def draw_solver(axes: Axes, found: Ranking, index: int, name: str, rank: float, 
     side = low - 0.05 * (high - low) if left else high + 0.05 * (high - low)
     axes.plot([rank, rank, side], [0.0, y, y], color=colour_of(index), linewidth=1.0)
     axes.plot(rank, 0.0, marker_of(index), color=colour_of(index), markersize=7, clip_on=False)
-    text = f"{name}  {rank:.2f}" if left else f"{rank:.2f}  {name}"
+    text = f"{short_name(name)}  {rank:.2f}" if left else f"{rank:.2f}  {short_name(name)}"
     offset = -4 if left else 4
     axes.annotate(text, (side, y), (offset, 0), textcoords="offset points", ha="right" if left else "left", va="center")
 

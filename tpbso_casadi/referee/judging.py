@@ -22,6 +22,7 @@ from tpbso_casadi.suite import Recording, SuiteProblem
 TARGETS = PLANS.targets  # gaps to the reference, descending
 SHOWN_TARGETS = (1.0, 0.1, 0.01, 0.001)  # of which expected running times are listed
 DIMENSIONS = ((1, 10), (11, 30), (31, 60))  # classes of problems by the number of variables
+MOST_UNEQUAL = 1.1  # evaluations of a solver over those of another, so that ranks do not compare budgets
 BEATEN = 1e-6  # relative: what is lower than the best known by more than that is better than it
 
 
@@ -47,16 +48,18 @@ class Referee:
 
     @cached_property
     def references(self) -> dict[str, float]:
-        """By problem the merit that gaps are measured from: the best known, or where none is the lowest of the runs.
+        """By problem the merit that gaps are measured from: the best known, or that of a run that is better.
 
-        Infinite where neither is feasible.
+        Where none is known the lowest of the runs; infinite where neither is feasible. Of fronts always 0.
         """
         return {problem.name: self._reference(problem) for problem in self.problems}
 
     def _reference(self, problem: SuiteProblem) -> float:
-        if problem.best_merit is not None:
-            return problem.best_merit
-        return min((run.merits[-1] for run in self.of(problem.name) if isfinite(run.feasible_from)), default=inf)
+        if problem.best_front is not None:
+            return 0.0
+        known = inf if problem.best_merit is None else problem.best_merit
+        found = (run.merits[-1] for run in self.of(problem.name) if isfinite(run.feasible_from))
+        return min(known, min(found, default=inf))
 
     def of(self, problem: str, solver: str | None = None) -> list[Recording]:
         """The runs on a problem, of one solver or of all."""
@@ -132,6 +135,33 @@ class Referee:
         ranks = scipy.stats.rankdata(self.scores, axis=1).mean(axis=0)
         order = np.argsort(ranks, kind="stable")
         return Ranking(tuple(self.solvers[k] for k in order), ranks[order], len(self.problems), 1.0, ())
+
+    @cached_property
+    def joined(self) -> dict[str, str]:
+        """By solver the best one from which the next down to it show no significant difference; empty for the best."""
+        found = self.ranking
+        places = {
+            solver: min((first for first, last in found.groups if first < place <= last), default=place)
+            for place, solver in enumerate(found.solvers)
+        }
+        return {
+            solver: found.solvers[place] if found.solvers[place] != solver else "" for solver, place in places.items()
+        }
+
+    @cached_property
+    def budgets(self) -> dict[str, float]:
+        """By solver the evaluations of its median run, by the number of variables."""
+        spent: dict[str, list[float]] = {solver: [] for solver in self.solvers}
+        for run in self.runs:
+            spent[run.solver].append(run.done / run.problem.dimension)
+        return {solver: float(np.median(each)) for solver, each in spent.items()}
+
+    @property
+    def unequal(self) -> str:
+        """Who has had the fewest evaluations, and who the most; empty where all have had about as many."""
+        fewest, most = (choose(self.budgets, key=self.budgets.__getitem__) for choose in (min, max))
+        low, high = self.budgets[fewest], self.budgets[most]
+        return f"{low:,.0f} of {fewest}, {high:,.0f} of {most}" if high > MOST_UNEQUAL * low else ""
 
     @property
     def too_few(self) -> str:

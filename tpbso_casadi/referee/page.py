@@ -17,8 +17,10 @@ from tpbso_casadi.referee.judging import SHOWN_TARGETS, TARGETS, Referee
 from tpbso_casadi.storage import write_csv, write_text, writing
 from tpbso_casadi.suite import Recording, write_runs
 
-PAGE, RUNS, SUMMARY = "suite.html", "runs.csv", "summary.csv"
+PAGE, RUNS, SUMMARY, RANKS = "suite.html", "runs.csv", "summary.csv", "ranks.csv"
+RANKS_HEADER = ("solver", "mean rank", "joined with", "evaluations by variables", "runs", "targets reached")
 HEADER = ("problem", "variables", "reference", "reference is", "solver", "median gap", "runs")  # of the summary
+MANY = 1000  # from here on a number in a table has no digits behind the point
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +30,8 @@ class SolverRow:
     Attributes:
         solver: its label.
         rank: mean rank of its median run over the problems.
+        joined: the best solver from which the next down to it show no significant difference.
+        budget: evaluations of its median run, by dimension.
         runs: how many.
         reached: share of all targets that they reached.
         times: evaluations by dimension until each of ``SHOWN_TARGETS``, expected.
@@ -35,6 +39,8 @@ class SolverRow:
 
     solver: str
     rank: float
+    joined: str
+    budget: float
     runs: int
     reached: float
     times: tuple[float, ...]
@@ -49,6 +55,8 @@ def solver_rows(referee: Referee) -> list[SolverRow]:
             SolverRow(
                 solver=solver,
                 rank=rank,
+                joined=referee.joined[solver],
+                budget=referee.budgets[solver],
                 runs=sum(run.solver == solver for run in referee.runs),
                 reached=float(shares[-1]) if shares.size else 0.0,
                 times=tuple(referee.expected_running_time(solver, referee.problems, t) for t in SHOWN_TARGETS),
@@ -86,7 +94,7 @@ def class_rows(referee: Referee) -> list[ClassRow]:
     """Every class with every solver that has runs on it."""
     rows = []
     for name, problems in referee.classes().items():
-        for solver in referee.solvers:
+        for solver in referee.ranking.solvers:
             feasible, runs, first = referee.feasibility(solver, problems)
             if runs:
                 _, shares = referee.shares(solver, problems)
@@ -112,7 +120,7 @@ def summary_rows(referee: Referee) -> list[tuple[Any, ...]]:
             problem.name,
             problem.dimension,
             referee.references[problem.name],
-            "best known" if problem.best_merit is not None else "best of these runs",
+            "best known" if referee.references[problem.name] == problem.best_merit else "best of these runs",
             solver,
             referee.scores[row, column],
             len(referee.of(problem.name, solver)),
@@ -147,7 +155,9 @@ def render(referee: Referee, pictures: Sequence[tuple[str, str, Markup]], comman
 
 
 def _number(value: float) -> str:
-    return "never" if value == inf else number(value, 3)
+    if value == inf:
+        return "never"
+    return f"{value:,.0f}" if value >= MANY else number(value, 3)
 
 
 def drawn(referee: Referee) -> list[tuple[str, str, Markup]]:
@@ -164,7 +174,7 @@ def drawn(referee: Referee) -> list[tuple[str, str, Markup]]:
 
 
 def write_report(folder: Path, referee: Referee, command: str, pictures: bool = True) -> None:
-    """Write the page and a table into a folder.
+    """Write the page and its tables into a folder.
 
     Raises:
         OutputError: a file cannot be written.
@@ -173,6 +183,9 @@ def write_report(folder: Path, referee: Referee, command: str, pictures: bool = 
         text = render(referee, drawn(referee) if pictures else [], command)
         write_text(folder / PAGE, lambda file: file.write(text))
         write_csv(folder / SUMMARY, HEADER, summary_rows(referee))
+        times = [f"expected running time to {PLANS.written(target)}" for target in SHOWN_TARGETS]
+        rows = [(r.solver, r.rank, r.joined, r.budget, r.runs, r.reached, *r.times) for r in solver_rows(referee)]
+        write_csv(folder / RANKS, (*RANKS_HEADER, *times), rows)
 
 
 def write_table(folder: Path, runs: Sequence[Recording]) -> None:

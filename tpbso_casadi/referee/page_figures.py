@@ -9,12 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.comparison_figures import rank_figure
+from tpbso_casadi.campaign.comparison_figures import rank_figure, short_name
 from tpbso_casadi.figures.palette import colour_of, line_of
 from tpbso_casadi.figures.style import in_print
 from tpbso_casadi.referee.judging import Referee
 
 COLUMNS = 3
+LEGEND, LINE = 125, 8  # characters that a row of the legend has room for, and that a line in it takes
 FEWEST = 0.01  # evaluations by dimension, where lines begin
 
 
@@ -23,7 +24,10 @@ def shares_figure(referee: Referee) -> Figure:
     """A panel a class of problems, a line a solver; a cross where its longest run ended."""
     classes = referee.classes()
     rows = ceil(len(classes) / COLUMNS)
-    figure = Figure(figsize=(3.4 * COLUMNS, 0.5 + 2.3 * rows), layout="constrained")
+    labels = [short_name(solver) for solver in referee.solvers]
+    columns = min(len(labels), max(1, LEGEND // (max(map(len, labels)) + LINE)))
+    height = 2.3 * rows + 0.3 + 0.2 * ceil(len(labels) / columns)
+    figure = Figure(figsize=(3.4 * COLUMNS, height), layout="constrained")
     panels = figure.subplots(rows, COLUMNS, sharey=True, squeeze=False).ravel()
     longest = max(run.done / run.problem.dimension for run in referee.runs)
     for axes, (name, problems) in zip(panels, classes.items(), strict=False):
@@ -40,8 +44,8 @@ def shares_figure(referee: Referee) -> Figure:
         axes.set_xlabel("evaluations / variables")
     for axes in panels[::COLUMNS]:
         axes.set_ylabel("share of targets")
-    lines = [panels[0].plot([], [], **line_of(index), label=s)[0] for index, s in enumerate(referee.solvers)]
-    figure.legend(handles=lines, loc="outside upper center", ncols=min(6, len(lines)))
+    lines = [panels[0].plot([], [], **line_of(index), label=label)[0] for index, label in enumerate(labels)]
+    figure.legend(handles=lines, loc="outside upper center", ncols=columns)
     return figure
 
 

@@ -79,7 +79,9 @@ def ioh_problem(problem: SuiteProblem, ioh: Any) -> Any:
     lower, upper = problem.bounds
 
     def merit(shares: list[float]) -> float:
-        return float(problem.merit((lower + np.array(shares) * (upper - lower))[None])[0])
+        cube = np.array(shares)
+        points = np.clip(lower + cube * (upper - lower), lower, upper)  # which rounding may have left
+        return float(problem.merit(np.where((cube >= 0.0) & (cube <= 1.0), points, np.nan)[None])[0])
 
     return ioh.wrap_problem(
         merit, name=problem.function.name, dimension=problem.dimension, instance=problem.instance, lb=0.0, ub=1.0

@@ -9,10 +9,13 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tpbso_casadi.plain import nearest
 from tpbso_casadi.suite.definitions import SUITE
 from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import (
@@ -130,6 +133,11 @@ class SuiteProblem:
         """Lower and upper corner of the search box, both (d,)."""
         return self._content.lower[self.instance - 1], self._content.upper[self.instance - 1]
 
+    def contains(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Which of points (..., d) are in the box, (...); no point with a NaN is."""
+        lower, upper = self.bounds
+        return np.asarray(((points >= lower) & (points <= upper)).all(axis=-1))
+
     @property
     def feasible_merit(self) -> float:
         """The merit up to which all constraints hold; of two objectives that of the first."""
@@ -165,7 +173,7 @@ class SuiteProblem:
         return self.values(candidates).merit
 
     def values(self, candidates: FloatArray) -> Values:
-        """Everything of candidates (m, d), in one evaluation.
+        """Everything of candidates (m, d), in one evaluation; infinite where one is not in the box.
 
         Raises:
             ValueError: of another shape.
@@ -174,6 +182,10 @@ class SuiteProblem:
         if points.ndim != 2 or points.shape[1] != self.dimension:
             raise ValueError(f"{self.name}: candidates of shape {points.shape} where (m, {self.dimension}) is needed")
         columns = [self._columns(kernel, points) for kernel in range(len(self.objectives))]
+        is_outside = ~self.contains(points)
+        if is_outside.any():
+            for each in columns:
+                each[is_outside] = inf
         merit, objectives = (np.stack([each[:, k] for each in columns], axis=1) for k in range(2))
         return Values(merit[:, 0] if len(columns) == 1 else merit, objectives, columns[0][:, 2:])
 
@@ -254,20 +266,22 @@ class SuiteProblem:
         """The motion of a candidate (d,), slowed by the least factor with which its limits hold between samples too.
 
         Raises:
-            ValueError: of another shape.
+            ValueError: of another shape, or not in the box.
         """
         from tpbso_casadi.suite.motions import motion  # noqa: PLC0415 (CasADi)
 
         point = np.asarray(x, dtype=np.float64)
         if point.shape != (self.dimension,):
             raise ValueError(f"{self.name}: x of shape {point.shape} where ({self.dimension},) is needed")
+        if not self.contains(point):
+            raise ValueError(f"{self.name}: x is not in the box")
         return motion(self.scenario, point, self.name)
 
     def certify(self, x: FloatArray) -> bool:
         """Whether the motion of a candidate (d,) is proven to keep all limits for all t; :meth:`decode` says which.
 
         Raises:
-            ValueError: of another shape.
+            ValueError: of another shape, or not in the box.
         """
         return self.decode(x).certified
 
@@ -328,7 +342,8 @@ class Suite:
         name = f"{self.name}/{which.removeprefix(f'{self.name}/')}"
         found = next((problem for problem in self.problems if problem.name == name), None)
         if found is None:
-            raise InvalidSuite(f"there is no problem {which!r:.80} in {self!r}; one is called {self.problems[0].name}")
+            near = nearest(name, [problem.name for problem in self.problems], cutoff=0.0)
+            raise InvalidSuite(f"there is no problem {which!r:.80} in {self!r}; did you mean {near}?")
         return found
 
     def __len__(self) -> int:
@@ -365,8 +380,10 @@ def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: 
     chosen = [each for each in known if functions is None or {each.name, each.group} & wanted]
     foreign = wanted - {each.name for each in known} - {each.group for each in known}
     if foreign:
-        groups = ", ".join(dict.fromkeys(each.group for each in known))
-        raise InvalidSuite(f"{name}: no function or group {min(foreign)!r:.60}; the groups are {groups}")
+        groups = list(dict.fromkeys(each.group for each in known))
+        near = nearest(min(foreign), [*groups, *(each.name for each in known)])
+        hint = f"did you mean {near}?" if near else f"the groups are {', '.join(groups)}"
+        raise InvalidSuite(f"{name}: no function or group {min(foreign)!r:.60}; {hint}")
     most = min(each.instances for each in known)
     numbers = range(1, most + 1) if instances is None else instances
     wrong = next((number for number in numbers if not 1 <= number <= most), None)

@@ -10,12 +10,12 @@ from __future__ import annotations
 import csv
 import lzma
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf, isfinite
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from tpbso_casadi.suite.kernels import FloatArray
 from tpbso_casadi.suite.problem import SuiteProblem, Values, problem_named
 
 MOST_EVALUATIONS = 10**15  # of a run in a table: what numbers of 64 bits are exact for
+LEAST_SHARE = 0.99  # of a lower bound that a merit can have: between samples a candidate may be faster than its limits
 HEADER = ("solver", "problem", "run", "evaluations", "merit")
 
 
@@ -159,13 +160,18 @@ def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
         runs: of any solvers and problems.
 
     Raises:
-        InvalidSuite: it cannot be written.
+        InvalidSuite: it cannot be written, or a run has no candidate in the box.
         TypeError: no path, or no runs.
     """
     listed = list(runs) if isinstance(runs, Iterable) else [runs]
     if not all(isinstance(run, Recording) for run in listed):
         raise TypeError("runs: recordings are needed")
     try:
+        empty = next((run for run in listed if not run.rows), None)
+        if empty is not None:
+            raise InvalidSuite(
+                f"{empty.problem.name}: run {empty.run} of {empty.solver} has no candidate in the box, of {empty.done}"
+            )
         with opened(checked_path(path), "wt") as file:
             writer = csv.writer(file)
             writer.writerow(HEADER)
@@ -189,7 +195,7 @@ def checked_path(path: str | Path) -> Path:
 def opened(path: Path, mode: str) -> IO[str]:
     """A text file, compressed where its name says so."""
     opener: Any = lzma.open if path.suffix == ".xz" else open
-    file: IO[str] = opener(path, mode, newline="", encoding="utf-8")
+    file: IO[str] = opener(path, mode, newline="", encoding="utf-8-sig" if "r" in mode else "utf-8")
     return file
 
 
@@ -206,7 +212,7 @@ def read_runs(path: str | Path) -> list[Recording]:
         with opened(file_path, "rt") as file:
             for line, row in enumerate(csv.reader(file), start=1):
                 if line == 1 and tuple(row) != HEADER:
-                    raise ValueError(f"the first line is not {','.join(HEADER)}")
+                    raise ValueError(f"is not {','.join(HEADER)}, as the first line has to be")
                 if line > 1 and row:
                     _add(runs, row)
     except OSError as error:
@@ -214,7 +220,7 @@ def read_runs(path: str | Path) -> list[Recording]:
     except (lzma.LZMAError, EOFError) as error:
         raise InvalidSuite(f"{path}: is no whole file of xz") from error
     except UnicodeDecodeError as error:
-        raise InvalidSuite(f"{path}: is no text in UTF-8") from error
+        raise InvalidSuite(f"{path}: is no text in UTF-8, and compressed where its name ends in .xz alone") from error
     except (ValueError, csv.Error) as error:
         raise InvalidSuite(f"{path}: line {line}: {error}") from error
     if not runs:
@@ -222,14 +228,34 @@ def read_runs(path: str | Path) -> list[Recording]:
     return list(runs.values())
 
 
+Number = TypeVar("Number", int, float)
+
+
+def _parsed(kind: Callable[[str], Number], field: str, text: str) -> Number:
+    """The number of a field.
+
+    Raises:
+        ValueError: it is none.
+    """
+    try:
+        return kind(text)
+    except ValueError:
+        raise ValueError(f"{field}: {text!r:.40} is no {'whole ' if kind is int else ''}number") from None
+
+
 def _add(runs: dict[tuple[str, str, int], Recording], row: list[str]) -> None:
     """Add a line to the run that it belongs to."""
     if len(row) != len(HEADER):
         raise ValueError(f"{len(row)} fields where {len(HEADER)} are needed")
-    solver, name, run, evaluations, merit = row[0], row[1], int(row[2]), int(row[3]), float(row[4])
+    solver, name = row[:2]
+    run, evaluations, merit = (
+        _parsed(kind, field, text) for kind, field, text in zip((int, int, float), HEADER[2:], row[2:], strict=True)
+    )
     problem = problem_named(name)
     if not isfinite(merit) or not 1 <= evaluations <= MOST_EVALUATIONS:
         raise ValueError(f"a finite merit and from 1 to {MOST_EVALUATIONS} evaluations are needed")
+    if problem.lower_bound is not None and merit < LEAST_SHARE * problem.lower_bound:
+        raise ValueError(f"merit: {merit:g} of {name}, of which no motion has less than {problem.lower_bound:g}")
     into = runs.setdefault((solver, name, run), Recording(problem, solver, run))
     if evaluations <= into.done:
         raise ValueError(f"evaluations: {evaluations} after {into.done} of the same run")

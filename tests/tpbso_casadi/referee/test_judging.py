@@ -11,7 +11,7 @@ import pytest
 
 import tpbso_casadi as tp
 from tpbso_casadi.referee import Referee, evaluations_needed
-from tpbso_casadi.referee.page import PAGE, SUMMARY, class_rows, render, solver_rows, summary_rows, write_report
+from tpbso_casadi.referee.page import PAGE, RANKS, SUMMARY, class_rows, render, solver_rows, summary_rows, write_report
 from tpbso_casadi.suite import Recording, SuiteProblem
 from tpbso_casadi.suite.problem import BestKnown
 
@@ -119,7 +119,9 @@ def test_better_than_the_best_known_is_said() -> None:
     of = problem()
     referee = Referee([run("a", [(3, 1.9)], 9, of), run("b", [(3, 2.0)], 9, of)])
     assert referee.improved == [(of.name, "a", 1.9, 2.0)]
-    assert referee.scores.tolist() == [[0.0, 0.0]]
+    assert referee.references == {of.name: 1.9}
+    assert referee.scores.tolist() == [[0.0, pytest.approx(0.1 / 1.9)]]  # they do not share a rank
+    assert [row[3] for row in summary_rows(referee)] == ["best of these runs"] * 2
     assert "a found 1.9, better than 2, the best known" in render(referee, [], "tpbso suite")
     assert not Referee([run("a", [(3, 2.0 - 1e-7)], 9, of)]).improved
 
@@ -149,3 +151,24 @@ def test_the_page_says_what_was_judged(tmp_path: Path) -> None:
     assert [row.times[1] for row in solver_rows(referee)] == [4 / 16, 4 / 16, inf]
     assert {row.name for row in class_rows(referee)} == {"all problems", "spline", "11 to 30 variables"}
     assert len(summary_rows(replace(referee))) == 24
+
+
+def test_unequal_budgets_are_said(tmp_path: Path) -> None:
+    of = problem()
+    equal = Referee([run("a", [(1, 3.0)], 160, of), run("b", [(1, 4.0)], 170, of)])
+    assert equal.budgets == {"a": 10.0, "b": 170 / 16} and equal.unequal == ""
+    referee = Referee([run("a", [(1, 3.0)], 1600, of), run("b", [(1, 4.0)], 160, of)])
+    assert referee.unequal == "10 of b, 100 of a"
+    assert "ranks compare budgets too: 10 of b, 100 of a" in render(referee, [], "tpbso suite")
+
+
+def test_who_a_solver_is_joined_with(tmp_path: Path) -> None:
+    problems = [problem(f"spline-2@{k}") for k in range(1, 16)]
+    gaps = {"first": 0.0, "as good": 0.0, "behind": 0.5, "last": 1.0}
+    runs = [run(s, [(1, 2.0 + g)], 9, p) for p in problems for s, g in gaps.items()]
+    referee = Referee(runs)
+    assert referee.joined == {"first": "", "as good": "first", "behind": "", "last": ""}
+    write_report(tmp_path, referee, "tpbso suite", pictures=False)
+    lines = (tmp_path / RANKS).read_text().splitlines()
+    assert lines[0].startswith("solver,mean rank,joined with,evaluations by variables,runs,targets reached,expected")
+    assert [line.split(",")[:3] for line in lines[1:3]] == [["first", "1.5", ""], ["as good", "1.5", "first"]]

@@ -82,10 +82,13 @@ def test_when_it_was_feasible_first(tmp_path: Path) -> None:
         (f",{NAME},1,1,2.0", "line 2: solver: a name in printable characters is needed"),
         ("a,arm-motions-1/nope@1,1,1,2.0", "line 2: there is no problem 'nope@1'"),
         ("a,nope,1,1,2.0", "line 2: 'nope' is no problem such as"),
-        (f"a,{NAME},x,1,2.0", "line 2: invalid literal"),
+        (f"a,{NAME},x,1,2.0", "line 2: run: 'x' is no whole number"),
         (f"a,{NAME},1,0,2.0", "line 2: a finite merit and from 1 to 1000000000000000 evaluations are needed"),
         (f"a,{NAME},1,1{'0' * 400},2.0", "line 2: a finite merit and from 1 to"),
         (f"a,{NAME},1,1,nan", "line 2: a finite merit and from 1 to"),
+        (f"a,{NAME},1,1.5,2.0", "line 2: evaluations: '1.5' is no whole number"),
+        (f"a,{NAME},1,1,abc", "line 2: merit: 'abc' is no number"),
+        (f"a,{NAME},1,1,0.01", f"line 2: merit: 0.01 of {NAME}, of which no motion has less than 0."),
         (f"a,{NAME},1,2,2.0\na,{NAME},1,2,1.0", "line 3: evaluations: 2 after 2 of the same run"),
         (f"a,{NAME},1,2,2.0\na,{NAME},1,3,2.5", "line 3: merit: 2.5 after 2 of the same run"),
     ],
@@ -100,7 +103,7 @@ def test_a_wrong_line_is_named(line: str, reason: str, tmp_path: Path) -> None:
 def test_other_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(InvalidSuite, match=r"none\.csv: No such file"):
         read_runs(tmp_path / "none.csv")
-    with pytest.raises(InvalidSuite, match=r"line 1: the first line is not solver,problem,run,evaluations,merit"):
+    with pytest.raises(InvalidSuite, match=r"line 1: is not solver,problem,run,evaluations,merit"):
         read_runs(written(tmp_path / "a.csv", header="x,y"))
     with pytest.raises(InvalidSuite, match="there are no runs in it"):
         read_runs(written(tmp_path / "b.csv"))
@@ -185,3 +188,17 @@ def test_labels_that_no_table_holds_are_refused_before_the_run(label: str) -> No
 def test_a_table_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(InvalidSuite, match=r"nowhere/runs\.csv: No such file or directory"):
         write_runs(tmp_path / "nowhere/runs.csv", [])
+
+
+def test_a_run_outside_the_box_is_refused(tmp_path: Path) -> None:
+    run = Recording(PROBLEM, "lost")
+    assert np.isinf(run(np.full((3, PROBLEM.dimension), np.nan))).all() and run.done == 3
+    with pytest.raises(InvalidSuite, match=r"spline-2@1: run 1 of lost has no candidate in the box, of 3"):
+        write_runs(tmp_path / "runs.csv", [run])
+    assert not (tmp_path / "runs.csv").exists()
+
+
+def test_a_byte_order_mark_is_read_over(tmp_path: Path) -> None:
+    path = written(tmp_path / "runs.csv", f"a,{NAME},1,1,2.0")
+    path.write_text(path.read_text(), encoding="utf-8-sig")
+    assert len(read_runs(path)) == 1

@@ -67,8 +67,10 @@ def test_some_of_it() -> None:
     [
         (lambda: tp.suite("arm-motions-9"), "there is no suite 'arm-motions-9'; there is 'arm-motions-1'"),
         (lambda: tp.suite(functions=["nope"]), "no function or group 'nope'; the groups are paper, path, spline"),
+        (lambda: tp.suite(functions=["splin-2"]), r"no function or group 'splin-2'; did you mean spline-2\?"),
         (lambda: tp.suite(instances=[1, 16]), "no instance 16; they are 1 to 15"),
         (lambda: SUITE["nope@1"], "there is no problem 'nope@1' in <suite arm-motions-1: "),
+        (lambda: SUITE["splin-2@1"], r"did you mean arm-motions-1/spline-2@1\?"),
         (lambda: problem_named("spline-2@1"), "is no problem such as arm-motions-1/spline-3@1"),
     ],
 )
@@ -119,6 +121,22 @@ def test_merit_is_feasibility_first(name: str) -> None:
     assert np.array_equal(merits[feasible], objectives[feasible])
     assert np.array_equal(each.constraints(candidates), violations)
     assert np.array_equal(each.merit(candidates), merit)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["spline-2@1", "star-time@6", "constrained-3@1", "time-length-4@3"])
+def test_what_is_not_in_the_box_is_worth_nothing(name: str) -> None:
+    each = SUITE[name]
+    lower, upper = each.bounds
+    inside = np.stack([lower, upper, (lower + upper) / 2.0])
+    outside = np.repeat(inside[2:], 3, axis=0)
+    outside[[0, 1, 2], [0, 1, -1]] = np.nan, np.nextafter(upper[1], np.inf), -np.inf
+    assert each.contains(inside).all() and not each.contains(outside).any()
+    found, alone = each.values(np.vstack([inside, outside])), each.values(inside)
+    for values, expected in zip(found, alone, strict=True):
+        assert np.array_equal(values[:3], expected) and np.isposinf(values[3:]).all()
+    with pytest.raises(ValueError, match="x is not in the box"):
+        each.decode(outside[0])
 
 
 @needs_compiler

@@ -14,7 +14,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from tpbso_casadi.campaign import SuiteRun, parse_solvers, recordings, suite_grid
+from tpbso_casadi.campaign import STORE, SuiteRun, parse_solvers, recordings, suite_grid
 from tpbso_casadi.campaign.logs import check_logs, write_logs
 from tpbso_casadi.cli.campaign import (
     CAMPAIGN_FAILURES,
@@ -40,7 +40,7 @@ from tpbso_casadi.cli.options import (
 )
 from tpbso_casadi.cli.progress import phase
 from tpbso_casadi.referee import Referee, on_common_problems
-from tpbso_casadi.referee.page import PAGE, RUNS, SUMMARY, solver_rows, write_report, write_table
+from tpbso_casadi.referee.page import PAGE, RANKS, RUNS, SUMMARY, solver_rows, write_report, write_table
 from tpbso_casadi.suite import SUITE, InvalidSuite, Suite, read_runs, suite
 
 USUAL_SOLVERS = "bso,pso,ga,abso,lshade"
@@ -188,7 +188,7 @@ def check(options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace, command: str) -> int:
     """Run the campaign of the options and judge it; returns the exit status."""
-    prepare(options, PAGE, RUNS, SUMMARY)
+    prepare(options, PAGE, RUNS, SUMMARY, RANKS)
     problems = chosen(options).problems
     runs: list[SuiteRun] = suite_grid(problems, parse_solvers(options.solvers), options.repeat, options.budget)
     with phase("building the kernels", options.quiet):
@@ -208,6 +208,10 @@ def report(options: argparse.Namespace, command: str) -> int:
     own = options.folder / RUNS
     files = [*([own] if own.exists() else []), *options.runs]
     if not files:
+        if (options.folder / STORE).exists():
+            raise InvalidSuite(
+                f"{options.folder}: its runs have not ended; the `tpbso suite run` of it goes on with them"
+            )
         raise InvalidSuite(f"{own}: there are no runs; say --runs FILE, or the folder of `tpbso suite run`")
     names = {problem.name for problem in chosen(options)}
     runs = [run for file in files for run in read_runs(file) if run.problem.name in names]
@@ -222,9 +226,10 @@ def report(options: argparse.Namespace, command: str) -> int:
         raise InvalidSuite(f"{files[-1]}: there is no problem that all of the solvers have searched")
     referee = Referee(judged)
     check_logs(options.format, options.folder, len({run.problem.function.name for run in judged}))
-    left_out = len({run.problem.name for run in runs}) - len(referee.problems)
+    kept = {problem.name for problem in referee.problems}
+    left_out = list(dict.fromkeys(run.problem.name for run in runs if run.problem.name not in kept))
     if left_out:
-        print(f"{left_out} problems are left out, which not all of the solvers have searched")
+        print(f"{len(left_out)} problems are left out, which not all of the solvers have searched, as {left_out[0]}")
     judge(referee, options.folder, options, command)
     write_logs(options.format, options.folder, referee.traces)
     return Exit.FEASIBLE
@@ -238,9 +243,11 @@ def judge(referee: Referee, folder: Path, options: argparse.Namespace, command: 
     if quiet:
         return
     table = Table(title=f"{len(referee.runs)} runs on {len(referee.problems)} problems")
-    for heading in ("solver", "mean rank", "targets reached", "runs"):
+    for heading in ("solver", "mean rank", "joined with", "targets reached", "runs"):
         table.add_column(heading)
     for row in solver_rows(referee):
-        table.add_row(row.solver, f"{row.rank:.2f}", f"{100.0 * row.reached:.0f} %", str(row.runs))
+        table.add_row(row.solver, f"{row.rank:.2f}", row.joined, f"{100.0 * row.reached:.0f} %", str(row.runs))
     Console().print(table)
+    if referee.unequal:
+        print(f"evaluations for each variable differ, and ranks compare budgets too: {referee.unequal}")
     Console().print(f"written to {folder}", highlight=False, soft_wrap=True)
