@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from helpers.running import line_of
 from helpers.waiting import wait_until
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from solvers.budget import Interruption
 from tpbso_casadi import builtin
@@ -29,7 +30,7 @@ from tpbso_casadi.campaign import (
     processes,
     run_campaign,
 )
-from tpbso_casadi.campaign.run import PLAN_SECONDS
+from tpbso_casadi.campaign.run import PLAN_SECONDS, run_one
 from tpbso_casadi.campaign.runner import PROCESS_SECONDS, run_seconds
 from tpbso_casadi.cli.campaign import State, duration
 
@@ -322,3 +323,16 @@ def test_a_scenarios_own_solver_table_counts_for_its_solver_alone() -> None:
     every = {"population": 9, "iterations": 4}
     swarm, descent = (replace(parse_solver(name), table=every).applied(scenario, 5).solver for name in ("bso", "ipopt"))
     assert (swarm.population, swarm.iterations, descent.population, descent.iterations) == (9, 4, None, 4)
+
+
+def test_a_run_has_one_thread_of_blas(monkeypatch: pytest.MonkeyPatch) -> None:
+    threads = set()
+
+    def told(*_: object) -> str:
+        threads.update(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
+        return "{}"
+
+    monkeypatch.setattr("tpbso_casadi.campaign.run._result", told)
+    with threadpool_limits(2, user_api="blas"):
+        assert run_one("{}", {}).result == "{}"
+    assert threads == {1}
