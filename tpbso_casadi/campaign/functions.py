@@ -16,6 +16,7 @@ from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
 from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, problem_named
+from tpbso_casadi.suite.recording import keep_falls
 
 KEY = "function"  # which only searches of functions have, scenarios have none
 SUITE_KEY = "problem"  # which only searches of a suite's problems have
@@ -40,10 +41,7 @@ class Recorder:
     def __call__(self, candidates: FloatArray) -> FloatArray:
         """Values (m,) of candidates (m, d)."""
         values = self._f(candidates)
-        for number, value in enumerate(values.tolist(), start=self._done + 1):
-            if not self.values or value < self.values[-1]:
-                self.evaluations.append(number)
-                self.values.append(value)
+        keep_falls(values.tolist(), self._done, self.evaluations, self.values)
         self._done += len(values)
         return values
 

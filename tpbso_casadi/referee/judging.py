@@ -63,7 +63,16 @@ class Referee:
 
     def of(self, problem: str, solver: str | None = None) -> list[Recording]:
         """The runs on a problem, of one solver or of all."""
-        return [run for run in self.runs if run.problem.name == problem and solver in {None, run.solver}]
+        return self._index.get((problem, solver), [])
+
+    @cached_property
+    def _index(self) -> dict[tuple[str, str | None], list[Recording]]:
+        """By problem and solver, and by problem alone."""
+        found: dict[tuple[str, str | None], list[Recording]] = {}
+        for run in self.runs:
+            for solver in (run.solver, None):
+                found.setdefault((run.problem.name, solver), []).append(run)
+        return found
 
     @property
     def traces(self) -> list[Trace]:

@@ -86,10 +86,7 @@ class Recording:
 
     def add(self, merits: FloatArray) -> None:
         """Merits (m,) of the next m evaluations; of two objectives (m, 2)."""
-        for number, merit in enumerate(self._judged(merits), start=self.done + 1):
-            if merit < (self.merits[-1] if self.merits else inf):
-                self.evaluations.append(number)
-                self.merits.append(merit)
+        keep_falls(self._judged(merits), self.done, self.evaluations, self.merits)
         self.done += len(merits)
 
     def to(self, library: str) -> Any:
@@ -129,6 +126,21 @@ class Recording:
         """After how many evaluations there was a candidate that keeps all constraints; inf where there was none."""
         feasible = (n for n, m in zip(self.evaluations, self.merits, strict=True) if m <= self.feasible_merit)
         return next(feasible, inf)
+
+
+def keep_falls(values: Iterable[float], done: int, evaluations: list[int], lowest: list[float]) -> None:
+    """Add to both lists each of the next evaluations whose value is below all before it: its number, and the value.
+
+    Args:
+        values: of the next evaluations.
+        done: evaluations before them.
+        evaluations: numbers of those at which the lowest value fell, the first is 1.
+        lowest: values there.
+    """
+    for number, value in enumerate(values, start=done + 1):
+        if value < (lowest[-1] if lowest else inf):
+            evaluations.append(number)
+            lowest.append(value)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
