@@ -30,10 +30,12 @@ def no_compilers_at_work_behind_the_tests() -> Iterator[None]:
         yield
 
 
-@pytest.fixture
-def no_optimum(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Audits look for no optimum near a plan; the tests of audits do."""
-    monkeypatch.setattr("tpbso_casadi.audit_report.nearest_optimum", lambda problem, motion: None)
+@pytest.fixture(autouse=True)
+def plans_are_not_compared_with_an_optimum(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Audits neither descend to an optimum nor judge by its conditions, but in tests with the mark ``optimum``."""
+    if request.node.get_closest_marker("optimum") is None:
+        for name in ("nearest_optimum", "optimality_of"):
+            monkeypatch.setattr(f"tpbso_casadi.audit_report.{name}", lambda problem, motion: None)
 
 
 @pytest.fixture

@@ -53,7 +53,6 @@ def motion_in(folder: Path) -> Motion:
     return PPoly(np.array(solution["coefficients"]), np.array(solution["breakpoints"])), result
 
 
-@pytest.mark.usefixtures("no_optimum")
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_an_example_is_planned_and_audited(name: str, planned: Planned, capsys: pytest.CaptureFixture[str]) -> None:
     theta, result = motion_in(planned(name))

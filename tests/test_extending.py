@@ -57,7 +57,6 @@ def test_they_plan_polish_and_animate(folder: Path) -> None:
     assert (folder / "run" / "path.png").exists()
 
 
-@pytest.mark.usefixtures("no_optimum")
 def test_they_are_audited(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert audit.main(["run", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["certificate"]["verdict"] == "certified"

@@ -27,6 +27,8 @@ LONGEST_LINE = 300  # characters
 
 def plain(value: Any) -> Any:
     """The value as JSON can hold it: a number that is not finite as None, an unknown kind of object as its text."""
+    if type(value) is float:  # most of a long document
+        return value if math.isfinite(value) else None
     if isinstance(value, Enum):
         value = value.value
     elif isinstance(value, (np.ndarray, np.generic)):

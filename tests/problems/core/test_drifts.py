@@ -41,16 +41,12 @@ def motion_of(robot: SpatialArm, rng: np.random.Generator) -> Trajectory:
 
 
 def least_room(robot: SpatialArm, obstacles: dict[int, Obstacle], motion: Trajectory, count: int = 30) -> float:
-    """At many times, from obstacles placed anew at each."""
-    times, least = np.linspace(0.0, motion.duration, count), np.inf
-    for time, theta in zip(times.tolist(), motion.at(times), strict=True):
-        for each in obstacles.values():
-            still, grown = each.unmoved, 0.0
-            assert isinstance(still, Ball)
-            if isinstance(each, MovingObstacle):
-                center = tuple(each.motion.placed(np.array([still.center]), time)[0].tolist())
-                still, grown = replace(still, center=center), each.margin_rate * time
-            least = min(least, float(rooms(robot, (still,), theta[None])[0][0]) - grown)
+    """At many times, from obstacles where they are then, less what their margins have grown."""
+    times = np.linspace(0.0, motion.duration, count)
+    theta, least, apart = motion.at(times), np.inf, replace(robot, self_collision=False)
+    for each in obstacles.values():
+        grown = each.margin_rate * times if isinstance(each, MovingObstacle) else 0.0
+        least = min(least, float(np.min(rooms(apart, (each,), theta, times)[0] - grown)))
     return least
 
 

@@ -21,7 +21,7 @@ from problems.robots import ChainJoint, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
 from problems.scene import Ball, Ellipsoid, HalfSpace, Obstacle
 
-DENSE = 20_000 if core().name == "compiled" else 500
+DENSE = 5_000 if core().name == "compiled" else 500
 ROUNDING = 1e-9  # m, of rooms in another order of sums
 HAIR = 1e-9  # m
 FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear
@@ -42,7 +42,7 @@ def sampled(name: str, motion: Trajectory, count: int) -> list[np.ndarray]:
     """Rooms from obstacles and among links at many times as the core sees postures, and some of them anew."""
     times = np.linspace(0.0, motion.duration, count)
     theta, robot, obstacles = motion.at(times), robot_of(name), scene_of(name)
-    world, few = world_of(robot, obstacles), slice(None, None, count // (40 if robot.cover is None else 3))
+    world, few = world_of(robot, obstacles), slice(None, None, count // (10 if robot.cover is None else 3))
     found = [world.rooms(theta, which=which) for which in SIDES]
     for seen, anew in zip(found, rooms(robot, obstacles, theta[few]), strict=True):
         np.testing.assert_allclose(seen[few], anew, rtol=0.0, atol=ROUNDING)

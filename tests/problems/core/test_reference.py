@@ -57,7 +57,7 @@ def scene_of(name: str) -> tuple[Obstacle, ...]:
 
 @each_robot
 @settings(max_examples=6)
-@given(seed=seeds, most=st.sampled_from([np.inf, 0.1, 0.0, -0.05]), count=st.sampled_from([0, 1, 9, 40]))
+@given(seed=seeds, most=st.sampled_from([np.inf, 0.1, 0.0, -0.05]), count=st.sampled_from([0, 1, 9]))
 def test_rooms_are_the_same(compiled: Core, name: str, seed: int, most: float, count: int) -> None:
     robot = robot_of(name)
     theta, both = postures(robot, np.random.default_rng(seed), count), Both.of(compiled, robot, SCENE)

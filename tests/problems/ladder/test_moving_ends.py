@@ -95,7 +95,13 @@ def test_a_moving_arm_is_led_around_a_wall() -> None:
     np.testing.assert_allclose(found.at(ends, 1), [LEAVING, ARRIVING], atol=1e-10)
 
 
-@pytest.mark.parametrize("via", [tp.Joints(tuple(ASIDE - LOW)), tp.Pose((0.45, 0.1, 0.6))], ids=["joints", "position"])
+VIAS = [
+    pytest.param(tp.Joints(tuple(ASIDE - LOW)), id="joints"),
+    pytest.param(tp.Pose((0.45, 0.1, 0.6)), id="position", marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize("via", VIAS)
 def test_a_via_between_moving_ends_needs_no_search(via: tp.Joints | tp.Pose) -> None:
     plan = tp.plan(
         tp.robot("panda"), start=START - LOW, goal=GOAL - LOW, obstacles=[WALL], via=[via], start_velocity=LEAVING,

@@ -124,6 +124,7 @@ def test_ways_around_a_wall_lead_through_stops(goal: FloatArray) -> None:
     assert away.min() < 2e-3
 
 
+@pytest.mark.slow
 def test_vias_in_space_need_no_search() -> None:
     plan = tp.plan(tp.robot("panda"), start=START - LIFTED, goal=GOAL - LIFTED, via=[ASIDE - LIFTED], obstacles=[WALL])
     assert plan.status == "certified"

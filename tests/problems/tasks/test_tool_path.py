@@ -93,7 +93,7 @@ def test_impossible_ways(make: object, field: str) -> None:
     assert error.value.field == field
 
 
-@pytest.mark.parametrize("kind", ["line", "arc", "corners", "turning"])
+@pytest.mark.parametrize("kind", ["line", "arc", pytest.param("corners", marks=pytest.mark.slow), "turning"])
 def test_a_panda_follows(kind: str) -> None:
     (start,), (turned,) = tool(PANDA, READY)
     goal, turn = start + np.array([0.05, 0.2, -0.1]), turned

@@ -99,6 +99,7 @@ def audit(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, A
 OFTEN = ("obstacle-3",)  # which has constraints of every kind
 
 
+@pytest.mark.optimum
 @pytest.mark.parametrize("case", [c if c in OFTEN else pytest.param(c, marks=pytest.mark.slow) for c in TITLES])
 def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     status, of_scenario = audit(capfd, case)
@@ -122,7 +123,7 @@ def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureF
         assert conditions[1]["sensitivities"][0]["constraint"] in ("clearance", "swept clearance")
 
 
-@pytest.mark.usefixtures("no_optimum")
+@pytest.mark.optimum
 @pytest.mark.parametrize("case", STATED)
 def test_moves_and_paths_are_certified_again(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for polish in {False, case != "path"}:
@@ -385,7 +386,6 @@ def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.Captu
     assert all("t = " in c["where"] for c in broken)
 
 
-@pytest.mark.usefixtures("no_optimum")
 @pytest.mark.parametrize(("grown", "expected"), [(-1e-4, "certified"), (1e-4, "violated")])
 def test_a_link_that_grazes_an_obstacle_is_caught(
     grown: float, expected: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -425,6 +425,7 @@ def test_no_certificate_is_false(seeds: range) -> None:
     assert outcomes[CertificateStatus.VIOLATED, False] <= 5  # broken by less than samples show
 
 
+@pytest.mark.optimum
 def test_tables_and_picture_for_a_person(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert main([str(folder_of("time-3", tmp_path))]) == 0
     told = capfd.readouterr().out

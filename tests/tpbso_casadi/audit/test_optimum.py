@@ -24,6 +24,7 @@ from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import SearchedMotion, plan
 
+pytestmark = pytest.mark.optimum
 SHARE = 0.3  # of the reach
 
 

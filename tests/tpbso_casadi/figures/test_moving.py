@@ -14,7 +14,6 @@ from PIL import Image
 
 from problems import Ellipse, PlanarArm, Trajectory
 from problems.scene.moving import ConstantVelocity, MovingObstacle
-from tpbso_casadi.figures import style
 from tpbso_casadi.figures.limits import clearance_drawings, closest_to_moving, distance_curves
 from tpbso_casadi.figures.path import path_figure, snapshots
 from tpbso_casadi.figures.run import draw_figures
@@ -146,7 +145,7 @@ def test_solids_are_where_obstacles_are() -> None:
 
 
 def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     plan = moving_space_plan()
     figure = path_figure(plan)
@@ -158,7 +157,6 @@ def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
         np.testing.assert_allclose(way.get_xydata(), middles[:, columns])
     assert picture.get_title(loc="right") == "posture at the closest approach"
     assert "moving obstacle" in [text.get_text() for text in figure.legends[0].get_texts()]
-    monkeypatch.setattr(style, "DPI", 40)
     paths = draw_figures(tmp_path, plan)
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png", "clearance.png"]
     with Image.open(paths[-1]) as image:

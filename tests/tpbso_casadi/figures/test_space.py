@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from problems import Box
 from problems.tasks import Marker, MarkerKind
-from tpbso_casadi.figures import style
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.figures.run import draw_figures
 from tpbso_casadi.figures.space import Posture, painting_order, space_figure
@@ -139,8 +138,7 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
     assert not picture.axison
 
 
-def test_every_figure_is_drawn_in_space(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(style, "DPI", 40)
+def test_every_figure_is_drawn_in_space(tmp_path: Path) -> None:
     paths = draw_figures(tmp_path, space_plan())
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png"]
     for path in paths:

@@ -65,7 +65,7 @@ def test_ways_around_are_polished_where_no_bound_is_reached(tmp_path: Path) -> N
     assert plan.certified and plan.search is not None
     assert (plan.search.evaluations, plan.search.stop_reason) == (0, "converged")
     assert plan.motion.trajectory.duration > bound(plan)
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     assert tp.audit(tmp_path / "run").certified
     again = tp.plan("panda", **ENDS, obstacles=[wall])
     np.testing.assert_array_equal(again.motion.trajectory.coefficients, plan.motion.trajectory.coefficients)
@@ -150,7 +150,7 @@ def test_a_pose_is_reached_in_the_posture_that_is_reached_soonest(tmp_path: Any)
         plan.motion.trajectory.at(plan.motion.trajectory.breakpoints[-1:])[0] - START, plan.motion.criteria.robot.limits
     )
     assert plan.motion.trajectory.duration == pytest.approx(own.max(), rel=1e-9)
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     assert tp.audit(tmp_path / "run").certified
 
 
@@ -159,5 +159,5 @@ def test_any_of_several_goals(tmp_path: Any) -> None:
     plan = tp.plan("panda", start={"joints": START}, goal=[far, {"joints": GOAL}])
     assert plan.search is not None and plan.search.evaluations == 0
     assert plan.motion.trajectory.duration == pytest.approx(bound(plan), rel=1e-9)
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     assert tp.audit(tmp_path / "run").certified

@@ -132,6 +132,7 @@ def test_what_is_broken_is_seen(robot: StatedRobot) -> None:
         assert not is_kept(plan, robot.model, nothing | broken)
 
 
+@pytest.mark.slow
 def test_the_last_correction_of_a_via_leads_to_no_duration_far_off(robot: StatedRobot) -> None:
     durations = [
         planned(robot, "time", {"via": VIAS["posture"], "obstacles": SCENES["moves"], **each}).duration

@@ -128,7 +128,7 @@ def test_pieces_of_a_high_degree_are_cut_in_parts() -> None:
     assert off.max() < 1e-6
 
 
-@pytest.mark.parametrize("most", [None, JERK])
+@pytest.mark.parametrize("most", [None, pytest.param(JERK, marks=pytest.mark.slow)])
 def test_an_end_that_moves_is_as_fast_in_slower_rows(most: float | None, tmp_path: Path) -> None:
     """By the message alone; without what is added the slower motion would begin more slowly than the arm moves."""
     robot = tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0, max_jerk=most)

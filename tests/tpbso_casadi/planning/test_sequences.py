@@ -268,8 +268,13 @@ CORNER, LAST = [0.8, 0.1, 0.1, -1.6, 0.1, 1.8, 0.9], [1.2, 0.5, -0.3, -1.8, 0.2,
     ("corner", "away"),
     [
         (tp.Joints(tuple(CORNER)), lambda theta: np.linalg.norm(theta - CORNER, axis=1)),
-        (ABOVE, lambda theta: np.linalg.norm(as_array(PANDA.model.tool(ca.DM(theta))) - ABOVE.point, axis=1)),
+        pytest.param(
+            ABOVE,
+            lambda theta: np.linalg.norm(as_array(PANDA.model.tool(ca.DM(theta))) - ABOVE.point, axis=1),
+            marks=pytest.mark.slow,
+        ),
     ],
+    ids=["joints", "pose"],
 )
 def test_a_blended_corner_is_passed_nearly_without_a_stop(corner: Any, away: Any, tmp_path: Path) -> None:
     blend, plans = 0.05, []

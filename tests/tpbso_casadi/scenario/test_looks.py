@@ -96,7 +96,7 @@ def plan(tmp_path_factory: pytest.TempPathFactory) -> tp.Plan:
 
 
 def test_a_run_shows_the_robot_without_the_urdf(plan: tp.Plan, tmp_path: Path) -> None:
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     stored = json.loads((tmp_path / "run" / "result.json").read_text())["scenario"]
     assert 0 < len(stored["robot"]["looks_text"]) < 2_000
     replayed = tp.read_run(tmp_path / "run")
@@ -106,7 +106,7 @@ def test_a_run_shows_the_robot_without_the_urdf(plan: tp.Plan, tmp_path: Path) -
 
 
 def test_looks_change_neither_key_nor_motion(plan: tp.Plan, tmp_path: Path) -> None:
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     stored = json.loads((tmp_path / "run" / "result.json").read_text())["scenario"]
     with_looks, without = parse_scenario(stored), parse_scenario({**stored, "robot": dict(stored["robot"])})
     assert without.robot is not None
@@ -117,7 +117,7 @@ def test_looks_change_neither_key_nor_motion(plan: tp.Plan, tmp_path: Path) -> N
 
 
 def test_looks_that_are_none_are_refused_in_one_line(plan: tp.Plan, tmp_path: Path) -> None:
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     stored = json.loads((tmp_path / "run" / "result.json").read_text())["scenario"]
     stored["robot"]["looks_text"] = "{}x"
     with pytest.raises(ScenarioError, match=r"^robot\.looks: no looks of links: [^\n]*$"):

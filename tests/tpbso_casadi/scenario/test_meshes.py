@@ -169,7 +169,7 @@ def test_start_and_goal_are_judged_by_the_meshes(urdf: Path) -> None:
 
 
 def test_a_run_is_complete_without_the_meshes(plan: tp.Plan, arm: SpatialArm, tmp_path: Path) -> None:
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     stored = json.loads((tmp_path / "run" / "result.json").read_text())["scenario"]
     assert len(stored["robot"]["covers_text"]) < 100_000
     robot = parse_scenario(stored).robot.build()
@@ -203,5 +203,5 @@ def test_one_clearance_is_said_one_way(plan: tp.Plan) -> None:
 
 @pytest.mark.slow
 def test_its_audit_says_the_same(plan: tp.Plan, tmp_path: Path) -> None:
-    plan.save(tmp_path / "run")
+    plan.save(tmp_path / "run", figures=())
     assert tp.audit(tmp_path / "run").certified

@@ -164,7 +164,6 @@ def test_a_class_that_cannot_be_a_table_is_refused(path: str) -> None:
         tp.parse_scenario(content | {"obstacles": [{"shape": path, "center": [0.5, 1.5], "semi_axes": [0.1, 0.1]}]})
 
 
-@pytest.mark.usefixtures("no_optimum")  # of which the file's is one
 @pytest.mark.parametrize("name", [pytest.param("capsule", marks=pytest.mark.slow), f"{__name__}:PlaneCapsule"])
 def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """Without an entry in the registry its class is named by its path."""

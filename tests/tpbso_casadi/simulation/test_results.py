@@ -17,7 +17,6 @@ from PIL import Image
 
 from tpbso_casadi.animation.player import simulation_page
 from tpbso_casadi.cli.commands.simulate import main
-from tpbso_casadi.figures import style
 from tpbso_casadi.figures.simulation import STYLES, draw_simulation, simulation_figure
 from tpbso_casadi.plain import parsed_json
 from tpbso_casadi.replanning.candidates import Kind
@@ -167,9 +166,8 @@ def test_distances_are_true_and_standstills_are_shaded() -> None:
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-def test_the_figure_is_a_file(dim: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_figure_is_a_file(dim: int, tmp_path: Path) -> None:
     assert set(STYLES) == set(MEANINGS) == set(get_args(Kind))
-    monkeypatch.setattr(style, "DPI", 40)
     [path] = draw_simulation(tmp_path, record_of(dim))
     with Image.open(path) as image:
         assert np.asarray(image.convert("L")).std() > 10.0
