@@ -92,6 +92,7 @@ def test_an_expression_is_infinite_where_what_is_below_its_derivative_jumps(quan
     assert found.worst == np.inf
 
 
+@pytest.mark.slow
 def test_an_obstacle_is_first_touched_when_dense_samples_say_so() -> None:
     motion = quintic(2.0, way=1.4)
     obstacle = Ellipse((0.6, 0.6), (0.1, 0.1))

@@ -302,7 +302,12 @@ EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {
 
 
 @pytest.mark.parametrize(
-    ("case", "edit", "expected"), [(case, *edit) for case, edits in EDITS.items() for edit in edits]
+    ("case", "edit", "expected"),
+    [
+        pytest.param(case, *edit, marks=[pytest.mark.slow] * (k % 4 > 0))
+        for case, edits in EDITS.items()
+        for k, edit in enumerate(edits)
+    ],
 )
 def test_an_edited_result_is_refused_by_name(
     case: str,

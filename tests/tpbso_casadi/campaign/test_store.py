@@ -131,6 +131,7 @@ def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatc
         assert store.done() == set()
 
 
+@pytest.mark.slow
 def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path) -> None:
     def add_interrupted(store: Store, seed: int, lines: int) -> bool:
         """Add a run, with Ctrl-C at a line; returns whether there were so many lines."""

@@ -58,6 +58,7 @@ def test_functions_are_compared_as_scenarios_are(capsys: pytest.CaptureFixture[s
     assert lowest == pytest.approx([result.cost for result in alone], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_functions_have_figures_and_a_page() -> None:
     arguments = [*FUNCTIONS, "--solvers", "pso,bso", "--runs", "4", *SMALL[2:]]
     assert run(*arguments) == 0

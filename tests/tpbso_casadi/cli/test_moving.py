@@ -92,6 +92,7 @@ CASES = [pytest.param(form, solver, marks=[pytest.mark.slow] * ((form, solver) !
          for form in FORMS for solver in ("pso", "ipopt")]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("form", "solver"), CASES)
 def test_every_form_of_a_plane_motion_knows_the_time(form: str, solver: str) -> None:
     task, model = FORMS[form]
@@ -163,6 +164,7 @@ def edited(stored: Path, edit: Callable[[dict[str, Any]], object]) -> str:
     return "edited"
 
 
+@pytest.mark.slow
 def test_a_run_is_complete_without_its_table(stored: Path) -> None:
     shutil.copytree(stored, "moved")
     names = [verdict.name for verdict in read_run(Path("moved")).motion.verdicts]

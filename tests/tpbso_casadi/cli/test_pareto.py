@@ -106,6 +106,7 @@ def test_what_it_leaves(complete: list[dict[str, str]], capsys: pytest.CaptureFi
     assert method["evaluations"] == str(200 * len(table))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("only_the_path_is_drawn")
 def test_figures_of_the_front_and_of_each_point() -> None:
     Path(SCENARIO).write_text(TWO_LINKS.replace("polish_starts = 1", ""))
@@ -227,6 +228,7 @@ def test_where_there_is_no_plan_what_there_is_is_written(capsys: pytest.CaptureF
     assert row["standing"] == "not certified" and Path("front", row["folder"], "result.json").exists()
 
 
+@pytest.mark.slow
 def test_weighted_sums_and_nsga2_beside_each_other() -> None:
     command = [*COMMAND, "--objectives", "rotation,length", "--points", "2"]
     assert run(*command, "--method", "nsga2") == 0

@@ -209,6 +209,7 @@ def test_interruption_of_ipopt_keeps_the_best(how: list[str], reason: str) -> No
     assert json.loads(Path("out/result.json").read_text())["stop_reason"] == reason
 
 
+@pytest.mark.slow
 def test_the_best_within_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = SimpleNamespace(perf_counter=count(1000.0, 1.0).__next__)  # a second every time somebody looks
     monkeypatch.setattr("tpbso_casadi.planning.branches.time", clock)

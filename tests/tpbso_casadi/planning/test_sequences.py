@@ -295,6 +295,7 @@ def test_a_blended_corner_is_passed_nearly_without_a_stop(corner: Any, away: Any
     assert again.duration == blended.duration
 
 
+@pytest.mark.slow
 def test_three_moves_blended_in_the_plane_are_one() -> None:
     arm = tp.robot([0.5, 0.4, 0.3], max_speed=2.0, max_acceleration=10.0)
     places = [{"joints": [0.3 + turn, 0.9, -0.4]} for turn in (0.0, 0.4, 0.8, 1.2)]
@@ -303,6 +304,7 @@ def test_three_moves_blended_in_the_plane_are_one() -> None:
     assert plan.certified and len(plan.stages) == 1
 
 
+@pytest.mark.slow
 def test_a_line_makes_use_of_its_accuracy() -> None:
     arm, start = tp.robot("ur5e"), np.array([0.0, -1.2, 1.6, -1.0, 1.2, 0.3])
     by = np.array([-0.2, 0.2, 0.2])
@@ -439,6 +441,7 @@ def test_what_is_refused(stages: str, task: str, obstacle: str, line: str, capsy
     assert f"cell.toml: {line}" in refusal(capsys, main, "cell.toml", "--no-plots")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_an_empty_folder")
 def test_a_stage_without_a_motion_ends_with_one_and_leaves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     down = '[[task.stages]]\nkind = "line"\nby = [0.0, 0.0, -0.25]'
