@@ -15,8 +15,7 @@ from solvers import BenchmarkFunction, Box, InvalidFunction, Result, Solver, Sto
 from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
-from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, problem_named
-from tpbso_casadi.suite.recording import keep_falls
+from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, keep_falls, problem_named
 
 KEY = "function"  # which only searches of functions have, scenarios have none
 SUITE_KEY = "problem"  # which only searches of a suite's problems have

@@ -7,7 +7,7 @@ from tpbso_casadi.suite.definitions import SUITE
 from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import Description, InvalidSuite
 from tpbso_casadi.suite.problem import BestKnown, Suite, SuiteProblem, Values, problem_named, suite
-from tpbso_casadi.suite.recording import HEADER, Recording, read_runs, write_runs
+from tpbso_casadi.suite.recording import HEADER, Recording, keep_falls, read_runs, write_runs
 
 __all__ = [
     "HEADER",
@@ -20,6 +20,7 @@ __all__ = [
     "Suite",
     "SuiteProblem",
     "Values",
+    "keep_falls",
     "problem_named",
     "read_runs",
     "suite",

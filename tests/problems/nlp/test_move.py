@@ -160,6 +160,7 @@ def test_around_an_obstacle(robot: PlanarArm, objective: str) -> None:
     kept(task, motion)
 
 
+@pytest.mark.slow
 def test_it_waits_for_an_obstacle_that_moves_away() -> None:
     """Random starts differ in how slowly they are run; those that are clear at their times are descended from."""
     program = nlp(WAITING, 12)

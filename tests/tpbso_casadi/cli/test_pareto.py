@@ -219,6 +219,7 @@ def test_errors_take_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert reason in refusal(capsys, main, *COMMAND)
 
 
+@pytest.mark.slow
 def test_where_there_is_no_plan_what_there_is_is_written(capsys: pytest.CaptureFixture[str]) -> None:
     wall = '[[obstacles]]\nshape = "box"\ncenter = [0.0, 0.9]\nsize = [6.0, 0.3]\n'
     Path(SCENARIO).write_text(TWO_LINKS + wall)

@@ -144,6 +144,7 @@ def test_solids_are_where_obstacles_are() -> None:
         assert (box, ball)[a].beyond((box, ball)[b].vertices)[:, face].min() >= 0.0
 
 
+@pytest.mark.slow
 def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
     tmp_path: Path,
 ) -> None:
