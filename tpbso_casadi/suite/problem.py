@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from tpbso_casadi.plain import nearest
 from tpbso_casadi.suite.definitions import SUITE
 from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import (
@@ -342,6 +341,8 @@ class Suite:
         name = f"{self.name}/{which.removeprefix(f'{self.name}/')}"
         found = next((problem for problem in self.problems if problem.name == name), None)
         if found is None:
+            from tpbso_casadi.plain import nearest  # noqa: PLC0415 (CasADi; for a mistake alone)
+
             near = nearest(name, [problem.name for problem in self.problems], cutoff=0.0)
             raise InvalidSuite(f"there is no problem {which!r:.80} in {self!r}; did you mean {near}?")
         return found
@@ -380,6 +381,8 @@ def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: 
     chosen = [each for each in known if functions is None or {each.name, each.group} & wanted]
     foreign = wanted - {each.name for each in known} - {each.group for each in known}
     if foreign:
+        from tpbso_casadi.plain import nearest  # noqa: PLC0415 (CasADi; for a mistake alone)
+
         groups = list(dict.fromkeys(each.group for each in known))
         near = nearest(min(foreign), [*groups, *(each.name for each in known)])
         hint = f"did you mean {near}?" if near else f"the groups are {', '.join(groups)}"
