@@ -181,7 +181,6 @@ def test_integrals_by_hand() -> None:
     assert signed.of_motion(SWING, PLAIN, times) == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.slow
 def test_of_torques_it_is_the_energy() -> None:
     motion = massive_motion()
     robot, trajectory = motion.criteria.robot, motion.trajectory

@@ -206,7 +206,6 @@ def torque_row(name: str) -> dict[str, Any]:
     return dict(row)
 
 
-@pytest.mark.slow
 def test_torques_are_kept_with_what_the_tool_carries() -> None:
     write_rows(ROWS[:3])
     Path("motors.toml").write_text(ARM + MOTORS)

@@ -273,7 +273,6 @@ def test_what_a_scene_does_not_state_is_kept(in_an_empty_folder: None) -> None:
     assert within.scenario.model.margin == 0.02
 
 
-@pytest.mark.slow
 def test_a_run_keeps_how_long_it_stays() -> None:
     moving = tp.MovingObstacle(tp.Ellipse((0.9, -0.9), (0.05, 0.05)), tp.ConstantVelocity((0.0, 0.1)))
     plan = tp.plan(ARM, start=[0.0, 0.5], goal=[0.8, 0.2], obstacles=[moving], stay=3.0, evaluations=300)

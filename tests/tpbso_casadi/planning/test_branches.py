@@ -125,7 +125,6 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
     assert start == pytest.approx([0.5, -0.2, 0.5], abs=1e-8)
 
 
-@pytest.mark.slow
 def test_a_time_limit_is_that_of_everything() -> None:
     found = plan(parse_scenario(space_scenario(solver={"evaluations": None, "time_limit": 0.4}, obstacles=[])))
     assert isinstance(found, SearchedMotion)

@@ -441,7 +441,6 @@ def test_what_is_refused(stages: str, task: str, obstacle: str, line: str, capsy
     assert f"cell.toml: {line}" in refusal(capsys, main, "cell.toml", "--no-plots")
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("in_an_empty_folder")
 def test_a_stage_without_a_motion_ends_with_one_and_leaves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     down = '[[task.stages]]\nkind = "line"\nby = [0.0, 0.0, -0.25]'
