@@ -178,12 +178,12 @@ def write_runs(path: str | Path, runs: Iterable[Recording]) -> None:
     listed = list(runs) if isinstance(runs, Iterable) else [runs]
     if not all(isinstance(run, Recording) for run in listed):
         raise TypeError("runs: recordings are needed")
+    empty = next((run for run in listed if not run.evaluations), None)
+    if empty is not None:
+        raise InvalidSuite(
+            f"{empty.problem.name}: run {empty.run} of {empty.solver} has no candidate in the box, of {empty.done}"
+        )
     try:
-        empty = next((run for run in listed if not run.rows), None)
-        if empty is not None:
-            raise InvalidSuite(
-                f"{empty.problem.name}: run {empty.run} of {empty.solver} has no candidate in the box, of {empty.done}"
-            )
         with opened(checked_path(path), "wt") as file:
             writer = csv.writer(file)
             writer.writerow(HEADER)

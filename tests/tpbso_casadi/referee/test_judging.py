@@ -153,7 +153,7 @@ def test_the_page_says_what_was_judged(tmp_path: Path) -> None:
     assert len(summary_rows(replace(referee))) == 24
 
 
-def test_unequal_budgets_are_said(tmp_path: Path) -> None:
+def test_unequal_budgets_are_said() -> None:
     of = problem()
     equal = Referee([run("a", [(1, 3.0)], 160, of), run("b", [(1, 4.0)], 170, of)])
     assert equal.budgets == {"a": 10.0, "b": 170 / 16} and equal.unequal == ""
