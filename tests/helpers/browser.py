@@ -9,6 +9,24 @@ from pathlib import Path
 
 import pytest
 
+# A browser whose window nobody sees gives frames when it likes: here they come by the clock.
+DRAWN_BY_CLOCK = """<!DOCTYPE html>
+<script>window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 10);</script>"""
+
+
+def after(script: str, text: str, folder: Path, *more: str) -> str:
+    """The document of a page, drawn again after what a script did in it; see ``opened``.
+
+    Args:
+        script: run once the page's own have run.
+        text: the page.
+        folder: for the page and for what the browser keeps.
+        more: flags of the browser.
+    """
+    page = folder / "page.html"
+    page.write_text(f"{DRAWN_BY_CLOCK}{text}<script>{script}</script>", encoding="utf-8")
+    return opened(page, folder / "profile", *more)
+
 
 def opened(page: Path, profile: Path, *more: str) -> str:
     """The document of a page once its scripts have run; they must not have complained.

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.browser import fetched, opened
+from helpers.browser import DRAWN_BY_CLOCK, after, fetched, opened
 from helpers.massive import lifted_motion
 from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
 from helpers.space_plans import SOLIDS, SPHERES, space_plan
@@ -28,11 +28,9 @@ CALM = "--force-prefers-reduced-motion"
 STEPS = 10
 SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4]
 SCREENS = [(360, 740), (740, 360), (800, 1280), (1920, 1080)]
-# A browser whose window nobody sees gives frames when it likes: here they come by the clock.
-DRAWN_BY_CLOCK = """<!DOCTYPE html>
-<script>window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 10);</script>"""
 # What is done shows when the page is drawn again.
-STORY = """<pre id="told"></pre><script>(async () => {
+TOLD = '<pre id="told"></pre>'
+STORY = """(async () => {
 const find = (name) => document.querySelector(name), told = {};
 const key = (name, target = document.body, more = {}) =>
   target.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true, ...more }));
@@ -40,14 +38,12 @@ const drawn = () => new Promise(requestAnimationFrame);
 const note = async (name, what) => { await drawn(); told[name] = what(); };
 %s
 find("#told").textContent = JSON.stringify(told);
-})();</script>"""
+})();"""
 
 
 def told(text: str, story: str, folder: Path, *flags: str) -> dict[str, Any]:
     """What a script notes in a page."""
-    path = folder / "page.html"
-    path.write_text(f"{DRAWN_BY_CLOCK}{text}{STORY % story}", encoding="utf-8")
-    [answer] = re.findall(r'<pre id="told">(.+?)</pre>', opened(path, folder / "profile", *flags))
+    [answer] = re.findall(r'<pre id="told">(.+?)</pre>', after(STORY % story, text + TOLD, folder, *flags))
     return dict(json.loads(unescape(answer)))
 
 
@@ -328,10 +324,8 @@ def test_the_player_shows_torques_that_nothing_limits_in_their_units(tmp_path: P
     text = page("lift", frames_of(motion, 21))
     curve = data_of(text)["curves"][-1]
     assert curve["label"] == "joint torque [N m or N]" and "limits" not in curve
-    path = tmp_path / "page.html"
     choose = "const s = document.querySelector('.quantity'); s.selectedIndex = s.options.length - 1; "
-    path.write_text(f"{text}<script>{choose}s.dispatchEvent(new Event('change'));</script>", encoding="utf-8")
-    document = opened(path, tmp_path / "profile")
+    document = after(f"{choose}s.dispatchEvent(new Event('change'));", text, tmp_path)
     shown = [
         float(value.replace(MINUS, "-")) for value in re.findall(rf">({MINUS}?[0-9.]+) N(?: m)?</output>", document)
     ]
@@ -386,7 +380,6 @@ def test_the_closest_distance_is_shown_as_it_is_at_the_end(tmp_path: Path) -> No
     closest = closest_of(plan.motion.problem, frames.theta, frames.times)
     assert closest is not None
     to_end = "const s = document.querySelector('.time'); s.value = 1000; s.dispatchEvent(new Event('input'));"
-    path = tmp_path / "page.html"
-    path.write_text(f"{page('end', frames)}<script>{to_end}</script>", encoding="utf-8")
-    shown = re.search(r"Closest now: \w+, [\w ]+, (-?[0-9.]+) mm found<", opened(path, tmp_path / "profile"))
+    document = after(to_end, page("end", frames), tmp_path)
+    shown = re.search(r"Closest now: \w+, [\w ]+, (-?[0-9.]+) mm found<", document)
     assert shown is not None and float(shown[1]) == pytest.approx(1000.0 * closest.distances[-1], abs=0.051)

@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 import pytest
-from helpers.browser import fetched, opened
+from helpers.browser import after, fetched
 from helpers.simulation_records import KINDS, record_of
 from helpers.simulations import EVERY, replan_at, simulated
 from PIL import Image
@@ -189,9 +189,7 @@ def test_the_player_says_what_was_answered(dim: int) -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_the_player_shows_what_was_answered_last(dim: int, tmp_path: Path) -> None:
     jump = "const s = document.querySelector('.time'); s.value = 500; s.dispatchEvent(new Event('input'));"
-    path = tmp_path / "page.html"
-    path.write_text(f"{simulation_page('page', record_of(dim))}<script>{jump}</script>", encoding="utf-8")
-    document = opened(path, tmp_path / "profile")
+    document = after(jump, simulation_page("page", record_of(dim)), tmp_path)
     assert "1.000 s</output>" in document
     assert ">replan 4: the motion goes on (a stop in time proven), 50 ms</p>" in document
 
