@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from helpers.cases import BUILTIN, OVAL, THREE_METRES, builtin, changed, equal_links, following, moving
 from helpers.searching import VM, sampled, source
+from helpers.slow import slow_except
 
 from problems import Ellipse, PlanarArm, Problem, pentagram
 from problems.base import FloatArray, as_array
@@ -47,15 +48,8 @@ OTHERS: dict[str, Callable[[], Problem[Any]]] = {
     "bounded total time": lambda: following(THREE_METRES, STAR, 0.3, "length", "up", total_time=(0.3, 0.4)),
     "two points": lambda: following(THREE_METRES, STAR.resampled(6), 0.9, "time", "up", samples=2, knots=2),
 }
-QUICK = {
-    ("time-2", "paper"), ("rotation-3", "reduced"), ("joint limits", "paper"),
-    ("turned ellipse", "paper"), ("few samples", "reduced"), ("bounded segment times", "reduced"),
-    ("bounded total time", "reduced"), ("path, joint limits", "reduced"), ("two points", "paper"),
-}  # fmt: skip
-EVERY = [
-    pytest.param(*case, marks=[] if case in QUICK else pytest.mark.slow)
-    for case in product((*BUILTIN, *OTHERS), ("paper", "reduced"))
-]
+QUICK = {("rotation-3", "reduced"), ("turned ellipse", "paper"), ("path, joint limits", "reduced")}
+EVERY = slow_except(product((*BUILTIN, *OTHERS), ("paper", "reduced")), QUICK)
 
 
 def penalty(constraint: Constraint, values: FloatArray, graded: bool) -> float:

@@ -15,6 +15,7 @@ from helpers.evaluation import needs_compiler, same_bits
 from helpers.moving_scenes import CROSSED
 from helpers.own_limits import TipSpeed
 from helpers.searching import VM, sampled, source
+from helpers.slow import slow_except
 
 from problems import Ellipse, InvalidProblem, Joints, Move, MoveProblem, Position, move
 from problems.base import FloatArray, as_array
@@ -61,9 +62,7 @@ def problem_of(name: str) -> MoveProblem:
 
 def moves(*quick: str) -> pytest.MarkDecorator:
     """All of them; but those that are not named here later."""
-    return pytest.mark.parametrize(
-        "name", [pytest.param(name, marks=[] if name in quick else pytest.mark.slow) for name in MOVES]
-    )
+    return pytest.mark.parametrize("name", slow_except(MOVES, quick))
 
 
 def stops_of(problem: MoveProblem, x: FloatArray) -> FloatArray:
@@ -141,7 +140,7 @@ def expected_costs(problem: MoveProblem, x: FloatArray) -> FloatArray:
     return np.array(costs)
 
 
-@moves("a limit that slows down", "vias, several goals", "moving ends, joint ranges", "moving obstacle", "bounded time")
+@moves("vias, several goals", "moving obstacle")
 def test_steps_over_samples_cost_what_the_model_costs(name: str) -> None:
     problem = problem_of(name)
     evaluate, box = problem.evaluator(VM), Box(*problem.bounds)
@@ -153,9 +152,7 @@ def test_steps_over_samples_cost_what_the_model_costs(name: str) -> None:
 
 
 @needs_compiler
-@pytest.mark.parametrize(
-    "name", ["moving goal", *(pytest.param(n, marks=pytest.mark.slow) for n in ("points, obstacle", "bounded time"))]
-)
+@pytest.mark.parametrize("name", slow_except(["moving goal", "points, obstacle", "bounded time"], 1))
 @pytest.mark.usefixtures("cache_folder")
 def test_backends_agree_to_the_bit(name: str) -> None:
     problem = problem_of(name)

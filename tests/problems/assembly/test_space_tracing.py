@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.searching import VM, sampled
+from helpers.slow import slow_except
 from helpers.space import TOOL, small_arm
 from oracles.space import away_from_path, tool_poses
 from scipy.spatial.transform import Rotation
@@ -36,7 +37,6 @@ TASKS = {
     "corner": SpaceTracing(small_arm(6), Path.through(POSES[[0, 2, 3]]), 0.002, 0.02),
     "obstacle": SpaceTracing(ELBOW, Path.through(POSES), 0.002, 0.02, (Ball(center=(0.0, 0.35, 0.55), radius=0.05),)),
 }
-QUICK = {"corner", "poses, six joints", "corners and jerk", "obstacle"}
 
 
 @cache
@@ -57,9 +57,7 @@ def test_the_steps_are_the_inlined_cost() -> None:
     assert stepped == pytest.approx([float(problem.cost_function(candidate)) for candidate in x], rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in TASKS]
-)
+@pytest.mark.parametrize("name", slow_except(TASKS, ["corners and jerk", "obstacle"]))
 def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
     problem = problem_of(name)
     x = best(problem)
@@ -67,9 +65,7 @@ def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
     check(problem, problem.quick_trajectory(x) if problem.robot.limits.jerk is None else problem.trajectory(x))
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name == "corner" else pytest.mark.slow) for name in TASKS]
-)
+@pytest.mark.parametrize("name", slow_except(TASKS, ["corner"]))
 def test_a_polished_motion_is_faster_within_the_accuracy(name: str) -> None:
     problem = problem_of(name)
     exact = problem.trajectory(best(problem))

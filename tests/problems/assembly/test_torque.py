@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers.cases import following, moving
 from helpers.searching import VM, source
+from helpers.slow import slow_except
 
 from problems import CertificateStatus, Joints, Move, Path, PlanarArm, Problem, Robot, closed_curve, move
 from problems.base import FloatArray, as_array
@@ -28,7 +29,6 @@ LINE = Path(((0.3, -0.6), (0.6, -0.3), (0.6, 0.1)))
 
 
 KINDS = ("two segments, paper", "two segments, reduced", "path, paper", "path, reduced", "move", "tracing")
-each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
 @cache
@@ -63,7 +63,7 @@ def rows(problem: Problem[Any], name: str, x: FloatArray) -> FloatArray:
 
 @pytest.mark.parametrize(
     ("kind", "robot", "objective"),
-    [*((kind, ARM, "time") for kind in KINDS if kind != "move"), ("move", SMOOTH, "rotation")],
+    slow_except([("move", SMOOTH, "rotation"), *((kind, ARM, "time") for kind in KINDS if kind != "move")], 2),
 )
 def test_feasible_candidates_keep_the_torques_at_the_samples(kind: str, robot: PlanarArm, objective: str) -> None:
     problem = problem_of(kind, robot, objective)
@@ -76,7 +76,7 @@ def test_feasible_candidates_keep_the_torques_at_the_samples(kind: str, robot: P
     assert (used > 1.0 + 1e-9).any()
 
 
-@each_kind
+@pytest.mark.parametrize("kind", slow_except(KINDS, ["two segments, paper", "move"]))
 def test_arms_that_cannot_be_held_are_never_feasible_and_the_weakest_costs_most(
     kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -95,7 +95,7 @@ def test_arms_that_cannot_be_held_are_never_feasible_and_the_weakest_costs_most(
 # What is compiled
 
 
-@pytest.mark.parametrize("kind", ["two segments, paper", "path, reduced", "move"])
+@pytest.mark.parametrize("kind", slow_except(["two segments, paper", "path, reduced", "move"], 1))
 def test_another_payload_and_other_motors_compile_nothing(kind: str) -> None:
     carrying = replace(SMOOTH, payload=planar_payload(0.2, (0.01, 0.0), 0.001), max_torque=(28.0, 14.0, 4.0))
     other = replace(carrying, payload=planar_payload(0.1, (0.02, 0.0), 0.002), max_torque=(30.0, 15.0, 4.5))

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from helpers.searching import VM
+from helpers.slow import slow_except
 
 from problems import Ellipse, InvalidProblem, Path, PlanarArm, Trajectory
 from problems.base import FloatArray
@@ -27,9 +28,6 @@ TASKS = {
     "jerk": PathTracing(replace(ARM, max_jerk=(300.0,) * 3), Path.through(SQUARE[:3]), 0.01, elbow="up"),
     "obstacle": PathTracing(ARM, Path.through(SQUARE), 0.01, obstacles=(Ellipse((0.3, 0.3), (0.08, 0.05)),)),
 }
-each_task = pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "three links")) for name in TASKS]
-)
 
 
 @cache
@@ -60,7 +58,7 @@ def test_the_cost_of_a_feasible_candidate_is_about_its_duration(name: str) -> No
     assert cost == pytest.approx(without_jerk.trajectory(x).duration, rel=0.02)
 
 
-@each_task
+@pytest.mark.parametrize("name", slow_except(TASKS, ["obstacle"]))
 def test_a_candidate_and_the_program_from_it_are_certified_and_dense_samples_agree(name: str) -> None:
     problem = problem_of(name)
     x, refinement = best(problem), Refinement(problem, IPOPT())

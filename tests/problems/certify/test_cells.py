@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import BUILTIN, builtin, equal_links
+from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PPoly
@@ -59,9 +60,7 @@ def test_intervals_by_hand() -> None:
     assert most == pytest.approx([4.0, 1.0, 7.0, np.inf, 7.0])
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name in IN_EVERY_RUN else pytest.mark.slow) for name in BUILTIN]
-)
+@pytest.mark.parametrize("name", slow_except(BUILTIN, IN_EVERY_RUN))
 def test_intervals_hold_every_candidate_of_every_constraint(name: str) -> None:
     problem = builtin(name)
     lower, upper = problem.bounds

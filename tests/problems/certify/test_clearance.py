@@ -10,6 +10,7 @@ from itertools import pairwise, product
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 from helpers.space import LENGTHS, TOOL, small_arm
 from oracles.moving import KINDS, Table, random_motion
 from oracles.outlines import dense, inside, skeletons, to_segment
@@ -122,9 +123,7 @@ def test_the_second_kinematics_are_the_arms() -> None:
     assert frames[0, -1, 2] <= sum(LENGTHS) + TOOL
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(k, marks=[] if k < IN_EVERY_RUN else pytest.mark.slow) for k in range(SCENES)]
-)
+@pytest.mark.parametrize("seed", slow_except(range(SCENES), IN_EVERY_RUN))
 def test_no_certificate_is_false(seed: int) -> None:
     rng = np.random.default_rng(seed)
     obstacles, trajectory = boxes_and_capsules(rng), two_quintics(rng)

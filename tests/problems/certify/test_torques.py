@@ -13,6 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -200,7 +201,7 @@ def robots() -> list[Any]:
     return [*limited, *(built_in(name).arm(max_acceleration=15.0, payload=payload) for name in BUILT_IN)]
 
 
-@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.slow) for part in (1, 2, 3))])
+@pytest.mark.parametrize("part", slow_except(range(4), 1))
 def test_slowed_motions_are_certified_and_faster_ones_are_not(part: int) -> None:
     for seed in range(part, MOTIONS, 4):
         rng = np.random.default_rng(seed)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through
+from helpers.slow import slow_except
 
 from problems.base import FloatArray
 from problems.certify import CertificateStatus, prove
@@ -31,6 +32,7 @@ from problems.scene import Obstacle
 
 HAIR = 1e-9  # m
 each_robot = pytest.mark.parametrize("name", ROBOTS)
+one_robot_often = pytest.mark.parametrize("name", slow_except(ROBOTS, 1))
 pytestmark = pytest.mark.usefixtures("each_core")
 
 
@@ -51,7 +53,7 @@ def off(theta: FloatArray, errors: FloatArray, rng: np.random.Generator) -> Floa
     return theta + errors * np.where(rng.random((len(theta), 1)) < 0.5, np.sign(drawn), drawn)
 
 
-@each_robot
+@one_robot_often
 def test_room_is_no_more_than_any_posture_within_the_errors_has(name: str) -> None:
     robot, rng = robot_of(name), np.random.default_rng(2)
     exact, world = world_of(robot, SCENE), world_of(tracked(robot, 0.02), SCENE)
@@ -79,7 +81,7 @@ def motion_of(robot: SpatialArm, rng: np.random.Generator) -> Trajectory:
     return through(stops[:1] + 0.2 * (stops - stops[:1]), int(rng.choice([3, 5])), rng)
 
 
-@each_robot
+@one_robot_often
 def test_no_proof_is_false_of_motions_within_the_errors(name: str) -> None:
     robot, statuses = robot_of(name), Counter[bool | None]()
     own = tracked(robot, 0.004, 0.003, 0.0005)

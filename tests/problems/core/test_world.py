@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from helpers.core_robots import EXAMPLES, MARGIN, ROBOTS, SCENE, links_and_pairs, postures, robot_of, rooms
+from helpers.slow import slow_except
 from scipy.spatial import cKDTree
 
 from problems import PlanarArm
@@ -29,7 +30,7 @@ def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
 each_robot = pytest.mark.parametrize("name", ROBOTS)
 
 
-@each_robot
+@pytest.mark.parametrize("name", slow_except(ROBOTS, 1))
 def test_rooms_are_those_of_the_nearest_balls(name: str) -> None:
     robot = robot_of(name)
     theta = postures(robot, np.random.default_rng(1), 203 if name != "bars" else 27)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from helpers.cases import BUILTIN, builtin
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of, virtual_machine
+from helpers.slow import slow_except
 from helpers.waiting import wait_until
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -46,10 +47,7 @@ def hostile(box: Box, rows: int) -> FloatArray:
 @needs_compiler
 @pytest.mark.parametrize(
     ("case", "formulation"),
-    [
-        pytest.param(*case, marks=[] if case in {("time-3", "paper"), ("pentagram-rotation", "reduced")} else SLOW)
-        for case in product(BUILTIN, ("paper", "reduced"))
-    ],
+    slow_except(product(BUILTIN, ("paper", "reduced")), [("time-3", "paper"), ("pentagram-rotation", "reduced")]),
 )
 def test_backends_agree_to_the_bit(case: str, formulation: str) -> None:
     problem = builtin(case, formulation)
@@ -64,7 +62,7 @@ OPERATIONS = [*product(UNARY, [1]), *product(BINARY, [2])]
 
 
 @needs_compiler
-@pytest.mark.parametrize("flags", ["", pytest.param("-DLANES=4", marks=SLOW), pytest.param("-DLANES=2", marks=SLOW)])
+@pytest.mark.parametrize("flags", slow_except(["", "-DLANES=4", "-DLANES=2"], 1))
 def test_every_operation_and_every_special_value(flags: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CXX", f"{find_compiler().command[0]} {flags}")
     x = ca.SX.sym("x", 3)  # which operation, and its operands

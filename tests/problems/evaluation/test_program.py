@@ -12,6 +12,7 @@ import pytest
 from helpers.cases import BUILTIN, builtin
 from helpers.evaluation import needs_compiler, points, same_bits, source_of, virtual_machine
 from helpers.programs import interpreted, sym, typical, with_stacks
+from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -363,13 +364,7 @@ def test_population_equals_a_loop(case: str) -> None:
     assert (problem.cost(np.asfortranarray(points)) == alone).all()
 
 
-@pytest.mark.parametrize(
-    ("case", "formulation"),
-    [
-        pytest.param(*case, marks=[] if case in QUICK else pytest.mark.slow)
-        for case in product(BUILTIN, ("paper", "reduced"))
-    ],
-)
+@pytest.mark.parametrize(("case", "formulation"), slow_except(product(BUILTIN, ("paper", "reduced")), QUICK))
 def test_the_benchmark_compares_with_the_same_cost(case: str, formulation: str) -> None:
     problem = builtin(case, formulation)
     points = np.random.default_rng(0).uniform(*problem.bounds, (100, len(problem.variables)))

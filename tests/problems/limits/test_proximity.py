@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import moving
+from helpers.slow import slow_except
 from oracles.outlines import along, dense, nearest, skeletons, to_segment
 
 from problems import CertificateStatus, Ellipse, InvalidProblem, Obstacle, PlanarArm, Polygon, Rectangle, Trajectory
@@ -151,7 +152,7 @@ def random_motion(seed: int) -> Trajectory:
     return Trajectory.from_pieces(np.array([0.4, 0.4, 0.4]), pieces)
 
 
-@pytest.mark.parametrize("seed", [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 20))])
+@pytest.mark.parametrize("seed", slow_except(range(20), 3))
 def test_proofs_against_very_many_samples(seed: int) -> None:
     trajectory = random_motion(seed)  # with jumps of the acceleration
     times = np.linspace(0.0, trajectory.duration, 5_000)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers.cases import BUILTIN, builtin, equal_links, moving
 from helpers.massive import massive_motion
+from helpers.slow import slow_except
 
 from problems import OBJECTIVES, InvalidProblem, PlanarArm, PointToPoint, Robot, Trajectory, point_to_point
 from problems.base import Matrix, as_array
@@ -128,10 +129,7 @@ QUICK = {("time-2", "paper", "free"), ("obstacle-3", "reduced", "up"), ("pentagr
 
 @pytest.mark.parametrize(
     ("name", "formulation", "elbow"),
-    [
-        pytest.param(*case, marks=[] if case in QUICK else pytest.mark.slow)
-        for case in product(BUILTIN, ("paper", "reduced"), ("up", "free"))
-    ],
+    slow_except(product(BUILTIN, ("paper", "reduced"), ("up", "free")), QUICK),
 )
 def test_no_candidate_exceeds_the_upper_bound(name: str, formulation: str, elbow: str) -> None:
     check_bound(builtin(name, formulation, elbow))

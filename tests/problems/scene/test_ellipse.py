@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import moving
+from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles.outlines import to_segment
@@ -32,13 +33,7 @@ def segments(ellipse: Ellipse, count: int, seed: int) -> tuple[np.ndarray, np.nd
     return start, start + rng.normal(size=(count, 2)) * rng.choice([0.0, 0.3, 2.0], (count, 1))
 
 
-@pytest.mark.parametrize(
-    ("ratio", "share"),
-    [
-        pytest.param(*each, marks=[pytest.mark.slow] if number else [])
-        for number, each in enumerate(LEAST_SHARE.items())
-    ],
-)
+@pytest.mark.parametrize(("ratio", "share"), slow_except(LEAST_SHARE.items(), 1))
 def test_the_bound_is_below_the_distance_by_no_more_than_is_said(ratio: float, share: float) -> None:
     ellipse = Ellipse((0.3, -0.2), (1.0, 1.0 / ratio), 0.6)
     start, end = segments(ellipse, 120, 1)

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from problems import InvalidProblem, Trajectory
@@ -250,7 +251,7 @@ def test_what_cannot_be_timed(path: JointPath, rates: tuple[float, float], messa
         retime(path, LIMITS, rates)
 
 
-@pytest.mark.parametrize("seed", [63, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (119, 169))])
+@pytest.mark.parametrize("seed", slow_except([63, 119, 169], 1))
 def test_a_start_too_fast_for_so_short_a_path_is_refused_or_slowed_in_time(seed: int) -> None:
     """Laws that would have to turn back are none."""
     rng = np.random.default_rng(seed)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.moving_plans import IN_PLANE, moving_space_plan, plane_plan
+from helpers.slow import slow_except
 from PIL import Image, ImageSequence
 
 from tpbso_casadi.animation import moving_figures
@@ -106,13 +107,7 @@ def test_an_ffmpeg_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, s
     assert not (tmp_path / "way.mp4").exists()
 
 
-@pytest.mark.parametrize(
-    "title",
-    [
-        *("字 🦾", "\udcff\x1b[31m\n"),
-        *(pytest.param(t, marks=pytest.mark.slow) for t in ("$\\frac", "[red]</title><script>")),
-    ],
-)
+@pytest.mark.parametrize("title", slow_except(["字 🦾", "\udcff\x1b[31m\n", "$\\frac", "[red]</title><script>"], 2))
 def test_any_name_may_be_a_title(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, title: str) -> None:
     monkeypatch.setattr(writing, "FILM_FRAMES", 3)
     for name in ("way.gif", "way.html"):

@@ -15,6 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 
 from benchmarks.certificates import check
 from problems import CertificateStatus, Constraint
@@ -100,7 +101,7 @@ OFTEN = ("obstacle-3",)  # which has constraints of every kind
 
 
 @pytest.mark.optimum
-@pytest.mark.parametrize("case", [c if c in OFTEN else pytest.param(c, marks=pytest.mark.slow) for c in TITLES])
+@pytest.mark.parametrize("case", slow_except(TITLES, OFTEN))
 def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     status, of_scenario = audit(capfd, case)
     assert status == 0
@@ -124,7 +125,7 @@ def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureF
 
 
 @pytest.mark.optimum
-@pytest.mark.parametrize("case", STATED)
+@pytest.mark.parametrize("case", slow_except(STATED, 1))
 def test_moves_and_paths_are_certified_again(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for polish in {False, case != "path"}:
         status, found = audit(capfd, folder_of(case, tmp_path, polish))
@@ -240,16 +241,19 @@ def nudged(variable: dict[str, Any], by: float) -> None:
     variable["value"] += by
 
 
-EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {
+EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {  # those of different kinds first
     "time-3": [
         (lambda r: r["objective"].update(value=r["objective"]["value"] * (1.0 - 1e-6)), "objective"),
+        (lambda r: r["certificate"].update(verdict="violated"), "verdict"),
+        (lambda r: r["scenario"]["task"].update(goal=[0.4, 1.5]), ""),
+        (lambda r: r["solution"]["breakpoints"].__setitem__(0, None), "breakpoints"),
+        (teleporting(1e3, 0.5), "do not join"),
+        (lambda r: r["solver"]["settings"].update(c1=nested(900)), ""),
         (lambda r: r.update(cost=r["cost"] * 0.999), "cost"),
         (lambda r: r.update(feasible=False), "feasible"),
-        (lambda r: r["certificate"].update(verdict="violated"), "verdict"),
         (lambda r: r["constraints"][0].update(worst=0.1), "worst"),
         (lambda r: r["constraints"][0].update(status="undecided"), "status"),
         (lambda r: r["scenario"]["arm"].update(max_speed=3.0), ""),
-        (lambda r: r["scenario"]["task"].update(goal=[0.4, 1.5]), ""),
         (lambda r: r["scenario"].update(robot=1), "robot"),
         (lambda r: nudged(r["solution"]["variables"][0], 1e-6), ""),
         (lambda r: r["solution"]["variables"].pop(), "variables"),
@@ -257,7 +261,6 @@ EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {
         (lambda r: r["solution"]["breakpoints"].__setitem__(1, 0.0), "breakpoints"),
         (lambda r: r["solution"].pop("coefficients"), "coefficients"),
         (lambda r: r["solution"].update(coefficients="none"), "coefficients"),
-        (lambda r: r["solution"]["breakpoints"].__setitem__(0, None), "breakpoints"),
         (lambda r: r.pop("scenario"), "scenario"),
         (with_a_third_piece, ""),
         (lambda r: r["solution"].update(coefficients=[[[0.0] * 3] * 2] * 1000 + pieces_of(r)), ""),
@@ -266,28 +269,26 @@ EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {
         (lambda r: r["solution"]["breakpoints"].__setitem__(1, 5e-324), ""),
         (lambda r: pieces_of(r)[-1][0].__setitem__(0, 1e9), ""),
         (teleporting(0.0, 0.5), "do not join"),
-        (teleporting(1e3, 0.5), "do not join"),
         (teleporting(1e8, 0.5), "do not join"),
         (lambda r: r["constraints"][0].update(name="[red]speed[/]", where="[bold"), ""),
-        (lambda r: r["solver"]["settings"].update(c1=nested(900)), ""),
         (lambda r: r["solver"]["settings"].update(c1=nested(150)), ""),
         (lambda r: r["versions"].update({"x" * 10_000_000: "1"}), ""),
         (lambda r: r["scenario"]["solver"].update(name="nowhere:Nothing"), "nowhere"),
         (lambda r: r["retiming"].update(candidate="same path"), "leaves its path"),
     ],
     "rotation-3": [
-        (lambda r: moved(r["solution"]), ""),
         (lambda r: moved(r["retiming"]["motion"]), ""),
-        (lambda r: r["retiming"].update(motion=None), "retiming"),
         (lambda r: r["retiming"]["before"].update(duration=9.0), "retiming.before.duration"),
+        (lambda r: moved(r["solution"]), ""),
+        (lambda r: r["retiming"].update(motion=None), "retiming"),
         (lambda r: r["retiming"]["after"].update(objective=0.1), "retiming.after.objective"),
         (lambda r: r["retiming"].update(candidate="magic"), "retiming.candidate"),
         (lambda r: r["scenario"]["model"].update(retime=False), "retiming: the scenario asks"),
     ],
     "move": [
-        (lambda r: r.pop("retiming"), "retiming: missing key"),
         (lambda r: moved(r["solution"]), ""),
         (lambda r: nudged(r["solution"]["variables"][0], 1e-3), ""),
+        (lambda r: r.pop("retiming"), "retiming: missing key"),
         (lambda r: r.update(cost=r["cost"] * 0.999), "cost"),
         (lambda r: r["scenario"]["task"].update(goal_velocity=[0.1, 0.0, 0.0]), ""),
     ],
@@ -304,9 +305,9 @@ EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {
 @pytest.mark.parametrize(
     ("case", "edit", "expected"),
     [
-        pytest.param(case, *edit, marks=[pytest.mark.slow] * (k % 4 > 0))
+        edited
         for case, edits in EDITS.items()
-        for k, edit in enumerate(edits)
+        for edited in slow_except([(case, *edit) for edit in edits], 6 if case == "time-3" else 2)
     ],
 )
 def test_an_edited_result_is_refused_by_name(

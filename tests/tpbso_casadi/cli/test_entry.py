@@ -14,6 +14,7 @@ from typing import NoReturn
 
 import pytest
 from helpers.running import status
+from helpers.slow import slow_except
 
 from tpbso_casadi import __version__
 from tpbso_casadi.cli import tpbso
@@ -252,9 +253,7 @@ def test_closed_outputs_of_the_overview() -> None:
 
 
 @process
-@pytest.mark.parametrize(
-    "closed", [">&- 2>&-", *(pytest.param(closed, marks=pytest.mark.slow) for closed in (">&-", "2>&-"))]
-)
+@pytest.mark.parametrize("closed", slow_except([">&- 2>&-", ">&-", "2>&-"], 1))
 def test_closed_outputs(closed: str) -> None:
     command = f"{sys.executable} -m tpbso_casadi.solve time-2 --evaluations 500 --no-plots --out out {closed}"
     done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)

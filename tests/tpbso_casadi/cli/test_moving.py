@@ -88,12 +88,11 @@ FORMS = {
     "path, paper": (PATH, '[model]\nmotion = "paper"\n'),
     "path, reduced": (PATH, '[model]\nmotion = "paper"\nformulation = "reduced"\n'),
 }
-CASES = [pytest.param(form, solver, marks=[pytest.mark.slow] * ((form, solver) != ("move", "pso")))
-         for form in FORMS for solver in ("pso", "ipopt")]  # fmt: skip
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("form", "solver"), CASES)
+@pytest.mark.parametrize("solver", ["pso", "ipopt"])
+@pytest.mark.parametrize("form", FORMS)
 def test_every_form_of_a_plane_motion_knows_the_time(form: str, solver: str) -> None:
     task, model = FORMS[form]
     limit = ["--iterations", "3"] if solver == "ipopt" else ["--evaluations", "500"]

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from helpers.evaluation import needs_compiler
 from helpers.running import campaigns_here, refusal, result_of
+from helpers.slow import slow_except
 from matplotlib.figure import Figure
 
 from problems.evaluation import BACKENDS, population
@@ -37,9 +38,7 @@ def eighty_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "80")
 
 
-@pytest.mark.parametrize(
-    "case", ["time-2", *(pytest.param(case, marks=pytest.mark.slow) for case in ("obstacle-5", "pentagram-time"))]
-)
+@pytest.mark.parametrize("case", slow_except(["time-2", "obstacle-5", "pentagram-time"], 1))
 def test_tables_fit_and_cut_nothing(case: str, capfd: pytest.CaptureFixture[str]) -> None:
     solve.main([case, "--evaluations", "1000", "--no-plots", "--out", "out"])
     audit.main(["out"])

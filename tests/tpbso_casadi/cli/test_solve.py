@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.running import refusal, result_of, status
+from helpers.slow import slow_except
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from oracles.csv_checker import check_run
@@ -57,9 +58,7 @@ IN_BRIEF = list(
 )
 
 
-@pytest.mark.parametrize(
-    ("case", "solver"), [pair if pair in IN_BRIEF else pytest.param(*pair, marks=pytest.mark.slow) for pair in ALL]
-)
+@pytest.mark.parametrize(("case", "solver"), slow_except(ALL, IN_BRIEF))
 def test_every_case_with_every_capable_solver_in_the_reduced_form(case: str, solver: str) -> None:
     quick = ["--evaluations", "2000", "--no-plots", "--quiet", "--out", "out", "--formulation", "reduced"]
     assert run(case, "--solver", solver, *quick) == 0

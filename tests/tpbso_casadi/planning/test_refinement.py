@@ -16,6 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 from helpers.space_scenarios import space_scenario
 from helpers.waiting import PATIENCE
 from oracles.csv_checker import check_run
@@ -42,7 +43,7 @@ REDUCED, FREE = {"model": {"formulation": "reduced"}}, {"task": {"elbow": "free"
 OFTEN = ("time-2", "rotation-4", "closed-curve-time")  # the others are much like them
 
 
-@pytest.mark.parametrize("case", [c if c in OFTEN else pytest.param(c, marks=pytest.mark.slow) for c in TITLES])
+@pytest.mark.parametrize("case", slow_except(TITLES, OFTEN))
 def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
     solution = plan(scenario_with(case, evaluations=2000, polish_starts=1))
     polish = solution.polish
@@ -133,10 +134,8 @@ def clear_at_20_000_times(solution: SearchedMotion) -> bool:
     return float(ca.mmin(clearance)) >= proven >= 1e-4
 
 
-@pytest.mark.parametrize(
-    "obstacles", [pytest.param(name, marks=[pytest.mark.slow] * (name == "default")) for name in OBSTACLES]
-)
-@pytest.mark.parametrize("links", [3, *(pytest.param(links, marks=pytest.mark.slow) for links in (4, 5))])
+@pytest.mark.parametrize("obstacles", slow_except(OBSTACLES, ["in the way"]))
+@pytest.mark.parametrize("links", slow_except((3, 4, 5), 1))
 def test_plans_around_obstacles_are_clear_for_all_t(links: int, obstacles: str) -> None:
     stated: Any = [{"center": center, "semi_axes": axes} for center, axes in OBSTACLES[obstacles]]
     edit = REDUCED | {"arm": {"link_lengths": [2.0 / links] * links}, "obstacles": stated}
@@ -232,7 +231,12 @@ def test_what_does_not_go_with_within(solver: dict[str, Any], reason: str) -> No
         scenario_with("time-2", within=1.0, **solver).solver.build()
 
 
-OTHERS = [  # much like those above them
+BEST_KNOWN = [
+    ("time-4", "up", 1, 0.3737),
+    ("closed-curve-rotation", "up", 1, 17.5680),
+    ("time-4", "free", 2, 0.3449),
+    ("rotation-4", "up", 1, 1.6284),
+    ("closed-curve-time", "up", 8, 0.7397),
     ("time-3", "up", 1, 0.4618),
     ("time-5", "up", 1, 0.3220),
     ("rotation-5", "up", 1, 1.4322),
@@ -242,17 +246,7 @@ OTHERS = [  # much like those above them
 ]
 
 
-@pytest.mark.parametrize(
-    ("case", "elbow", "starts", "best"),
-    [
-        ("time-4", "up", 1, 0.3737),
-        ("time-4", "free", 2, 0.3449),
-        ("rotation-4", "up", 1, 1.6284),
-        ("closed-curve-rotation", "up", 1, 17.5680),
-        ("closed-curve-time", "up", 8, 0.7397),
-        *(pytest.param(*other, marks=pytest.mark.slow) for other in OTHERS),
-    ],
-)
+@pytest.mark.parametrize(("case", "elbow", "starts", "best"), slow_except(BEST_KNOWN, 2))
 def test_ipopt_finds_the_best_known_from_few_starts(case: str, elbow: str, starts: int, best: float) -> None:
     found = plan(scenario_with(case, {"task": {"elbow": elbow}}, name="ipopt", iterations=starts))
     assert found.feasible

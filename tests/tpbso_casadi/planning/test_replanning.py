@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.replanning import AXES, EVERY, GOAL, START, Erratic, Simulation, crossing, scenario
+from helpers.slow import slow_except
 
 from problems import CertificateStatus, Ellipse, InvalidProblem, Joints, Trajectory
 from problems.certify import ClearanceProof, prove_clearance
@@ -92,9 +93,7 @@ def test_a_way_round_is_searched_for_where_the_direct_one_is_closed_and_a_seed_d
     assert step.x.tolist() == again.x.tolist()
 
 
-@pytest.mark.parametrize(
-    ("every", "evaluations"), [(0.01, 80), (0.1, 500), pytest.param(1.0, 1500, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("every", "evaluations"), slow_except([(0.01, 80), (0.1, 500), (1.0, 1500)], 2))
 def test_how_much_is_searched_follows_from_the_period(every: float, evaluations: int) -> None:
     stated, by_itself = (
         Replanner(scenario(), every, evaluations=count).replan(

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.running import refusal, status
+from helpers.slow import slow_except
 
 import tpbso_casadi as tp
 from problems.base import FloatArray, as_array
@@ -266,14 +267,13 @@ CORNER, LAST = [0.8, 0.1, 0.1, -1.6, 0.1, 1.8, 0.9], [1.2, 0.5, -0.3, -1.8, 0.2,
 
 @pytest.mark.parametrize(
     ("corner", "away"),
-    [
-        (tp.Joints(tuple(CORNER)), lambda theta: np.linalg.norm(theta - CORNER, axis=1)),
-        pytest.param(
-            ABOVE,
-            lambda theta: np.linalg.norm(as_array(PANDA.model.tool(ca.DM(theta))) - ABOVE.point, axis=1),
-            marks=pytest.mark.slow,
-        ),
-    ],
+    slow_except(
+        [
+            (tp.Joints(tuple(CORNER)), lambda theta: np.linalg.norm(theta - CORNER, axis=1)),
+            (ABOVE, lambda theta: np.linalg.norm(as_array(PANDA.model.tool(ca.DM(theta))) - ABOVE.point, axis=1)),
+        ],
+        1,
+    ),
     ids=["joints", "pose"],
 )
 def test_a_blended_corner_is_passed_nearly_without_a_stop(corner: Any, away: Any, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 
 from solvers import EXTERNAL, IPOPT, SOLVERS, Solver
 from tpbso_casadi import Scenario, find_solver, parse_scenario
@@ -108,7 +109,7 @@ def test_the_same_seed_gives_the_same_scenarios_of_many_kinds(some: list[Scenari
     assert any(scenario.obstacles for scenario in some)
 
 
-@pytest.mark.parametrize("number", [n if n in (3, 9) else pytest.param(n, marks=pytest.mark.slow) for n in range(12)])
+@pytest.mark.parametrize("number", slow_except(range(12), (3, 9)))
 def test_each_random_scenario_can_be_solved(number: int, some: list[Scenario]) -> None:
     content = some[number].model_dump()
     content["solver"] |= {"name": "abso", "evaluations": 6000}
