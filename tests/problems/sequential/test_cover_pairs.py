@@ -51,7 +51,6 @@ def test_where_balls_were_found_clearances_are_those_of_the_cover(arm: SpatialAr
     assert pairs.joined(theta, times, spare=0.01).count == pairs.count
 
 
-@pytest.mark.slow
 def test_own_links_that_touch_on_the_way_are_led_past_each_other(arm: SpatialArm) -> None:
     problem = move(Move(arm, Joints(START), (Joints(GOAL),)), pieces=4)
     line = rest_to_rest(np.array(START), np.array(GOAL), arm.limits)

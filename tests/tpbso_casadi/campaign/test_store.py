@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 
 from tpbso_casadi import builtin
 from tpbso_casadi.campaign import Outcome, Results, Run, Store, StoreError, best_runs, grid, parse_solvers, results_of
@@ -131,8 +132,8 @@ def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatc
         assert store.done() == set()
 
 
-@pytest.mark.slow
-def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path) -> None:
+@pytest.mark.parametrize("every", slow_except([5, 1], 1))
+def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path, every: int) -> None:
     def add_interrupted(store: Store, seed: int, lines: int) -> bool:
         """Add a run, with Ctrl-C at a line; returns whether there were so many lines."""
 
@@ -157,10 +158,10 @@ def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path) -> No
 
     with Store(path) as store:
         places = 0
-        while add_interrupted(store, 2 * places, places + 1):
+        while add_interrupted(store, 2 * places, every * places + 1):
             places += 1
             assert run(2 * places - 1).key in store.done()
-        assert places > 20
+        assert every * places > 20
 
 
 def companions(path: Path) -> set[str]:

@@ -134,7 +134,6 @@ def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
             parse_scenario({"arm": planar, "task": task, "model": {"motion": motion}}).problem()
 
 
-@pytest.mark.slow
 def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.05")
     (folder / "way.csv").write_text("\n".join(",".join(map(str, pose)) for pose in POSES))
