@@ -23,19 +23,7 @@ from tpbso_casadi.storage.files import (
     writing,
 )
 from tpbso_casadi.storage.recomputation import Contradiction
-from tpbso_casadi.storage.result import (
-    CertificateResult,
-    ConstraintResult,
-    Count,
-    FileName,
-    HistoryResult,
-    InvalidResult,
-    Number,
-    PiecesResult,
-    RunResult,
-    Seconds,
-    result_of,
-)
+from tpbso_casadi.storage.result import InvalidResult, RunResult, result_of
 from tpbso_casadi.storage.run_folder import (
     LARGEST_RESULT,
     OtherPlan,
@@ -48,6 +36,16 @@ from tpbso_casadi.storage.run_folder import (
     write_plan,
 )
 from tpbso_casadi.storage.stored_run import InvalidRun, StoredRun, checked, path_table, read_run
+from tpbso_casadi.storage.tables import (
+    CertificateResult,
+    ConstraintResult,
+    Count,
+    FileName,
+    HistoryResult,
+    Number,
+    PiecesResult,
+    Seconds,
+)
 
 __all__ = [
     "DEFAULT_RATE",

@@ -25,16 +25,14 @@ from tpbso_casadi.planning import (
     may_start_again,
     motion_of,
 )
-from tpbso_casadi.storage.result import (
+from tpbso_casadi.storage.result import RunResult, of_motion, of_timing
+from tpbso_casadi.storage.tables import (
     CertificateResult,
     ConstraintResult,
     PiecesResult,
     PolishedMotion,
-    RunResult,
     SolverResult,
     TimedMotion,
-    of_motion,
-    of_timing,
     quantities_of,
 )
 

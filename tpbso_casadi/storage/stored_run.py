@@ -16,8 +16,9 @@ from tpbso_casadi.planning import SAME_PATH, Motion
 from tpbso_casadi.scenario import Scenario, ScenarioError, pieces_table, plugin_failures_named, read_text
 from tpbso_casadi.storage.exporting import TORQUE, table_of
 from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
-from tpbso_casadi.storage.result import InvalidResult, RunResult, SolutionResult
+from tpbso_casadi.storage.result import InvalidResult, RunResult
 from tpbso_casadi.storage.run_folder import LARGEST_RESULT, SUFFIXES, digest_of
+from tpbso_casadi.storage.tables import SolutionResult
 
 
 class InvalidRun(ValueError):

@@ -1,0 +1,403 @@
+"""The tables of ``result.json``, each with how it is made of what it tells of.
+
+A number that is not finite is null on disk and None in the model.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
+
+from problems import CertificateStatus, Problem, Trajectory
+from problems.base import FloatArray
+from problems.certify import WorstIs
+from solvers import StopReason
+from tpbso_casadi.plain import plain, settings_of
+from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming
+from tpbso_casadi.scenario import Scenario, StrictModel
+
+
+def _all_finite(settings: dict[str, Any]) -> dict[str, Any]:
+    if plain(settings) != settings:
+        raise ValueError("holds a number that is not finite")
+    return settings
+
+
+def _rectangular(coefficients: list[list[list[float]]]) -> list[list[list[float]]]:
+    if len({len(pieces) for pieces in coefficients}) > 1 or len({len(row) for p in coefficients for row in p}) > 1:
+        raise ValueError("an array (order, pieces, joints) is needed")
+    return coefficients
+
+
+Number: TypeAlias = Annotated[float | None, BeforeValidator(plain)]  # None where it is not finite
+Count: TypeAlias = Annotated[int, Field(ge=0)]
+Seconds: TypeAlias = Annotated[float, Field(ge=0.0)]
+Breakpoints: TypeAlias = Annotated[list[float], Field(min_length=2)]
+Coefficients: TypeAlias = Annotated[list[list[list[float]]], Field(min_length=1), AfterValidator(_rectangular)]
+FileName: TypeAlias = Annotated[str, Field(pattern=r"^[^/\\\x00]{1,255}$")]
+
+
+class StoredTable(StrictModel, from_attributes=True):
+    """A table of ``result.json``; it is read from the attributes of what it tells of, too."""
+
+    OPTIONAL: ClassVar[tuple[str, ...]] = ()  # keys that are left out where there is nothing to say
+
+    @model_serializer(mode="wrap")
+    def _without_empty(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        content: dict[str, Any] = serialize(self)
+        return {key: value for key, value in content.items() if key not in self.OPTIONAL or getattr(self, key)}
+
+
+class SolverResult(StoredTable):
+    """The solver and its hyper-parameters, which may be those of any plug-in."""
+
+    name: str
+    settings: Annotated[dict[str, Any], AfterValidator(_all_finite)]
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> Self:
+        """Those that a scenario asks for."""
+        return cls(name=scenario.solver.name, settings=settings_of(scenario.solver.build()))
+
+
+class ObjectivePart(StoredTable):
+    """One objective of a weighted sum: its value in ``unit``, and its weight in one over ``unit``."""
+
+    name: str
+    value: Number
+    unit: str
+    weight: float
+
+
+class ObjectiveResult(StoredTable):
+    """The objective of the plan, exact; one of a plug-in at the rows of ``trajectory.csv``.
+
+    Attributes:
+        name: of the objective, such as ``time`` or ``time + 0.02 energy``.
+        value: in ``unit``; of a weighted sum the sum of weights times values.
+        unit: of the value; 1 for a weighted sum.
+        parts: of a weighted sum; none otherwise.
+    """
+
+    OPTIONAL = ("parts",)
+
+    name: str
+    value: Number
+    unit: str
+    parts: list[ObjectivePart] = Field(default_factory=list)
+
+    @classmethod
+    def of(cls, motion: Motion) -> Self:
+        """The objective of a motion, and its parts where it is a weighted sum."""
+        objective = motion.problem.objective
+        parts = [
+            ObjectivePart(name=part.name, value=value, unit=part.unit, weight=weight)
+            for part, weight, value in motion.objective_parts
+        ]
+        return cls(name=objective.name, value=motion.objective, unit=objective.unit, parts=parts)
+
+
+class ConstraintResult(StoredTable):
+    """One constraint, judged for all t; worst and bound in ``unit``.
+
+    ``worst_is`` says whether that value is exact, a proven bound or the worst found; None in results of version 1.0.0.
+    """
+
+    name: str
+    worst: Number
+    bound: Number
+    unit: str
+    status: CertificateStatus
+    where: str
+    satisfied: bool
+    worst_is: WorstIs | None = None
+
+
+class ClosestApproachResult(StoredTable):
+    """How near the motion comes to an obstacle: m, s."""
+
+    distance: Number
+    time: Seconds
+    pair: str
+
+
+class StageResult(StoredTable):
+    """A stage of a sequence, judged for all t; its constraints' times count from its start.
+
+    ``signal`` and ``value`` are told when it begins, where it tells any.
+    """
+
+    OPTIONAL = ("constraints", "signal", "value")
+
+    name: str
+    kind: str
+    start: Seconds
+    end: Seconds
+    constraints: list[ConstraintResult] = Field(default_factory=list)
+    signal: str | None = None
+    value: bool | int | float | str | None = None
+
+    @classmethod
+    def all_of(cls, motion: Motion) -> list[Self]:
+        """Those of a motion; none where it is one."""
+        return [
+            cls(
+                name=stage.label,
+                kind=stage.kind,
+                start=stage.start,
+                end=stage.end,
+                constraints=[ConstraintResult.model_validate(verdict) for verdict in verdicts],
+                signal=None if stage.signal is None else stage.signal[0],
+                value=None if stage.signal is None else stage.signal[1],
+            )
+            for stage, verdicts in zip(motion.stages, motion.by_stage, strict=False)
+        ]
+
+
+class AtGoalResult(StoredTable):
+    """What comes after arrival.
+
+    Attributes:
+        clear_until: the robot at its goal is proven clear up to then, s; None for ever.
+        touched: whether something comes too near about then; if not, no farther was looked.
+    """
+
+    clear_until: Number
+    touched: bool
+
+
+class CertificateResult(StoredTable):
+    """All constraints together, for all t.
+
+    Attributes:
+        verdict: certified, violated or undecided.
+        in_words: the same with the links whose geometry was left out; None in results of version 1.0.0.
+        not_judged: what no verdict speaks of, a line each; None likewise.
+    """
+
+    verdict: CertificateStatus
+    in_words: str | None = None
+    not_judged: list[str] | None = None
+
+    @classmethod
+    def of(cls, motion: Motion) -> Self:
+        """That of a motion."""
+        return cls(verdict=motion.status, in_words=motion.status_in_words, not_judged=list(motion.not_judged))
+
+
+FORMER_NAMES = (  # of variables, in results of version 1.0.0
+    (re.compile("slowness"), "time_scale"),
+    (re.compile(r"pace_(\d+)"), r"local_time_scale_\1"),
+    (re.compile(r"pace_([a-z]\w*)"), r"time_scale_\1"),
+)
+
+
+def present_name(name: str) -> str:
+    """What a variable is called today."""
+    return next((match.expand(now) for then, now in FORMER_NAMES if (match := then.fullmatch(name))), name)
+
+
+class VariableResult(StoredTable):
+    """One entry of the search vector, in ``unit``."""
+
+    name: Annotated[str, AfterValidator(present_name)]
+    value: float
+    unit: str
+
+    @classmethod
+    def all_of(cls, problem: Problem[Any], x: FloatArray) -> list[Self]:
+        """The entries of a search vector (d,)."""
+        variables = zip(problem.variables, x.tolist(), strict=True)
+        return [cls(name=variable.name, value=value, unit=variable.unit) for variable, value in variables]
+
+
+class SolutionResult(StoredTable):
+    """The motion itself.
+
+    Attributes:
+        variables: the best search vector, before any polish; None where there was none.
+        quantities: by symbol, those of the paper.
+        branches: the postures near which the search kept, by stop, rad; None, and no key, where none was chosen.
+        time_scale: the factor by which the search's motion has been slowed.
+        breakpoints: (pieces + 1,), s.
+        coefficients: (order, pieces, joints), highest power first, rad / s^n.
+    """
+
+    OPTIONAL = ("branches",)
+
+    variables: list[VariableResult] | None
+    quantities: dict[str, list[float]]
+    branches: dict[str, list[float]] | None = None
+    time_scale: Annotated[float, Field(gt=0.0)]
+    breakpoints: Breakpoints
+    coefficients: Coefficients
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion itself."""
+        return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
+
+    @property
+    def vector(self) -> FloatArray | None:
+        """The search vector (d,); None where there was none."""
+        return None if self.variables is None else np.array([variable.value for variable in self.variables])
+
+    @classmethod
+    def of(cls, plan: PlannedMotion) -> Self:
+        """The motion of a plan, with the search vector that it comes from, before any polish."""
+        motion, found = plan.motion, plan.searched
+        has_vector = found is not None and not found.search.in_program_variables
+        branch = {} if found is None else found.problem.branch
+        return cls(
+            variables=VariableResult.all_of(found.problem, found.search.x)
+            if found is not None and has_vector
+            else None,
+            quantities=quantities_of(motion),
+            branches={name: theta.tolist() for name, theta in branch.items()} or None,
+            time_scale=motion.time_scale,
+            **dict(PiecesResult.of(motion.trajectory)),
+        )
+
+
+def quantities_of(motion: Motion) -> dict[str, list[float]]:
+    """By symbol, those of the paper."""
+    return {name: values.tolist() for name, values in motion.quantities.items()}
+
+
+class PolishedMotion(StoredTable):
+    """A motion before or after a polish; the violation in the unit of the constraint that is broken most."""
+
+    objective: Number
+    worst_violation: Number
+    feasible: bool
+
+
+class PolishResult(StoredTable):
+    """A polish; ``iterations`` and ``status`` are those of the descent that led to the best.
+
+    Attributes:
+        before: the search's motion.
+        after: the refined one.
+        accepted: whether the refined one is the plan.
+        starts: descents made.
+        iterations: of IPOPT.
+        evaluations: of the objective, in all descents.
+        seconds: with the compilation of the program.
+        status: IPOPT's own word.
+        stop_reason: the same in the words of all solvers.
+        residuals: of the first-order conditions, unscaled.
+        multipliers: by constraint, the sum of the absolute multipliers of its scaled rows.
+    """
+
+    before: PolishedMotion
+    after: PolishedMotion
+    accepted: bool
+    starts: Count
+    iterations: Count
+    evaluations: Count
+    seconds: Seconds
+    status: str
+    stop_reason: StopReason
+    residuals: dict[str, Number]
+    multipliers: dict[str, Number]
+
+    @classmethod
+    def of(cls, polish: Polish) -> Self:
+        """What is stored of a polish."""
+        solution = polish.search.solution
+        return cls(
+            before=PolishedMotion.model_validate(polish.before),
+            after=PolishedMotion.model_validate(polish.after),
+            accepted=polish.accepted,
+            starts=polish.search.iterations,
+            iterations=solution.iterations,
+            evaluations=polish.search.evaluations,
+            seconds=polish.seconds,
+            status=solution.status,
+            stop_reason=solution.stop_reason,
+            residuals=dict(solution.residuals),
+            multipliers=dict(polish.multipliers),
+        )
+
+
+class TimedMotion(PolishedMotion):
+    """A motion before or after it was timed anew; s."""
+
+    duration: Number
+
+    @classmethod
+    def of(cls, motion: Motion) -> Self:
+        """What is stored of a motion before or after the last stage."""
+        return cls(**dict(PolishedMotion.model_validate(motion)), duration=motion.trajectory.duration)
+
+
+class PiecesResult(StoredTable):
+    """A motion as its pieces; as in :class:`SolutionResult`."""
+
+    breakpoints: Breakpoints
+    coefficients: Coefficients
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion itself."""
+        return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
+
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> Self:
+        """The pieces of a motion."""
+        return cls(breakpoints=trajectory.breakpoints.tolist(), coefficients=trajectory.coefficients.tolist())
+
+
+class RetimingResult(StoredTable):
+    """The last stage: the motion of search and polish, timed anew.
+
+    Attributes:
+        before: the motion of search and polish.
+        after: the best of the others; None where none could be made.
+        candidate: how that was made; empty where there is none.
+        accepted: whether it is the plan.
+        seconds: that it took.
+        motion: the motion before, where another one is the plan.
+    """
+
+    before: TimedMotion
+    after: TimedMotion | None
+    candidate: str
+    accepted: bool
+    seconds: Seconds
+    motion: PiecesResult | None
+
+    @model_validator(mode="after")
+    def _with_motion(self) -> Self:
+        if self.accepted != (self.motion is not None):
+            raise ValueError("motion: needed exactly where another motion was accepted")
+        return self
+
+    @classmethod
+    def of(cls, retiming: Retiming) -> Self:
+        """What is stored of the last stage."""
+        return cls(
+            before=TimedMotion.of(retiming.before),
+            after=None if retiming.after is None else TimedMotion.of(retiming.after),
+            candidate=retiming.candidate,
+            accepted=retiming.accepted,
+            seconds=retiming.seconds,
+            motion=PiecesResult.of(retiming.before.trajectory) if retiming.accepted else None,
+        )
+
+
+class HistoryResult(StoredTable):
+    """Evaluations and the best cost so far after each iteration, both (n,)."""
+
+    evaluations: list[Count]
+    cost: list[Number]
