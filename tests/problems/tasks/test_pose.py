@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from problems import Box, InvalidProblem, Joints, Move, PlanarArm
 from problems.base import Arguments, FloatArray, as_array
-from problems.families.splines.problem import branch_posture, branched, least_time, on_postures
+from problems.families.splines.branches import branch_posture, branched, least_time, on_postures
 from problems.robots import SpatialArm, Sphere
 from problems.tasks import Pose
 from problems.tasks.pose import APART, OFFSET
