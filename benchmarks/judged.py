@@ -229,18 +229,14 @@ def tables() -> None:
 
 def overall(judged: Referee) -> Iterator[str]:
     """Solvers, the best first: rank, targets, expected running times, runs that keep all constraints."""
-    found = judged.ranking
     yield "| solver | mean rank | joined with | targets | ERT 10 % | ERT 1 % | feasible | median gap |"
     yield "|---|---|---|---|---|---|---|---|"
-    for solver, rank in zip(found.solvers, found.ranks.tolist(), strict=True):
-        _, shares = judged.shares(solver, judged.problems)
-        times = [judged.expected_running_time(solver, judged.problems, target) for target in (0.1, 0.01)]
-        feasible, runs, _ = judged.feasibility(solver, judged.problems)
-        middle = float(np.median(judged.scores[:, judged.solvers.index(solver)]))
-        cells = [f"{rank:.1f}", judged.joined[solver], f"{100.0 * (shares[-1] if shares.size else 0.0):.0f} %"]
-        cells += [f"{time:,.0f}" if isfinite(time) else "never" for time in times]
-        cells += [f"{100.0 * feasible / runs:.0f} %", percent(middle) if middle < inf else "infeasible"]
-        yield f"| {solver} | {' | '.join(cells)} |"
+    for rank, of in judged.overall:
+        middle = float(np.median(judged.scores[:, judged.solvers.index(of.solver)]))
+        cells = [f"{rank:.1f}", judged.joined[of.solver], f"{100.0 * of.reached:.0f} %"]
+        cells += [f"{time:,.0f}" if isfinite(time) else "never" for time in of.times[1:3]]  # to 10 and 1 %
+        cells += [f"{100.0 * of.feasible / of.runs:.0f} %", percent(middle) if middle < inf else "infeasible"]
+        yield f"| {of.solver} | {' | '.join(cells)} |"
 
 
 def percent(gap: float) -> str:
@@ -279,9 +275,8 @@ def parts(judged: Referee) -> Iterator[str]:
     yield "|---|---|---|---|---|---|"
     for label, p in zip(PARTS, [1.0, *corrected], strict=True):
         better, worse = (columns[label] < columns[whole]).sum(), (columns[label] > columns[whole]).sum()
-        _, shares = judged.shares(label, judged.problems)
         told = ("", "", "") if label == whole else (str(better), str(worse), p_text(p))
-        reached = f"{100.0 * (shares[-1] if shares.size else 0.0):.0f} %"
+        reached = f"{100.0 * judged.tally(label, judged.problems).reached:.0f} %"
         yield f"| {label} | {ranks[label]:.1f} | {' | '.join(told)} | {reached} |"
 
 

@@ -26,6 +26,28 @@ MOST_UNEQUAL = 1.1  # evaluations of a solver over those of another, so that ran
 BEATEN = 1e-6  # relative: what is lower than the best known by more than that is better than it
 
 
+@dataclass(frozen=True, kw_only=True)
+class Tally:
+    """What a solver reached on some problems.
+
+    Attributes:
+        solver: its label.
+        runs: how many.
+        feasible: those that ended with all constraints kept.
+        first: median evaluations by dimension until all constraints were kept; infinite where half of the runs and more
+            never were there.
+        reached: share of all targets.
+        times: evaluations by dimension until each of ``SHOWN_TARGETS``, expected.
+    """
+
+    solver: str
+    runs: int
+    feasible: int
+    first: float
+    reached: float
+    times: tuple[float, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Referee:
     """Runs of several solvers on problems of a suite.
@@ -208,14 +230,26 @@ class Referee:
             found[f"{low} to {high} variables"] = [p for p in self.problems if low <= p.dimension <= high]
         return {name: problems for name, problems in found.items() if problems}
 
-    def feasibility(self, solver: str, problems: Iterable[SuiteProblem]) -> tuple[int, int, float]:
-        """Runs that ended with all constraints kept, all runs, and the median evaluations by dimension until then.
-
-        The median is infinite where half of the runs and more never were there.
-        """
+    def tally(self, solver: str, problems: Sequence[SuiteProblem]) -> Tally:
+        """What a solver reached on some problems."""
         runs = [run for problem in problems for run in self.of(problem.name, solver)]
         firsts = sorted(run.feasible_from / run.problem.dimension for run in runs)
-        return sum(map(isfinite, firsts)), len(firsts), firsts[len(firsts) // 2] if firsts else inf
+        _, shares = self.shares(solver, problems)
+        return Tally(
+            solver=solver,
+            runs=len(runs),
+            feasible=sum(map(isfinite, firsts)),
+            first=firsts[len(firsts) // 2] if firsts else inf,
+            reached=float(shares[-1]) if shares.size else 0.0,
+            times=tuple(self.expected_running_time(solver, problems, target) for target in SHOWN_TARGETS),
+        )
+
+    @cached_property
+    def overall(self) -> list[tuple[float, Tally]]:
+        """Mean ranks, and what was reached on all problems; the best solver first."""
+        found = self.ranking
+        tallies = [self.tally(solver, self.problems) for solver in found.solvers]
+        return list(zip(found.ranks.tolist(), tallies, strict=True))
 
 
 def on_common_problems(runs: Sequence[Recording]) -> list[Recording]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -23,96 +22,6 @@ HEADER = ("problem", "variables", "reference", "reference is", "solver", "median
 MANY = 1000  # from here on a number in a table has no digits behind the point
 
 
-@dataclass(frozen=True, kw_only=True)
-class SolverRow:
-    """A solver over all problems.
-
-    Attributes:
-        solver: its label.
-        rank: mean rank of its median run over the problems.
-        joined: the best solver from which the next down to it show no significant difference.
-        budget: evaluations of its median run, by dimension.
-        runs: how many.
-        reached: share of all targets that they reached.
-        times: evaluations by dimension until each of ``SHOWN_TARGETS``, expected.
-    """
-
-    solver: str
-    rank: float
-    joined: str
-    budget: float
-    runs: int
-    reached: float
-    times: tuple[float, ...]
-
-
-def solver_rows(referee: Referee) -> list[SolverRow]:
-    """The solvers, the best first."""
-    rows = []
-    for solver, rank in zip(referee.ranking.solvers, referee.ranking.ranks.tolist(), strict=True):
-        _, shares = referee.shares(solver, referee.problems)
-        rows.append(
-            SolverRow(
-                solver=solver,
-                rank=rank,
-                joined=referee.joined[solver],
-                budget=referee.budgets[solver],
-                runs=sum(run.solver == solver for run in referee.runs),
-                reached=float(shares[-1]) if shares.size else 0.0,
-                times=tuple(referee.expected_running_time(solver, referee.problems, t) for t in SHOWN_TARGETS),
-            )
-        )
-    return rows
-
-
-@dataclass(frozen=True, kw_only=True)
-class ClassRow:
-    """A solver on a class of problems.
-
-    Attributes:
-        name: of the class.
-        problems: how many.
-        solver: its label.
-        reached: share of targets.
-        feasible: runs that ended with all constraints kept.
-        runs: all of them.
-        first: median evaluations by dimension until all constraints were kept.
-        times: evaluations by dimension until each of ``SHOWN_TARGETS``, expected.
-    """
-
-    name: str
-    problems: int
-    solver: str
-    reached: float
-    feasible: int
-    runs: int
-    first: float
-    times: tuple[float, ...]
-
-
-def class_rows(referee: Referee) -> list[ClassRow]:
-    """Every class with every solver that has runs on it."""
-    rows = []
-    for name, problems in referee.classes().items():
-        for solver in referee.ranking.solvers:
-            feasible, runs, first = referee.feasibility(solver, problems)
-            if runs:
-                _, shares = referee.shares(solver, problems)
-                rows.append(
-                    ClassRow(
-                        name=name,
-                        problems=len(problems),
-                        solver=solver,
-                        reached=float(shares[-1]) if shares.size else 0.0,
-                        feasible=feasible,
-                        runs=runs,
-                        first=first,
-                        times=tuple(referee.expected_running_time(solver, problems, t) for t in SHOWN_TARGETS),
-                    )
-                )
-    return rows
-
-
 def summary_rows(referee: Referee) -> list[tuple[Any, ...]]:
     """By problem and solver: dimension, reference, whether it is known, median gap, runs."""
     return [
@@ -130,6 +39,14 @@ def summary_rows(referee: Referee) -> list[tuple[Any, ...]]:
     ]
 
 
+def rank_rows(referee: Referee) -> list[tuple[Any, ...]]:
+    """By solver, the best first: rank, who it is joined with, evaluations, runs, what was reached."""
+    return [
+        (of.solver, rank, referee.joined[of.solver], referee.budgets[of.solver], of.runs, of.reached, *of.times)
+        for rank, of in referee.overall
+    ]
+
+
 def render(referee: Referee, pictures: Sequence[tuple[str, str, Markup]], command: str) -> str:
     """The page.
 
@@ -143,8 +60,12 @@ def render(referee: Referee, pictures: Sequence[tuple[str, str, Markup]], comman
         "suite",
         {"number": _number, "percent": lambda share: f"{100.0 * share:.0f} %", "gap": PLANS.shown, "p_text": p_text},
         referee=referee,
-        overall=solver_rows(referee),
-        classes=class_rows(referee),
+        classes=[
+            (name, len(problems), tally)
+            for name, problems in referee.classes().items()
+            for solver in referee.ranking.solvers
+            if (tally := referee.tally(solver, problems)).runs
+        ],
         problems=[(p, referee.scores[row]) for row, p in enumerate(referee.problems)],
         pictures=pictures,
         targets=[PLANS.written(target) for target in SHOWN_TARGETS],
@@ -184,8 +105,7 @@ def write_report(folder: Path, referee: Referee, command: str, pictures: bool = 
         write_text(folder / PAGE, lambda file: file.write(text))
         write_csv(folder / SUMMARY, HEADER, summary_rows(referee))
         times = [f"expected running time to {PLANS.written(target)}" for target in SHOWN_TARGETS]
-        rows = [(r.solver, r.rank, r.joined, r.budget, r.runs, r.reached, *r.times) for r in solver_rows(referee)]
-        write_csv(folder / RANKS, (*RANKS_HEADER, *times), rows)
+        write_csv(folder / RANKS, (*RANKS_HEADER, *times), rank_rows(referee))
 
 
 def write_table(folder: Path, runs: Sequence[Recording]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 
 import tpbso_casadi as tp
 from tpbso_casadi.referee import Referee, evaluations_needed
-from tpbso_casadi.referee.page import PAGE, RANKS, SUMMARY, class_rows, render, solver_rows, summary_rows, write_report
+from tpbso_casadi.referee.page import PAGE, RANKS, SUMMARY, render, summary_rows, write_report
 from tpbso_casadi.suite import Recording, SuiteProblem
 from tpbso_casadi.suite.problem import BestKnown
 
@@ -92,8 +93,10 @@ def test_scores_ranks_and_constraints() -> None:
     referee = two()
     assert referee.scores.tolist() == [[0.25, inf]]  # medians of (0, 0.5) and of (inf, 0.01)
     assert referee.ranking.solvers == ("a", "b") and referee.ranking.ranks.tolist() == [1.0, 2.0]
-    assert referee.feasibility("a", referee.problems) == (2, 2, 3.0)
-    assert referee.feasibility("b", referee.problems) == (1, 2, inf)
+    (_, a), (_, b) = referee.overall
+    assert (a.solver, a.feasible, a.runs, a.first) == ("a", 2, 2, 3.0)
+    assert (b.solver, b.feasible, b.runs, b.first) == ("b", 1, 2, inf)
+    assert b.reached == referee.shares("b", referee.problems)[1][-1]
     assert referee.too_few == "2 solvers, where the test needs 3"
 
 
@@ -147,9 +150,10 @@ def test_the_page_says_what_was_judged(tmp_path: Path) -> None:
     assert "b&lt;i&gt;" in text and "b<i>" not in text
     lines = (tmp_path / SUMMARY).read_text().splitlines()
     assert len(lines) == 1 + 24 and lines[2].startswith("arm-motions-1/spline-2@1,16,2.0,best known,b<i>,0.1")
-    assert [row.solver for row in solver_rows(referee)] == ["a", "b<i>", "c"]
-    assert [row.times[1] for row in solver_rows(referee)] == [4 / 16, 4 / 16, inf]
-    assert {row.name for row in class_rows(referee)} == {"all problems", "spline", "11 to 30 variables"}
+    assert [of.solver for _, of in referee.overall] == ["a", "b<i>", "c"]
+    assert [of.times[1] for _, of in referee.overall] == [4 / 16, 4 / 16, inf]
+    named = re.findall(r'<th scope="row">([^<]+)</th><td>8</td>', text)
+    assert named == [name for name in ("all problems", "spline", "11 to 30 variables") for _ in range(3)]
     assert len(summary_rows(replace(referee))) == 24
 
 

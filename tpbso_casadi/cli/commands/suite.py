@@ -40,7 +40,7 @@ from tpbso_casadi.cli.options import (
 )
 from tpbso_casadi.cli.progress import phase
 from tpbso_casadi.referee import Referee, on_common_problems
-from tpbso_casadi.referee.page import PAGE, RANKS, RUNS, SUMMARY, solver_rows, write_report, write_table
+from tpbso_casadi.referee.page import PAGE, RANKS, RUNS, SUMMARY, write_report, write_table
 from tpbso_casadi.suite import SUITE, InvalidSuite, Suite, read_runs, suite
 
 USUAL_SOLVERS = "bso,pso,ga,abso,lshade"
@@ -245,8 +245,8 @@ def judge(referee: Referee, folder: Path, options: argparse.Namespace, command: 
     table = Table(title=f"{len(referee.runs)} runs on {len(referee.problems)} problems")
     for heading in ("solver", "mean rank", "joined with", "targets reached", "runs"):
         table.add_column(heading)
-    for row in solver_rows(referee):
-        table.add_row(row.solver, f"{row.rank:.2f}", row.joined, f"{100.0 * row.reached:.0f} %", str(row.runs))
+    for rank, of in referee.overall:
+        table.add_row(of.solver, f"{rank:.2f}", referee.joined[of.solver], f"{100.0 * of.reached:.0f} %", str(of.runs))
     Console().print(table)
     if referee.unequal:
         print(f"evaluations for each variable differ, and ranks compare budgets too: {referee.unequal}")
