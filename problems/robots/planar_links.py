@@ -289,12 +289,8 @@ class PlanarLinks(Robot):
 
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Links with at least one other in between; the tool belongs to the last link."""
-        return tuple(
-            (first, second)
-            for first, second in combinations(self.bodies, 2)
-            if min(second.start, self.links - 1) > first.end
-        )
+        """All that do not begin where the other ends: the tool is one of them, as it may be beside the last link."""
+        return tuple((first, second) for first, second in combinations(self.bodies, 2) if second.start > first.end)
 
     @property
     def radius(self) -> Operand:

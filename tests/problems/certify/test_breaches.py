@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -104,6 +105,18 @@ def test_an_obstacle_is_first_touched_when_dense_samples_say_so() -> None:
     assert found.status is VIOLATED
     assert found.where.startswith("link 2, obstacle 1, t = ")
     assert float(found.where.rpartition("first at ")[2].removesuffix(" s")) == pytest.approx(first, abs=2e-3)
+
+
+def test_a_tool_that_swings_back_touches_the_link_before_the_last() -> None:
+    """Seen from the last joint the tool is at 135 degrees from the last link, 0.2 sqrt(2) m away; 0.04 m are kept."""
+    arm = replace(ARM, link_lengths=(0.5, 0.3), link_radius=(0.02, 0.02), tool_offset=(-0.5, 0.2), self_collision=True)
+    at_first = np.pi / 4.0 - np.arcsin(0.04 / np.hypot(0.2, 0.2))
+    for way, status in ((at_first - 1e-3, CERTIFIED), (at_first + 1e-3, VIOLATED)):
+        ends = np.array([[0.0, 0.0], [0.0, way]])
+        motion = MotionRows(np.array([0.0, 2.0]), ends, 0.0 * ends, 0.0 * ends).trajectory
+        found = judged(motion, arm)["self clearance"]
+        assert found.status is status
+        assert found.where.startswith("link 1, tool")
 
 
 def places(motion: Trajectory, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -179,10 +179,9 @@ def test_which_bodies_are_pairs() -> None:
     assert named == ["link 1-link 3", "link 1-link 4", "link 2-link 4"]
     with_tool = PlanarArm(**lengths, tool_offset=(0.0, 0.1), link_radius=(0.1, 0.1, 0.1, 0.03))
     assert [f"{a.name}-{b.name}" for a, b in with_tool.own_pairs] == [
-        *named[:2],
-        "link 1-tool",
-        named[2],
-        "link 2-tool",
+        *(*named[:2], "link 1-tool"),
+        *(named[2], "link 2-tool"),
+        "link 3-tool",
     ]
     assert with_tool.bodies[-1].radius == 0.03
     assert len(with_tool.positions(ca.DM.zeros(1, 4))) == 6
