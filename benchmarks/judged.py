@@ -218,23 +218,28 @@ def referee(stage: Stage, solvers: dict[str, str]) -> Referee:
     return Referee(on_common_problems(runs))
 
 
+BEST = 6  # solvers that are compared with one another
+
+
 def tables() -> None:
     for stage in stages():
         judged = referee(stage, stage.solvers)
         print(f"\n## {stage.budget:,} evaluations for each variable\n\n{len(judged.problems)} problems\n")
         print("\n".join(overall(judged)), "\n")
         print("\n".join(by_group(judged)), "\n")
-        print("\n".join(parts(referee(stage, stage.variants)) if stage.variants else ()))
+        print("\n".join(pairs(judged)))
+    print("\n".join(parts([(stage.budget, referee(stage, stage.variants)) for stage in stages() if stage.variants])))
 
 
 def overall(judged: Referee) -> Iterator[str]:
     """Solvers, the best first: rank, targets, expected running times, runs that keep all constraints."""
-    yield "| solver | mean rank | joined with | targets | ERT 10 % | ERT 1 % | feasible | median gap |"
-    yield "|---|---|---|---|---|---|---|---|"
+    heads = ("solver", "mean rank", "joined with", "targets", "best quarter", "10 %", "1 %", "feasible", "median gap")
+    yield f"| {' | '.join(heads)} |"
+    yield f"|{'---|' * len(heads)}"
     for rank, of in judged.overall:
         middle = float(np.median(judged.scores[:, judged.solvers.index(of.solver)]))
         cells = [f"{rank:.1f}", judged.joined[of.solver], f"{100.0 * of.reached:.0f} %"]
-        cells += [f"{time:,.0f}" if isfinite(time) else "never" for time in of.times[1:3]]  # to 10 and 1 %
+        cells += [f"{time:,.0f}" if isfinite(time) else "never" for time in (of.to_quarter, *of.times[1:3])]
         cells += [f"{100.0 * of.feasible / of.runs:.0f} %", percent(middle) if middle < inf else "infeasible"]
         yield f"| {of.solver} | {' | '.join(cells)} |"
 
@@ -265,19 +270,41 @@ def ranks_of(judged: Referee, rows: Sequence[int]) -> np.ndarray:
     return np.array([found.ranks[found.solvers.index(solver)] for solver in judged.solvers])
 
 
-def parts(judged: Referee) -> Iterator[str]:
+def pairs(judged: Referee) -> Iterator[str]:
+    """On how many problems each of the best is better than the next ones, and worse; runs without a plan by group."""
+    best = judged.ranking.solvers[:BEST]
+    columns = {label: judged.scores[:, judged.solvers.index(label)] for label in judged.solvers}
+    for number, one in enumerate(best):
+        for other in best[number + 1 :]:
+            better, worse = (columns[one] < columns[other]).sum(), (columns[one] > columns[other]).sum()
+            yield f"* {one} is better than {other} on {better}, worse on {worse}"
+    for name, problems in judged.classes().items():
+        ended = [(of.runs - of.feasible, of.solver) for of in (judged.tally(each, problems) for each in judged.solvers)]
+        told = ", ".join(f"{solver} {count}" for count, solver in sorted(ended) if count)
+        yield f"* {name} ({len(problems)}), runs that end without a feasible candidate: {told or 'none'}"
+
+
+def parts(judged: Sequence[tuple[int, Referee]]) -> Iterator[str]:
     """BSO without each of its parts: on how many problems it is better, and worse; Wilcoxon's test, Holm."""
-    scores, [whole, *others] = judged.scores, list(PARTS)
-    columns = {label: scores[:, judged.solvers.index(label)] for label in PARTS}
+    heads = "".join(f" {budget:,}: better, worse | p | targets |" for budget, _ in judged)
+    yield f"| variant |{heads}"
+    yield f"|---|{'---|' * 3 * len(judged)}"
+    compared = [compared_with_whole(of) for _, of in judged]
+    for label in PARTS:
+        yield f"| {label} | {' | '.join(cells[label] for cells in compared)} |"
+
+
+def compared_with_whole(judged: Referee) -> dict[str, str]:
+    """By variant of BSO its cells with one budget."""
+    [whole, *others] = PARTS
+    columns = {label: judged.scores[:, judged.solvers.index(label)] for label in PARTS}
     corrected = holm([signed_rank(columns[whole], columns[label]) for label in others])
-    ranks = dict(zip(judged.solvers, ranks_of(judged, range(len(scores))).tolist(), strict=True))
-    yield "| variant | mean rank | better than BSO | worse | p | targets |"
-    yield "|---|---|---|---|---|---|"
-    for label, p in zip(PARTS, [1.0, *corrected], strict=True):
+    reached = {label: f"{100.0 * judged.tally(label, judged.problems).reached:.0f} %" for label in PARTS}
+    found = {whole: f" | | {reached[whole]}"}
+    for label, p in zip(others, corrected, strict=True):
         better, worse = (columns[label] < columns[whole]).sum(), (columns[label] > columns[whole]).sum()
-        told = ("", "", "") if label == whole else (str(better), str(worse), p_text(p))
-        reached = f"{100.0 * judged.tally(label, judged.problems).reached:.0f} %"
-        yield f"| {label} | {ranks[label]:.1f} | {' | '.join(told)} | {reached} |"
+        found[label] = f"{better}, {worse} | {p_text(p)} | {reached[label]}"
+    return found
 
 
 HIGHLIGHTED = (

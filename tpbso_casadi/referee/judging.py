@@ -6,10 +6,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf, isfinite
+from math import ceil, inf, isfinite
 
 import numpy as np
 import scipy  # whose parts are loaded when they are used
@@ -37,7 +37,8 @@ class Tally:
         first: median evaluations by dimension until all constraints were kept; infinite where half of the runs and more
             never were there.
         reached: share of all targets.
-        times: evaluations by dimension until each of ``SHOWN_TARGETS``, expected.
+        to_quarter: evaluations by dimension until as good as the best quarter of all runs, expected.
+        times: the same until each of ``SHOWN_TARGETS``.
     """
 
     solver: str
@@ -45,6 +46,7 @@ class Tally:
     feasible: int
     first: float
     reached: float
+    to_quarter: float
     times: tuple[float, ...]
 
 
@@ -147,6 +149,18 @@ class Referee:
         return max(0.0, float(gap(np.array(run.merits[-1]), reference)))
 
     @cached_property
+    def quarters(self) -> dict[str, float]:
+        """By problem the gap within which the best quarter of all runs ends, no less than the least target.
+
+        Infinite, a target that any feasible candidate reaches, where fewer end feasible.
+        """
+        return {problem.name: self._quarter(problem.name) for problem in self.problems}
+
+    def _quarter(self, problem: str) -> float:
+        gaps = sorted(self.final_gap(run) for run in self.of(problem))
+        return max(float(TARGETS[-1]), gaps[ceil(len(gaps) / 4) - 1])
+
+    @cached_property
     def scores(self) -> FloatArray:
         """The median gap of each solver on each problem, (problems, solvers); equal where within 0.01 % of none."""
         table = np.full((len(self.problems), len(self.solvers)), inf)
@@ -202,16 +216,21 @@ class Referee:
         least = cases_needed(len(self.solvers))
         return f"{len(self.problems)} problems, where {least} are needed" if len(self.problems) < least else ""
 
-    def expected_running_time(self, solver: str, problems: Iterable[SuiteProblem], target: float) -> float:
+    def expected_running_time(self, solver: str, targets: Mapping[str, float]) -> float:
         """Evaluations of all runs until they came within a gap, over how many did [1], each by the problem's dimension.
 
         Infinite where no run did.
+
+        Args:
+            solver: its label.
+            targets: the gap by problem.
         """
         spent, reached = 0.0, 0
-        for run in (run for problem in problems for run in self.of(problem.name, solver)):
-            [needed] = self.needed(run, np.array([target]))
-            spent += (needed if isfinite(needed) else run.done) / run.problem.dimension
-            reached += isfinite(needed)
+        for problem, target in targets.items():
+            for run in self.of(problem, solver):
+                [needed] = self.needed(run, np.array([target]))
+                spent += (needed if isfinite(needed) else run.done) / run.problem.dimension
+                reached += isfinite(needed)
         return spent / reached if reached else inf
 
     def shares(self, solver: str, problems: Iterable[SuiteProblem]) -> tuple[FloatArray, FloatArray]:
@@ -235,13 +254,15 @@ class Referee:
         runs = [run for problem in problems for run in self.of(problem.name, solver)]
         firsts = sorted(run.feasible_from / run.problem.dimension for run in runs)
         _, shares = self.shares(solver, problems)
+        names = [problem.name for problem in problems]
         return Tally(
             solver=solver,
             runs=len(runs),
             feasible=sum(map(isfinite, firsts)),
             first=firsts[len(firsts) // 2] if firsts else inf,
             reached=float(shares[-1]) if shares.size else 0.0,
-            times=tuple(self.expected_running_time(solver, problems, target) for target in SHOWN_TARGETS),
+            to_quarter=self.expected_running_time(solver, {name: self.quarters[name] for name in names}),
+            times=tuple(self.expected_running_time(solver, dict.fromkeys(names, each)) for each in SHOWN_TARGETS),
         )
 
     @cached_property

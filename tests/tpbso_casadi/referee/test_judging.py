@@ -74,10 +74,27 @@ def test_evaluations_needed() -> None:
 
 def test_expected_running_times_are_all_evaluations_over_successes() -> None:
     referee = two()
-    assert referee.expected_running_time("a", referee.problems, 1.0) == (16 + 48) / 16 / 2
-    assert referee.expected_running_time("a", referee.problems, 0.1) == (32 + 160) / 16 / 1
-    assert referee.expected_running_time("b", referee.problems, 0.01) == (320 + 8) / 16 / 1
-    assert referee.expected_running_time("b", referee.problems, 1e-3) == inf
+    [name] = [each.name for each in referee.problems]
+    assert referee.expected_running_time("a", {name: 1.0}) == (16 + 48) / 16 / 2
+    assert referee.expected_running_time("a", {name: 0.1}) == (32 + 160) / 16 / 1
+    assert referee.expected_running_time("b", {name: 0.01}) == (320 + 8) / 16 / 1
+    assert referee.expected_running_time("b", {name: 1e-3}) == inf
+
+
+def test_a_target_is_where_the_best_quarter_of_all_runs_ends() -> None:
+    (_, a), (_, b) = two().overall  # gaps of 0, 0.01, 0.5 and inf: the first of four, and no less than 0.01 %
+    assert two().quarters == {two().problems[0].name: pytest.approx(1e-4)}
+    assert (a.to_quarter, b.to_quarter) == ((80 + 160) / 16, inf)
+    problems = [problem("spline-2@1"), problem("spline-2@2")]
+    runs = [run(solver, [(4, 2.0 + gap)], 16, problems[0]) for solver, gap in (("a", 0.2), ("b", 0.4), ("c", 0.6))]
+    lost = [run(solver, [(4, BOUND + 2.0)], 16, problems[1]) for solver in ("a", "b")]
+    found = Referee([*runs, *lost, run("c", [(8, 3.0)], 16, problems[1])])
+    assert list(found.quarters.values()) == [pytest.approx(0.1), 0.5]
+    ended = [run(f"{k}", [(4, BOUND + 2.0)], 16, problems[1]) for k in range(4)]
+    few = Referee([*ended, run("c", [(8, 3.0)], 16, problems[1])])
+    assert list(few.quarters.values()) == [inf]
+    assert few.expected_running_time("c", few.quarters) == 0.5
+    assert few.expected_running_time("0", few.quarters) == inf
 
 
 def test_shares_of_runs_and_targets() -> None:
