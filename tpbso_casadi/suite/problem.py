@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
@@ -208,9 +209,22 @@ class SuiteProblem:
 
     def is_intact(self) -> bool:
         """Whether this machine gives the bits with which the suite was frozen."""
+        return digest_of(np.hstack(self.check_values)) == self._check
+
+    @property
+    def check_values(self) -> list[FloatArray]:
+        """Merit, objective and violations at points of the box that are the same on every machine, by objective."""
         points = check_points(*self.bounds)
-        columns = [self._columns(kernel, points) for kernel in range(len(self.objectives))]
-        return digest_of(np.hstack(columns)) == self._check
+        return [self._columns(kernel, points) for kernel in range(len(self.objectives))]
+
+    def kernel_source(self, objective: int) -> str:
+        """The C++ of the kernel for an objective, the same for all instances of the function."""
+        return self._content.kernels[objective].source
+
+    def kernel_arguments(self, objective: int) -> tuple[FloatArray, NDArray[np.int64]]:
+        """What the kernel is given for this instance: numbers, and counts and starts of rows."""
+        row = self.instance - 1
+        return self._content.numbers[objective][row], self._content.indices[objective][row]
 
     @property
     def _check(self) -> str:
@@ -357,6 +371,24 @@ class Suite:
     def functions(self) -> tuple[Description, ...]:
         """What its problems are instances of."""
         return tuple(dict.fromkeys(problem.function for problem in self.problems))
+
+    def export(self, folder: str | Path) -> Path:
+        """Write the problems as C++ with a header of C, which ``make`` builds a library of, for other languages.
+
+        Args:
+            folder: new or empty.
+
+        Returns:
+            The path of the folder.
+
+        Raises:
+            OutputError: it holds something, or cannot be written.
+            InvalidSuite: this machine does not give the suite's values.
+        """
+        from tpbso_casadi.suite.c_sources import write_c  # noqa: PLC0415 (CasADi)
+
+        write_c(Path(folder), self.problems)
+        return Path(folder)
 
 
 def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: Sequence[int] | None = None) -> Suite:

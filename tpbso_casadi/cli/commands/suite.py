@@ -76,10 +76,15 @@ def parser() -> OneLineParser:
         help="judge the runs of a folder, and anybody's runs in tables",
         examples=["judged", "judged --runs mine.csv"],
     )
-    for command in (listing, checking, running, reporting):
+    exporting = commands.add_parser(
+        "export",
+        help="write the problems as C++ with a header of C, for programs in other languages",
+        examples=["arm-motions --functions spline,narrow-3"],
+    )
+    for command in (listing, checking, running, reporting, exporting):
         add_verbose(command, default=argparse.SUPPRESS)
-    for command in (listing, checking, running, reporting):
         add_problems(problem_group(command))
+    exporting.add_argument("folder", type=path, metavar="DIR", help="new or empty; `make` builds a library there")
     add_search(search_group(running))
     add_no_plots(add_campaign_options(running, Path("runs/suite")))
     reporting.add_argument("folder", type=path, metavar="DIR", help="of `tpbso suite run`, or an empty one")
@@ -147,6 +152,8 @@ def dispatch(options: argparse.Namespace, command: str) -> int:
         return run(options, command)
     if options.command == "report":
         return report(options, command)
+    if options.command == "export":
+        return export(options)
     return check(options) if options.command == "check" else list_functions(options)
 
 
@@ -232,6 +239,16 @@ def report(options: argparse.Namespace, command: str) -> int:
         print(f"{len(left_out)} problems are left out, which not all of the solvers have searched, as {left_out[0]}")
     judge(referee, options.folder, options, command)
     write_logs(options.format, options.folder, referee.traces)
+    return Exit.FEASIBLE
+
+
+def export(options: argparse.Namespace) -> int:
+    """Write the sources of a library; returns the exit status."""
+    problems = chosen(options)
+    with phase("computing what the suite's values are", quiet=False):
+        problems.export(options.folder)
+    make = f"make -C {shlex.quote(str(options.folder))}"
+    Console().print(f"{len(problems)} problems written; `{make}` builds a library", highlight=False, soft_wrap=True)
     return Exit.FEASIBLE
 
 
