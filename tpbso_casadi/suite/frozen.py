@@ -97,10 +97,10 @@ class Content:
     bounds: FloatArray
     scenarios: tuple[dict[str, Any], ...]
 
-    def values(self, kernel: int, instance: int, points: FloatArray) -> FloatArray:
+    def values(self, kernel: int, instance: int, points: FloatArray, threads: int = 1) -> FloatArray:
         """Merit, objective and violations (m, k) of points (m, d) of an instance, counted from 0."""
         row = self.numbers[kernel][instance], self.indices[kernel][instance]
-        return self.kernels[kernel](points, *row)
+        return self.kernels[kernel](points, *row, threads)
 
     def written(self) -> bytes:
         """The bytes of the file."""

@@ -12,6 +12,7 @@ import os
 import platform
 import stat
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -24,6 +25,7 @@ from platformdirs import user_cache_path
 
 FloatArray = NDArray[np.float64]
 Evaluate = Callable[..., None]
+CANDIDATES_PER_THREAD = 512  # fewer do not pay for waking it
 CACHE = "TPBSO_CASADI_CACHE"  # as :mod:`problems.base.cache` reads it
 
 
@@ -43,20 +45,32 @@ class Kernel:
     source: str
     values: int
 
-    def __call__(self, points: FloatArray, numbers: FloatArray, indices: NDArray[np.int64]) -> FloatArray:
+    def __call__(
+        self, points: FloatArray, numbers: FloatArray, indices: NDArray[np.int64], threads: int = 1
+    ) -> FloatArray:
         """Values (m, k) of points (m, d), contiguous.
 
         Args:
             points: candidates.
             numbers: of the instance.
             indices: likewise: counts and starts of rows.
+            threads: that share many candidates.
 
         Raises:
             NoCompiler: there is no library, and none can be made.
         """
         values = np.empty((len(points), self.values))
-        addresses = (array.ctypes.data for array in (points, values))
-        self._evaluate(*addresses, len(points), numbers.ctypes.data, indices.ctypes.data)
+        evaluate, addresses = self._evaluate, (numbers.ctypes.data, indices.ctypes.data)
+
+        def run(part: FloatArray, into: FloatArray) -> None:
+            evaluate(part.ctypes.data, into.ctypes.data, len(part), *addresses)
+
+        parts = min(threads, len(points) // CANDIDATES_PER_THREAD)
+        if parts <= 1:
+            run(points, values)
+        else:
+            with ThreadPoolExecutor(parts) as pool:
+                list(pool.map(run, np.array_split(points, parts), np.array_split(values, parts)))
         return values
 
     @cached_property

@@ -84,11 +84,13 @@ class SuiteProblem:
         suite: its name.
         function: what is told of it.
         instance: from 1 on.
+        threads: that share many candidates.
     """
 
     suite: str
     function: Description
     instance: int
+    threads: int = 1
 
     def __repr__(self) -> str:
         return f"<{self.name}: {self.function.title}, {self.dimension} variables>"
@@ -192,7 +194,7 @@ class SuiteProblem:
     def _columns(self, kernel: int, points: FloatArray) -> FloatArray:
         """Merit, objective and violations (m, k): by compiled code, or interpreted where there is none."""
         try:
-            return self._content.values(kernel, self.instance - 1, points)
+            return self._content.values(kernel, self.instance - 1, points, self.threads)
         except NoCompiler:
             return self._interpreted[kernel](points)
 
@@ -391,16 +393,22 @@ class Suite:
         return Path(folder)
 
 
-def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: Sequence[int] | None = None) -> Suite:
+def suite(
+    name: str = SUITE,
+    functions: Sequence[str] | None = None,
+    instances: Sequence[int] | None = None,
+    threads: int = 1,
+) -> Suite:
     """A suite of problems to judge solvers by.
 
     Args:
         name: of the suite.
         functions: names of functions or of groups of them; all where None.
         instances: from 1 on; all where None.
+        threads: that share the candidates of an evaluation where these are many; values have the same bits.
 
     Raises:
-        InvalidSuite: there is no such suite, function or instance.
+        InvalidSuite: there is no such suite, function or instance, or not even one thread.
         TypeError: the name is no text, or the others are no lists of names and of whole numbers.
     """
     for argument, value, kind in (("functions", functions, str), ("instances", instances, int)):
@@ -408,6 +416,8 @@ def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: 
             raise TypeError(f"{argument}: a list of {'names' if kind is str else 'whole numbers'} is needed")
     if not isinstance(name, str):
         raise TypeError("name: that of a suite is needed")
+    if not _are([threads], int) or threads < 1:
+        raise InvalidSuite(f"threads: a whole number from 1 on is needed, not {threads!r:.60}")
     known = descriptions(name)
     wanted = {*(functions or ())}
     chosen = [each for each in known if functions is None or {each.name, each.group} & wanted]
@@ -424,7 +434,7 @@ def suite(name: str = SUITE, functions: Sequence[str] | None = None, instances: 
     wrong = next((number for number in numbers if not 1 <= number <= most), None)
     if wrong is not None:
         raise InvalidSuite(f"{name}: no instance {wrong}; they are 1 to {most}")
-    return Suite(name, tuple(SuiteProblem(name, each, number) for each in chosen for number in numbers))
+    return Suite(name, tuple(SuiteProblem(name, each, number, threads) for each in chosen for number in numbers))
 
 
 def _are(values: object, kind: type) -> bool:

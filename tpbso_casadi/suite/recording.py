@@ -95,7 +95,8 @@ class Recording:
         Raises:
             InvalidSuite: there is no such adapter, the library is missing, or it has no problems of this form.
         """
-        return Recorded(self.problem.suite, self.problem.function, self.problem.instance, self).to(library)
+        of = self.problem
+        return Recorded(of.suite, of.function, of.instance, of.threads, recording=self).to(library)
 
     def _judged(self, merits: FloatArray) -> list[float]:
         """One number for each evaluation."""
@@ -151,7 +152,7 @@ class Recorded(SuiteProblem):
         recording: that they are added to.
     """
 
-    recording: Recording
+    recording: Recording = field(kw_only=True)
 
     def __deepcopy__(self, memo: object) -> Recorded:
         """Itself: libraries copy their problems, and there is one recording."""

@@ -202,3 +202,8 @@ def test_a_byte_order_mark_is_read_over(tmp_path: Path) -> None:
     path = written(tmp_path / "runs.csv", f"a,{NAME},1,1,2.0")
     path.write_text(path.read_text(), encoding="utf-8-sig")
     assert len(read_runs(path)) == 1
+
+
+def test_what_is_recorded_in_another_library_has_the_same_threads() -> None:
+    [shared] = tp.suite(functions=["spline-2"], instances=[1], threads=2)
+    assert tp.Recording(shared, "scipy").to("scipy").problem.threads == 2

@@ -69,6 +69,8 @@ def test_some_of_it() -> None:
         (lambda: tp.suite(functions=["nope"]), "no function or group 'nope'; the groups are paper, path, spline"),
         (lambda: tp.suite(functions=["splin-2"]), r"no function or group 'splin-2'; did you mean spline-2\?"),
         (lambda: tp.suite(instances=[1, 16]), "no instance 16; they are 1 to 15"),
+        (lambda: tp.suite(threads=0), "threads: a whole number from 1 on is needed, not 0"),
+        (lambda: tp.suite(threads="2"), "threads: a whole number from 1 on is needed, not '2'"),
         (lambda: SUITE["nope@1"], "there is no problem 'nope@1' in <suite arm-motions-1: "),
         (lambda: SUITE["splin-2@1"], r"did you mean arm-motions-1/spline-2@1\?"),
         (lambda: problem_named("spline-2@1"), "is no problem such as arm-motions-1/spline-3@1"),
@@ -121,6 +123,19 @@ def test_merit_is_feasibility_first(name: str) -> None:
     assert np.array_equal(merits[feasible], objectives[feasible])
     assert np.array_equal(each.constraints(candidates), violations)
     assert np.array_equal(each.merit(candidates), merit)
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["spline-2@1", "time-length-4@3"])
+def test_many_candidates_have_the_same_values_by_several_threads(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels, "CANDIDATES_PER_THREAD", 50)
+    alone = SUITE[name]
+    several = tp.suite(functions=[alone.function.name], instances=[alone.instance], threads=3)[0]
+    assert several.threads == 3 and alone.threads == 1
+    for count in (1, 99, 100, 211):
+        candidates = points_of(alone, count)
+        for one, other in zip(alone.values(candidates), several.values(candidates), strict=True):
+            assert np.array_equal(one, other)
 
 
 @needs_compiler
