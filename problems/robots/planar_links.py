@@ -204,12 +204,19 @@ class PlanarLinks(Robot):
             self._check_length("link_radius", self.link_radius)
             check_within("link_radius", self.link_radius, (0.0, LENGTHS[1]), "m")
         for first, second in self.own_pairs if self.self_collision else ():
-            between = sum(self.link_lengths[first.end : second.start])
-            kept = float(first.radius + second.radius) + self.margin
+            between, kept = self._most_between(first, second), float(first.radius + second.radius) + self.margin
             if between <= kept:
                 names = f"{first.name} and {second.name}"
                 reason = f"{names} cannot keep {kept:.6g} m: what joins them is {between:.6g} m long"
                 raise InvalidProblem("self_collision", reason)
+
+    def _most_between(self, first: Body, second: Body) -> float:
+        """What a pair's distance is in no posture more than, m: the links between them, stretched out."""
+        if second.start < self.links:
+            return sum(self.link_lengths[first.end : second.start])
+        start, way = np.array([self.link_lengths[-1], 0.0]), np.array(self.tool_offset)  # of the tool's line
+        nearest = start + np.clip(-(start @ way) / (way @ way), 0.0, 1.0) * way  # to the last joint
+        return sum(self.link_lengths[first.end : -1]) + float(np.linalg.norm(nearest))
 
     def _check_length(self, field: str, values: tuple[Any, ...]) -> None:
         if len(values) != self.links:
@@ -289,7 +296,7 @@ class PlanarLinks(Robot):
 
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """All that do not begin where the other ends: the tool is one of them, as it may be beside the last link."""
+        """All pairs of bodies that share neither a joint nor an end: the tool may be beside the last link."""
         return tuple((first, second) for first, second in combinations(self.bodies, 2) if second.start > first.end)
 
     @property

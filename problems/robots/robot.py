@@ -248,7 +248,7 @@ class Robot(Parametric, ABC):
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
         """Pairs of its own bodies that must not touch if ``self_collision``, the one nearer the base first; none here.
 
-        Bodies that a joint connects are none.
+        Bodies that meet in a joint are none.
         """
         return ()
 

@@ -17,12 +17,14 @@ import scipy  # whose parts are loaded when they are used
 from problems.base import FloatArray
 from tpbso_casadi.campaign import FEWEST_SOLVERS, PLANS, Ranking, cases_needed, gap, ranking
 from tpbso_casadi.campaign.logs import Trace
+from tpbso_casadi.html import number
 from tpbso_casadi.suite import Recording, SuiteProblem
 
 TARGETS = PLANS.targets  # gaps to the reference, descending
 SHOWN_TARGETS = (1.0, 0.1, 0.01, 0.001)  # of which expected running times are listed
 DIMENSIONS = ((1, 10), (11, 30), (31, 60))  # classes of problems by the number of variables
 MOST_UNEQUAL = 1.1  # evaluations of a solver over those of another, so that ranks do not compare budgets
+MANY = 1000  # evaluations, from where on they have no digits behind the point
 BEATEN = 1e-6  # relative: what is lower than the best known by more than that is better than it
 
 
@@ -150,9 +152,9 @@ class Referee:
 
     @cached_property
     def quarters(self) -> dict[str, float]:
-        """By problem the gap within which the best quarter of all runs ends, no less than the least target.
+        """By problem the gap within which the best quarter of all runs ends, at least one, or the least target.
 
-        Infinite, a target that any feasible candidate reaches, where fewer end feasible.
+        Infinite where fewer end feasible: any feasible candidate is as near.
         """
         return {problem.name: self._quarter(problem.name) for problem in self.problems}
 
@@ -206,7 +208,7 @@ class Referee:
         """Who has had the fewest evaluations, and who the most; empty where all have had about as many."""
         fewest, most = (choose(self.budgets, key=self.budgets.__getitem__) for choose in (min, max))
         low, high = self.budgets[fewest], self.budgets[most]
-        return f"{low:,.0f} of {fewest}, {high:,.0f} of {most}" if high > MOST_UNEQUAL * low else ""
+        return f"{told(low)} of {fewest}, {told(high)} of {most}" if high > MOST_UNEQUAL * low else ""
 
     @property
     def too_few(self) -> str:
@@ -280,6 +282,13 @@ def on_common_problems(runs: Sequence[Recording]) -> list[Recording]:
         solvers.setdefault(run.problem.name, set()).add(run.solver)
     everybody = set[str]().union(*solvers.values())
     return [run for run in runs if solvers[run.problem.name] == everybody]
+
+
+def told(value: float) -> str:
+    """Evaluations by dimension, in three digits."""
+    if value == inf:
+        return "never"
+    return f"{value:,.0f}" if value >= MANY else number(value, 3)
 
 
 def evaluations_needed(run: Recording, reference: float, targets: FloatArray) -> FloatArray:

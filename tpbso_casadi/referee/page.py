@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
 from tpbso_casadi.campaign import PLANS, p_text
-from tpbso_casadi.html import number, page
+from tpbso_casadi.html import page
 from tpbso_casadi.plain import versions
-from tpbso_casadi.referee.judging import SHOWN_TARGETS, TARGETS, Referee
+from tpbso_casadi.referee.judging import SHOWN_TARGETS, TARGETS, Referee, told
 from tpbso_casadi.storage import write_csv, write_text, writing
 from tpbso_casadi.suite import Recording, write_runs
 
@@ -20,7 +19,6 @@ PAGE, RUNS, SUMMARY, RANKS = "suite.html", "runs.csv", "summary.csv", "ranks.csv
 QUARTER = "expected running time to the best quarter"
 RANKS_HEADER = ("solver", "mean rank", "joined with", "evaluations by variables", "runs", "targets reached", QUARTER)
 HEADER = ("problem", "variables", "reference", "reference is", "solver", "median gap", "runs")  # of the summary
-MANY = 1000  # from here on a number in a table has no digits behind the point
 
 
 def summary_rows(referee: Referee) -> list[tuple[Any, ...]]:
@@ -60,7 +58,12 @@ def render(referee: Referee, pictures: Sequence[tuple[str, str, Markup]], comman
     return page(
         Path(__file__).parent,
         "suite",
-        {"number": _number, "percent": lambda share: f"{100.0 * share:.0f} %", "gap": PLANS.shown, "p_text": p_text},
+        {
+            "number": told,
+            "percent": lambda share: f"{100.0 * share:.0f} %",
+            "gap": PLANS.shown,
+            "p_text": p_text,
+        },
         referee=referee,
         classes=[
             (name, len(problems), tally)
@@ -75,12 +78,6 @@ def render(referee: Referee, pictures: Sequence[tuple[str, str, Markup]], comman
         command=command,
         versions=versions(),
     )
-
-
-def _number(value: float) -> str:
-    if value == inf:
-        return "never"
-    return f"{value:,.0f}" if value >= MANY else number(value, 3)
 
 
 def drawn(referee: Referee) -> list[tuple[str, str, Markup]]:

@@ -7,49 +7,61 @@ problems.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tpbso_casadi.storage import OutputError, write_text, writing
-from tpbso_casadi.suite.frozen import InvalidSuite
+from tpbso_casadi.storage import OutputError, replacing, write_text, writing
+from tpbso_casadi.suite.frozen import InvalidSuite, content_of
 from tpbso_casadi.suite.kernels import FloatArray
 
 if TYPE_CHECKING:
     from tpbso_casadi.suite.problem import SuiteProblem
 
-SAME_FOR_ALL = Path(__file__).with_name("c")
+FOLDER = Path(__file__).with_name("c")
+SAME_FOR_ALL = ("Makefile", "arm_motions.h", "arm_motions.cpp", "problem.hpp", "example.c")
 PROBLEMS = "problems"  # the folder of what is written
-FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
-WORD = 2**64
+FNV_OFFSET, FNV_PRIME, WORD = 0xCBF29CE484222325, 0x100000001B3, 2**64
 
 
-def write_c(folder: Path, problems: Sequence[SuiteProblem]) -> None:
-    """Write sources whose ``make`` builds a library of some problems.
+def write_c(folder: Path, problems: Iterable[SuiteProblem]) -> None:
+    """Write sources whose ``make`` builds a library of some problems, all or none.
 
     Args:
         folder: new or empty.
-        problems: of any functions.
+        problems: of any functions; one that comes again counts once.
 
     Raises:
-        OutputError: it holds something, or cannot be written.
-        InvalidSuite: this machine does not give the suite's values.
+        OutputError: the folder holds something, or cannot be written.
+        InvalidSuite: there is no problem, or this machine does not give the suite's values.
     """
-    for problem in problems:
+    _check_empty(folder, folder)
+    stated = list({problem.name: problem for problem in problems}.values())
+    if not stated:
+        raise InvalidSuite("there is no problem to write")
+    for problem in stated:
         if not problem.is_intact():
             raise InvalidSuite(f"{problem.name}: this machine does not give the suite's values")
-    with writing(folder):
-        if any(folder.iterdir()):
-            raise OutputError(f"{folder}: holds something already; name a new folder")
-        for source in sorted(SAME_FOR_ALL.iterdir()):
-            _write(folder / source.name, [source.read_text(encoding="utf-8")])
-        (folder / PROBLEMS).mkdir()
-        for function in dict.fromkeys(problem.function for problem in problems):
-            of_function = [problem for problem in problems if problem.function is function]
+    with writing(folder, make=False), replacing(folder, partial(_check_empty, folder)) as staged:
+        for name in SAME_FOR_ALL:
+            _write(staged / name, [(FOLDER / name).read_text(encoding="utf-8")])
+        (staged / PROBLEMS).mkdir()
+        for function in dict.fromkeys(problem.function for problem in stated):
+            of_function = [problem for problem in stated if problem.function is function]
             for number, _ in enumerate(function.objectives):
-                _write(folder / PROBLEMS / f"{_symbol(of_function[0], number)}.cpp", _kernel(of_function, number))
-        _write(folder / PROBLEMS / "table.cpp", _table(problems))
+                _write(staged / PROBLEMS / f"{_symbol(of_function[0], number)}.cpp", _kernel(of_function, number))
+        _write(staged / PROBLEMS / "table.cpp", _table(stated))
+
+
+def _check_empty(named: Path, folder: Path) -> None:
+    """Make sure that nothing would be replaced, wherever that is for the moment."""
+    if folder.is_dir() and any(folder.iterdir()):
+        raise OutputError(f"{named}: holds something already; name a new folder")
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"{named}: is a file, not a folder")
 
 
 def _write(path: Path, parts: Iterable[str]) -> None:
@@ -63,12 +75,13 @@ def _symbol(problem: SuiteProblem, objective: int) -> str:
 
 def _kernel(problems: Sequence[SuiteProblem], objective: int) -> Iterator[str]:
     """A kernel, and what it is given for each instance."""
-    symbol = _symbol(problems[0], objective)
-    yield f"#define evaluate {symbol}\n{problems[0].kernel_source(objective)}\n#undef evaluate\n\n"
-    for problem in problems:
-        numbers, indices = problem.kernel_arguments(objective)
-        yield _array("double", f"{symbol}_numbers_{problem.instance}", map(float.hex, numbers.tolist()))
-        yield _array("long long", f"{symbol}_indices_{problem.instance}", map(str, indices.tolist()))
+    symbol, function = _symbol(problems[0], objective), problems[0].function
+    content = content_of(problems[0].suite, function.name, function.digest)
+    yield f"#define evaluate {symbol}\n{content.kernels[objective].source}\n#undef evaluate\n\n"
+    for instance in (problem.instance for problem in problems):
+        numbers, indices = (each[objective][instance - 1].tolist() for each in (content.numbers, content.indices))
+        yield _array("double", f"{symbol}_numbers_{instance}", map(float.hex, numbers))
+        yield _array("long long", f"{symbol}_indices_{instance}", map(str, indices))
 
 
 def _array(kind: str, name: str, values: Iterable[str]) -> str:
@@ -81,15 +94,16 @@ def _table(problems: Sequence[SuiteProblem]) -> Iterator[str]:
     kernels = {_symbol(problem, k): None for problem in problems for k, _ in enumerate(problem.objectives)}
     yield from (f'extern "C" kernel {symbol};\n' for symbol in kernels)
     for number, problem in enumerate(problems):
-        for name in _symbols(problem, "numbers"):
-            yield f"extern const double {name}[];\n"
-        for name in _symbols(problem, "indices"):
-            yield f"extern const long long {name}[];\n"
+        numbers, indices = (_symbols(problem, what) for what in ("numbers", "indices"))
+        yield from (f"extern const double {name}[];\n" for name in numbers)
+        yield from (f"extern const long long {name}[];\n" for name in indices)
         for name, corner in zip(("lower", "upper"), problem.bounds, strict=True):
             yield f"static const double {name}_{number}[] = {{{','.join(map(float.hex, corner.tolist()))}}};\n"
-    yield "\nextern const Problem arm_motions_problems[] = {\n"
-    for number, problem in enumerate(problems):
-        yield _entry(problem, number)
+        behind = ([_symbol(problem, k) for k, _ in enumerate(problem.objectives)], numbers, indices)
+        told = ", ".join(f"{{{', '.join(names)}}}" for names in behind)
+        yield f"static const arm_motion_content content_{number} = {{{told}, {_hash(problem.check_values):#x}u}};\n"
+    yield "\nextern const arm_motion arm_motions_problems[] = {\n"
+    yield from (f"    {{{_shown(problem, number)}}},\n" for number, problem in enumerate(problems))
     yield f"}};\nextern const int arm_motions_problem_count = {len(problems)};\n"
 
 
@@ -97,24 +111,18 @@ def _symbols(problem: SuiteProblem, what: str) -> list[str]:
     return [f"{_symbol(problem, k)}_{what}_{problem.instance}" for k, _ in enumerate(problem.objectives)]
 
 
-def _entry(problem: SuiteProblem, number: int) -> str:
-    """The problem's line in the table."""
+def _shown(problem: SuiteProblem, number: int) -> str:
+    """The fields of ``arm_motion``."""
     best = None if problem.best_known is None else problem.best_known.value
     counts = (problem.dimension, len(problem.objectives), len(problem.constraint_names))
-    shown = (
-        f'"{problem.name}"',
-        *map(str, counts),
-        f"lower_{number}",
-        f"upper_{number}",
-        *map(_number, (problem.feasible_merit, best, problem.lower_bound)),
-    )
-    kernels = [_symbol(problem, k) for k, _ in enumerate(problem.objectives)]
-    behind = [f"{{{', '.join(names)}}}" for names in (kernels, *(_symbols(problem, w) for w in ("numbers", "indices")))]
-    return f"    {{{{{', '.join(shown)}}}, {', '.join(behind)}, {_hash(problem.check_values):#x}u}},\n"
+    merits = (problem.feasible_merit, best, problem.lower_bound)
+    arrays = (f"lower_{number}", f"upper_{number}")
+    return ", ".join([f'"{problem.name}"', *map(str, counts), *arrays, *map(_number, merits), f"&content_{number}"])
 
 
 def _number(value: float | None) -> str:
-    return "NAN" if value is None else "INFINITY" if np.isinf(value) else value.hex()
+    """Of C; an infinite merit bounds nothing."""
+    return "NAN" if value is None else "INFINITY" if value == inf else value.hex()
 
 
 def _hash(tables: Iterable[FloatArray]) -> int:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import inf
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from tpbso_casadi.suite.motions import SuiteMotion
 
 BEST_KNOWN = "best_known.json"
+MOST_THREADS = 256
 
 
 class Values(NamedTuple):
@@ -84,7 +86,7 @@ class SuiteProblem:
         suite: its name.
         function: what is told of it.
         instance: from 1 on.
-        threads: that share many candidates.
+        threads: that share candidates, each at least 512.
     """
 
     suite: str
@@ -218,15 +220,6 @@ class SuiteProblem:
         """Merit, objective and violations at points of the box that are the same on every machine, by objective."""
         points = check_points(*self.bounds)
         return [self._columns(kernel, points) for kernel in range(len(self.objectives))]
-
-    def kernel_source(self, objective: int) -> str:
-        """The C++ of the kernel for an objective, the same for all instances of the function."""
-        return self._content.kernels[objective].source
-
-    def kernel_arguments(self, objective: int) -> tuple[FloatArray, NDArray[np.int64]]:
-        """What the kernel is given for this instance: numbers, and counts and starts of rows."""
-        row = self.instance - 1
-        return self._content.numbers[objective][row], self._content.indices[objective][row]
 
     @property
     def _check(self) -> str:
@@ -405,19 +398,22 @@ def suite(
         name: of the suite.
         functions: names of functions or of groups of them; all where None.
         instances: from 1 on; all where None.
-        threads: that share the candidates of an evaluation where these are many; values have the same bits.
+        threads: that share the candidates of an evaluation, each at least 512; values have the same bits.
 
     Raises:
-        InvalidSuite: there is no such suite, function or instance, or not even one thread.
-        TypeError: the name is no text, or the others are no lists of names and of whole numbers.
+        InvalidSuite: there is no such suite, function or instance, not even one thread, or more than 256.
+        TypeError: the name is no text, the threads are no whole number, or the others are no lists of names and of
+            whole numbers.
     """
     for argument, value, kind in (("functions", functions, str), ("instances", instances, int)):
         if value is not None and not _are(value, kind):
             raise TypeError(f"{argument}: a list of {'names' if kind is str else 'whole numbers'} is needed")
     if not isinstance(name, str):
         raise TypeError("name: that of a suite is needed")
-    if not _are([threads], int) or threads < 1:
-        raise InvalidSuite(f"threads: a whole number from 1 on is needed, not {threads!r:.60}")
+    if isinstance(threads, bool) or not isinstance(threads, Integral):
+        raise TypeError("threads: a whole number is needed")
+    if not 1 <= threads <= MOST_THREADS:
+        raise InvalidSuite(f"threads: {threads!r:.60} is not within 1 and {MOST_THREADS}")
     known = descriptions(name)
     wanted = {*(functions or ())}
     chosen = [each for each in known if functions is None or {each.name, each.group} & wanted]
@@ -434,7 +430,7 @@ def suite(
     wrong = next((number for number in numbers if not 1 <= number <= most), None)
     if wrong is not None:
         raise InvalidSuite(f"{name}: no instance {wrong}; they are 1 to {most}")
-    return Suite(name, tuple(SuiteProblem(name, each, number, threads) for each in chosen for number in numbers))
+    return Suite(name, tuple(SuiteProblem(name, each, number, int(threads)) for each in chosen for number in numbers))
 
 
 def _are(values: object, kind: type) -> bool:

@@ -52,6 +52,7 @@ CASES = [
     ("model.margin", -0.1, "model.margin: input should be greater than or equal to 0, not -0.1"),
     ("model.margin", "wide", "model.margin: a number is needed, not 'wide'"),
     ("model.margin", 0.5, "model.self_collision: link 1 and link 3 cannot keep 0.56 m: what joins them is 0.5 m long"),
+    ("arm.tool", [-0.7, 0.01], "model.self_collision: link 2 and tool cannot keep 0.07 m: what joins them is 0.0"),
     ("model.self_collision", 1, "model.self_collision: true or false is needed, not 1"),
     (
         "obstacles.0.shape",

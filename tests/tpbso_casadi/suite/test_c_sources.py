@@ -12,7 +12,8 @@ import pytest
 import tpbso_casadi as tp
 from problems.evaluation import NativeUnavailable, usable_compiler
 from tpbso_casadi.cli.commands.suite import main
-from tpbso_casadi.suite import InvalidSuite, Suite, SuiteProblem
+from tpbso_casadi.storage import OutputError
+from tpbso_casadi.suite import InvalidSuite, Suite, SuiteProblem, c_sources
 
 STATED = ["--functions", "spline-2,time-energy-3,constrained-3", "--instances", "1,7"]
 NAMES = [f"{name}@{k}" for name in ("spline-2", "constrained-3", "time-energy-3") for k in (1, 7)]
@@ -26,6 +27,7 @@ class Shown(ctypes.Structure):
         *((name, ctypes.c_int) for name in ("variables", "objectives", "constraints")),
         *((name, ctypes.POINTER(ctypes.c_double)) for name in ("lower", "upper")),
         *((name, ctypes.c_double) for name in ("feasible_merit", "best_known", "lower_bound")),
+        ("content", ctypes.c_void_p),
     )
 
 
@@ -54,7 +56,8 @@ def test_a_library_in_c_has_the_bits_of_python(tmp_path: Path) -> None:
         found.restype = ctypes.POINTER(Shown)
     assert library.arm_motions_count() == len(NAMES)
     assert not library.arm_motions_at(-1) and not library.arm_motions_at(len(NAMES))
-    assert not library.arm_motions_find(b"arm-motions-1/spline-2@2")
+    assert not library.arm_motions_find(b"arm-motions-1/spline-2@2") and not library.arm_motions_find(None)
+    assert library.arm_motions_find(b"spline-2@7").contents.name == b"arm-motions-1/spline-2@7"
     for number, name in enumerate(NAMES):
         problem = tp.suite()[name]
         shown = library.arm_motions_find(problem.name.encode())
@@ -88,7 +91,8 @@ def compare(library: ctypes.CDLL, shown: ctypes._Pointer[Shown], problem: SuiteP
         np.testing.assert_array_equal(one, other.reshape(one.shape))
     again = np.zeros_like(values[0])
     into = ctypes.c_void_p(again.ctypes.data)
-    library.arm_motions_evaluate(shown, addresses[0], ctypes.c_longlong(133), into, None, None)
+    copied = Shown.from_buffer_copy(shown.contents)
+    library.arm_motions_evaluate(ctypes.byref(copied), addresses[0], ctypes.c_longlong(133), into, None, None)
     np.testing.assert_array_equal(again, values[0])
 
 
@@ -108,7 +112,7 @@ def test_a_library_of_other_values_says_so(tmp_path: Path) -> None:
 def test_what_is_written_replaces_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "c"
     assert main(["export", str(folder), "--functions", "paper-time-3", "--instances", "2"]) == 0
-    assert f"1 problems written; `make -C {folder}` builds a library" in capsys.readouterr().out
+    assert f"written: arm-motions-1/paper-time-3@2; `make -C {folder}` builds a library" in capsys.readouterr().out
     written = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     own = {"Makefile", "arm_motions.cpp", "arm_motions.h", "example.c", "problem.hpp"}
     assert written == own | {"problems/arm_motions_paper_time_3_0.cpp", "problems/table.cpp"}
@@ -117,10 +121,38 @@ def test_what_is_written_replaces_nothing(tmp_path: Path, capsys: pytest.Capture
     assert capsys.readouterr().err.strip().endswith(f"{folder}: holds something already; name a new folder")
 
 
-def test_instances_of_a_function_need_not_be_together(tmp_path: Path) -> None:
-    folder = only("paper-time-3@2", "spline-2@1", "paper-time-3@1").export(str(tmp_path / "c"))
+@pytest.mark.process
+def test_several_libraries_of_one_process_are_apart(tmp_path: Path) -> None:
+    counts = []
+    for names in (["spline-2@1"], ["paper-time-3@1", "spline-2@2"]):
+        folder = only(*names).export(tmp_path / str(len(names)))
+        make(folder)
+        library = ctypes.CDLL(str(folder / "libarm_motions.so"), mode=ctypes.RTLD_GLOBAL)
+        library.arm_motions_at.restype = ctypes.POINTER(Shown)
+        assert library.arm_motions_is_intact(library.arm_motions_at(0)) == 1
+        counts.append(library.arm_motions_count())
+    assert counts == [1, 2]
+
+
+def test_instances_of_a_function_need_not_be_together_nor_differ(tmp_path: Path) -> None:
+    folder = only("paper-time-3@2", "spline-2@1", "paper-time-3@1", "paper-time-3@2").export(str(tmp_path / "c"))
     kernel = (folder / "problems" / "arm_motions_paper_time_3_0.cpp").read_text()
     assert [f"numbers_{k}[]" in kernel for k in (1, 2, 3)] == [True, True, False]
+
+
+def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(c_sources, "_table", fail)
+    with pytest.raises(KeyboardInterrupt):
+        only("paper-time-3@2").export(tmp_path / "c")
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(InvalidSuite, match="there is no problem to write"):
+        only().export(tmp_path / "c")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="is a file, not a folder"):
+        only("paper-time-3@2").export(tmp_path / "file")
 
 
 def test_other_values_are_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -69,8 +69,8 @@ def test_some_of_it() -> None:
         (lambda: tp.suite(functions=["nope"]), "no function or group 'nope'; the groups are paper, path, spline"),
         (lambda: tp.suite(functions=["splin-2"]), r"no function or group 'splin-2'; did you mean spline-2\?"),
         (lambda: tp.suite(instances=[1, 16]), "no instance 16; they are 1 to 15"),
-        (lambda: tp.suite(threads=0), "threads: a whole number from 1 on is needed, not 0"),
-        (lambda: tp.suite(threads="2"), "threads: a whole number from 1 on is needed, not '2'"),
+        (lambda: tp.suite(threads=0), "threads: 0 is not within 1 and 256"),
+        (lambda: tp.suite(threads=257), "threads: 257 is not within 1 and 256"),
         (lambda: SUITE["nope@1"], "there is no problem 'nope@1' in <suite arm-motions-1: "),
         (lambda: SUITE["splin-2@1"], r"did you mean arm-motions-1/spline-2@1\?"),
         (lambda: problem_named("spline-2@1"), "is no problem such as arm-motions-1/spline-3@1"),
@@ -80,6 +80,13 @@ def test_what_there_is_not(call: object, message: str) -> None:
     with pytest.raises(InvalidSuite, match=message) as caught:
         call()  # type: ignore[operator]
     assert "\n" not in str(caught.value)
+
+
+def test_threads_are_a_whole_number() -> None:
+    for wrong in ("2", 2.0, True):
+        with pytest.raises(TypeError, match="threads: a whole number is needed"):
+            tp.suite(threads=wrong)  # type: ignore[arg-type]
+    assert tp.suite(threads=np.int64(2))[0].threads == 2  # type: ignore[arg-type]
 
 
 # Values

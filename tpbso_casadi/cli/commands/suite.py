@@ -53,7 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     stated = sys.argv[1:] if arguments is None else arguments
     work = partial(dispatch, command=shlex.join(["tpbso", "suite", *stated]))
-    return run_command(parser(), work, arguments, failures=FAILURES, interrupted=INTERRUPTED)
+    told = INTERRUPTED if "run" in stated[:1] else "interrupted"
+    return run_command(parser(), work, arguments, failures=FAILURES, interrupted=told)
 
 
 def parser() -> OneLineParser:
@@ -248,7 +249,9 @@ def export(options: argparse.Namespace) -> int:
     with phase("computing what the suite's values are", quiet=False):
         problems.export(options.folder)
     make = f"make -C {shlex.quote(str(options.folder))}"
-    Console().print(f"{len(problems)} problems written; `{make}` builds a library", highlight=False, soft_wrap=True)
+    told = f"written: {', '.join(problem.name for problem in problems[:3])}"
+    told += f" and {len(problems) - 3} more" if len(problems) > 3 else ""
+    Console().print(f"{told}; `{make}` builds a library", highlight=False, soft_wrap=True)
     return Exit.FEASIBLE
 
 

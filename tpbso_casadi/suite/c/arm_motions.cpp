@@ -8,10 +8,7 @@
 
 static const long long BLOCK = 64; // candidates that a kernel is given at a time
 static const int CHECK_POINTS = 64;
-
-static const Problem &behind(const arm_motion *problem) {
-    return *reinterpret_cast<const Problem *>(problem);
-}
+static const uint64_t FNV_OFFSET = 0xcbf29ce484222325u, FNV_PRIME = 0x100000001b3u;
 
 // Numbers that a kernel gives for a candidate: merit, objective, violations.
 static int width(const arm_motion *problem) {
@@ -53,12 +50,13 @@ extern "C" int arm_motions_count(void) {
 }
 
 extern "C" const arm_motion *arm_motions_at(int number) {
-    return number >= 0 && number < arm_motions_problem_count ? &arm_motions_problems[number].shown : nullptr;
+    return number >= 0 && number < arm_motions_problem_count ? &arm_motions_problems[number] : nullptr;
 }
 
 extern "C" const arm_motion *arm_motions_find(const char *name) {
-    for (int number = 0; number < arm_motions_problem_count; number++) {
-        if (strcmp(arm_motions_problems[number].shown.name, name) == 0) return &arm_motions_problems[number].shown;
+    for (int number = 0; name && number < arm_motions_problem_count; number++) {
+        const char *const whole = arm_motions_problems[number].name, *const slash = strchr(whole, '/');
+        if (strcmp(whole, name) == 0 || strcmp(slash + 1, name) == 0) return &arm_motions_problems[number];
     }
     return nullptr;
 }
@@ -67,19 +65,21 @@ extern "C" void arm_motions_evaluate(
     const arm_motion *problem, const double *points, long long count,
     double *merit, double *objectives, double *violations
 ) {
-    const Problem &own = behind(problem);
-    const int d = problem->variables, k = problem->objectives, c = problem->constraints;
-    std::vector<double> values(BLOCK * width(problem));
+    const arm_motion_content &content = *problem->content;
+    const int d = problem->variables, k = problem->objectives, c = problem->constraints, columns = width(problem);
+    std::vector<double> values(BLOCK * columns);
     for (long long start = 0; start < count; start += BLOCK) {
         const long long rest = count - start < BLOCK ? count - start : BLOCK;
-        for (int of = 0; of < k; of++) {
-            own.kernels[of](points + start * d, values.data(), rest, own.numbers[of], own.indices[of]);
+        for (int number = 0; number < k; number++) {
+            content.kernels[number](
+                points + start * d, values.data(), rest, content.numbers[number], content.indices[number]
+            );
             for (long long i = start; i < start + rest; i++) {
-                const double *const row = values.data() + (i - start) * width(problem);
+                const double *const row = values.data() + (i - start) * columns;
                 const bool inside = is_inside(problem, points + i * d);
-                if (merit) merit[i * k + of] = inside ? row[0] : INFINITY;
-                if (objectives) objectives[i * k + of] = inside ? row[1] : INFINITY;
-                if (!violations || of > 0) continue;
+                if (merit) merit[i * k + number] = inside ? row[0] : INFINITY;
+                if (objectives) objectives[i * k + number] = inside ? row[1] : INFINITY;
+                if (!violations || number > 0) continue;
                 for (int j = 0; j < c; j++) violations[i * c + j] = inside ? row[2 + j] : INFINITY;
             }
         }
@@ -87,17 +87,19 @@ extern "C" void arm_motions_evaluate(
 }
 
 extern "C" int arm_motions_is_intact(const arm_motion *problem) {
-    const Problem &own = behind(problem);
+    const arm_motion_content &content = *problem->content;
     const std::vector<double> points = check_points(problem);
-    uint64_t found = 0xcbf29ce484222325u;
-    for (int of = 0; of < problem->objectives; of++) {
-        std::vector<double> values(CHECK_POINTS * width(problem));
-        own.kernels[of](points.data(), values.data(), CHECK_POINTS, own.numbers[of], own.indices[of]);
+    std::vector<double> values(CHECK_POINTS * width(problem));
+    uint64_t hash = FNV_OFFSET;
+    for (int number = 0; number < problem->objectives; number++) {
+        content.kernels[number](
+            points.data(), values.data(), CHECK_POINTS, content.numbers[number], content.indices[number]
+        );
         for (double value : values) {
             uint64_t bits;
             memcpy(&bits, &value, sizeof bits);
-            found = (found ^ bits) * 0x100000001b3u;
+            hash = (hash ^ bits) * FNV_PRIME;
         }
     }
-    return found == own.bits;
+    return hash == content.hash;
 }

@@ -5,7 +5,7 @@
 
 #include "arm_motions.h"
 
-enum { BATCH = 100 }; /* candidates at a time: eight take as long as one */
+enum { BATCH = 100 }; /* candidates at a time, which is faster than one by one */
 
 int main(void) {
     srand(1);

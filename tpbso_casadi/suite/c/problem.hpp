@@ -5,13 +5,12 @@ extern "C" typedef void kernel(
     const double *points, double *values, long long count, const double *numbers, const long long *indices
 );
 
-struct Problem {
-    arm_motion shown; // the first: its address is the problem's
+struct arm_motion_content {
     kernel *kernels[2]; // one for each objective
     const double *numbers[2];
     const long long *indices[2];
-    unsigned long long bits; // FNV-1a of the values at the check points
+    unsigned long long hash; // of the values at the check points, FNV-1a
 };
 
-extern const Problem arm_motions_problems[];
+extern const arm_motion arm_motions_problems[];
 extern const int arm_motions_problem_count;
