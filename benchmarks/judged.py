@@ -1,6 +1,7 @@
-"""Twenty solvers compared on ``arm-motions-1``, and what each part of the paper's swarm is worth.
+"""Solvers compared on ``arm-motions-1``, and what each part of the paper's swarm is worth.
 
     python -m benchmarks.judged run [BUDGET ...]    # hours; the same command resumes; runs/judged-100 and so on
+    python -m benchmarks.judged elsewhere           # the same for solvers that need an older NumPy, with that
     python -m benchmarks.judged keep                # the runs, thinned, as benchmarks/results/judged-*.csv.xz
     python -m benchmarks.judged known               # better values than known ones, for `benchmarks.suite merge`
     python -m benchmarks.judged tables              # what the manual shows of these, in Markdown
@@ -42,6 +43,7 @@ from tpbso_casadi.campaign.statistics import holm, signed_rank
 from tpbso_casadi.cli.commands.suite import main as suite_command
 from tpbso_casadi.cli.commands.suite import numbers
 from tpbso_casadi.referee import BEATEN, Referee, on_common_problems
+from tpbso_casadi.referee.page import RUNS
 from tpbso_casadi.scenario import find_solver
 from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 
@@ -71,6 +73,7 @@ SOLVERS = {  # by label in the tables
     "NL-SHADE-RSP (Minion)": "minion(algorithm=NLSHADE_RSP)",
     "GWO (mealpy)": "mealpy(algorithm=GWO.OriginalGWO)",
 }
+NEED_OLDER_NUMPY = {"NGOpt (nevergrad)": "nevergrad(optimizer=NGOpt)"}  # than 2.4, with which a store is of its own
 ONE_BY_ONE = (  # whose candidates are evaluated one at a time, or that take long themselves: with 100 a variable alone
     *("BAS", "DIRECT (SciPy)", "dual annealing (SciPy)", "PSO (pymoo)", "GA (pymoo)", "SaDE (pygmo)"),
     *("DE 1220 (pygmo)", "GWO (mealpy)"),
@@ -101,18 +104,25 @@ class Stage:
         budget: evaluations for each variable.
         parts: of the suite, functions and instances.
         solvers: by label.
+        elsewhere: those of another environment; or none.
         variants: of BSO, by label; or none.
     """
 
     budget: int
     parts: tuple[tuple[tuple[str, ...], str], ...]
     solvers: dict[str, str]
+    elsewhere: dict[str, str]
     variants: dict[str, str]
 
     @property
     def folder(self) -> Path:
         """Of the campaign."""
         return Path("runs", f"judged-{self.budget}")
+
+    @property
+    def folder_elsewhere(self) -> Path:
+        """Of the campaign in another environment."""
+        return Path("runs", f"judged-{self.budget}-elsewhere")
 
     @property
     def results(self) -> Path:
@@ -145,19 +155,28 @@ def stages() -> tuple[Stage, Stage, Stage]:
     quick = {label: stated for label, stated in SOLVERS.items() if label not in ONE_BY_ONE}
     quickest = {label: stated for label, stated in quick.items() if label not in LEFT_BEHIND}
     return (
-        Stage(budget=100, parts=((every, "6-10"),), solvers=SOLVERS, variants=PARTS),
-        Stage(budget=1000, parts=((every, "6"), (faster, "7-10")), solvers=quick, variants=PARTS),
-        Stage(budget=10_000, parts=((faster, "6"),), solvers=quickest, variants={}),
+        Stage(budget=100, parts=((every, "6-15"),), solvers=SOLVERS, elsewhere=NEED_OLDER_NUMPY, variants=PARTS),
+        Stage(budget=1000, parts=((every, "6"), (faster, "7-15")), solvers=quick, elsewhere={}, variants=PARTS),
+        Stage(budget=10_000, parts=((faster, "6-7"),), solvers=quickest, elsewhere={}, variants={}),
     )
 
 
 def run(*budgets: str) -> None:
     for stage in stages():
-        if budgets and str(stage.budget) not in budgets:
-            continue
-        for functions, instances in stage.parts:
-            what = ["--functions", ",".join(functions), "--instances", instances, "--solvers", stage.stated]
-            suite_command(["run", *what, "--budget", str(stage.budget), "--out", str(stage.folder), "--no-plots"])
+        if not budgets or str(stage.budget) in budgets:
+            run_stage(stage, stage.stated, stage.folder)
+
+
+def elsewhere() -> None:
+    for stage in stages():
+        if stage.elsewhere:
+            run_stage(stage, ",".join(stage.elsewhere.values()), stage.folder_elsewhere)
+
+
+def run_stage(stage: Stage, solvers: str, folder: Path) -> None:
+    for functions, instances in stage.parts:
+        what = ["--functions", ",".join(functions), "--instances", instances, "--solvers", solvers]
+        suite_command(["run", *what, "--budget", str(stage.budget), "--out", str(folder), "--no-plots"])
 
 
 FEWEST_STEPS = 1.02  # evaluations of a line that is kept, over those of the one before
@@ -169,8 +188,10 @@ def keep() -> None:
     for stage in stages():
         with Store(stage.folder / STORE) as store:
             runs = [thinned(each) for each in recordings(stage.runs(stage.problems), store)]
+        if stage.elsewhere:
+            runs += [thinned(each) for each in read_runs(stage.folder_elsewhere / RUNS)]
         variants = {label: stated for label, stated in stage.variants.items() if label not in stage.solvers}
-        for path, solvers in ((stage.results, stage.solvers), (stage.results_of_variants, variants)):
+        for path, solvers in ((stage.results, stage.solvers | stage.elsewhere), (stage.results_of_variants, variants)):
             labels = {stated: label for label, stated in solvers.items()}
             named = [replace(each, solver=labels[each.solver]) for each in runs if each.solver in labels]
             if named:
@@ -180,11 +201,13 @@ def keep() -> None:
 def thinned(run: Recording) -> Recording:
     """A run with the last of all improvements that come within 2 % of the evaluations; its ends are exact."""
     kept: list[tuple[int, float]] = []
+    bound = run.problem.feasible_merit
     for evaluations, merit in zip(run.evaluations, run.merits, strict=True):
-        infeasible = bool(kept) and kept[-1][1] > run.problem.feasible_merit >= merit
+        infeasible = bool(kept) and kept[-1][1] > bound >= merit
         if len(kept) > 1 and not infeasible and evaluations < FEWEST_STEPS * kept[-2][0]:
             kept.pop()
-        kept.append((evaluations, float(f"{merit:.{DIGITS}g}")))
+        rounded = float(f"{merit:.{DIGITS}g}")
+        kept.append((evaluations, rounded if (rounded <= bound) == (merit <= bound) else merit))
     return replace(run, evaluations=[n for n, _ in kept], merits=[merit for _, merit in kept])
 
 
@@ -196,7 +219,7 @@ def known() -> None:
         ways = sorted(found_by_each(problem).items(), key=lambda way: way[1][0])[:WAYS]
         best = problem.best_known
         if ways and (best is None or ways[0][1][0] < best.value - BEATEN * abs(best.value)):
-            keep_best(problem, [refined(problem, solver, *best) for solver, best in ways])
+            keep_best(problem, [refined(problem, f"judged {solver}", *best) for solver, best in ways])
 
 
 def found_by_each(problem: SuiteProblem) -> dict[str, tuple[float, np.ndarray]]:
@@ -223,7 +246,7 @@ BEST = 6  # solvers that are compared with one another
 
 def tables() -> None:
     for stage in stages():
-        judged = referee(stage, stage.solvers)
+        judged = referee(stage, stage.solvers | stage.elsewhere)
         print(f"\n## {stage.budget:,} evaluations for each variable\n\n{len(judged.problems)} problems\n")
         print("\n".join(overall(judged)), "\n")
         print("\n".join(by_group(judged)), "\n")
@@ -277,7 +300,8 @@ def pairs(judged: Referee) -> Iterator[str]:
     for number, one in enumerate(best):
         for other in best[number + 1 :]:
             better, worse = (columns[one] < columns[other]).sum(), (columns[one] > columns[other]).sum()
-            yield f"* {one} is better than {other} on {better}, worse on {worse}"
+            p = signed_rank(columns[one], columns[other])
+            yield f"* {one} is better than {other} on {better}, worse on {worse}, p {p_text(p)} uncorrected"
     for name, problems in judged.classes().items():
         ended = [(of.runs - of.feasible, of.solver) for of in (judged.tally(each, problems) for each in judged.solvers)]
         told = ", ".join(f"{solver} {count}" for count, solver in sorted(ended) if count)
@@ -367,5 +391,5 @@ def report(folder: str) -> None:
 
 
 if __name__ == "__main__":
-    commands = {each.__name__: each for each in (run, keep, known, tables, picture, overhead, report)}
+    commands = {each.__name__: each for each in (run, elsewhere, keep, known, tables, picture, overhead, report)}
     commands[sys.argv[1]](*sys.argv[2:])

@@ -141,15 +141,21 @@ def best_of(problem: SuiteProblem, runs: Sequence[Way]) -> dict[str, Any] | None
     _, value, x = min(runs, key=lambda run: run[1])
     if value > problem.feasible_merit:
         return None
-    found, ways = motion(problem.scenario, x, problem.name), [way for way, *_ in runs]
-    near = [way for way, merit, _ in runs if merit <= value + SAME * abs(value)]
+    found, before, least = motion(problem.scenario, x, problem.name), problem.best_known, value + SAME * abs(value)
+    ways = {way: [0, 0] for way, *_ in runs}
+    for way, merit, _ in runs:
+        ways[way] = [ways[way][0] + (merit <= least), ways[way][1] + 1]
+    earlier = {} if before is None else before.ways
+    for way in (way for way in earlier if way not in ways):  # of which the best alone is known
+        near, count = earlier[way]
+        ways[way] = [near if before is not None and before.value <= least else 0, count]
     return {
         "value": value,
         "x": x.tolist(),
         "certified": found.certified,
         "motion_value": found.objective,
-        "ways": {way: [near.count(way), ways.count(way)] for way in dict.fromkeys(ways)},
-        "descended_value": None,
+        "ways": ways,
+        "descended_value": None if before is None else before.descended_value,
     }
 
 
