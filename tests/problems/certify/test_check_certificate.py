@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from helpers.certificates import case, criteria_of, draw, scene_of, straight
 from helpers.core_robots import EXAMPLES, ROBOTS, distances, placed, robot_of, rooms
+from helpers.slow import slow_except
 
 from problems.assembly import certificate_of
 from problems.assembly.certificate import obstacle_content
@@ -66,7 +67,7 @@ def held(stage: checker.Stage, key: str) -> Iterator[tuple[np.ndarray, checker.C
         claim.divide(digits)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", slow_except(ROBOTS, 1))
 def test_what_is_accepted_is_clear_at_many_times(name: str) -> None:
     """By another product of transformations, and every ball."""
     for number in range(3):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.meshed import covered_arm
+from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -90,7 +91,7 @@ def test_the_nearest_points_lie_on_both_surfaces(arm: SpatialArm, seed: int) -> 
                 assert (np.linalg.norm(far[row] - centers, axis=1) - radii).min() < 1e-7
 
 
-@pytest.mark.parametrize("seed", [1, 3, 4, 7])  # the motion of seed 4 touches
+@pytest.mark.parametrize("seed", slow_except([4, 1, 3, 7], 2))  # the motion of seed 4 touches
 def test_what_is_proven_is_below_every_distance_and_not_far(arm: SpatialArm, seed: int) -> None:
     motion = moving(seed)
     seen = np.array([by_hand(arm, theta) for theta in motion.at(motion.times(150))]).min(axis=0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -93,7 +94,7 @@ def test_impossible_ways(make: object, field: str) -> None:
     assert error.value.field == field
 
 
-@pytest.mark.parametrize("kind", ["line", "arc", pytest.param("corners", marks=pytest.mark.slow), "turning"])
+@pytest.mark.parametrize("kind", slow_except(["arc", "turning", "line", "corners"], 2))
 def test_a_panda_follows(kind: str) -> None:
     (start,), (turned,) = tool(PANDA, READY)
     goal, turn = start + np.array([0.05, 0.2, -0.1]), turned

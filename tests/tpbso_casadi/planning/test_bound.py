@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 
 import tpbso_casadi as tp
 from problems.objectives import OBJECTIVES
@@ -105,7 +106,7 @@ WALL = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
 POLISHED = [name for name, objective in OBJECTIVES.items() if objective.polish_suffices]
 
 
-@pytest.mark.parametrize("objective", [*POLISHED, {"time": 1.0, "energy": 0.01}], ids=str)
+@pytest.mark.parametrize("objective", slow_except([{"time": 1.0, "energy": 0.01}, *POLISHED], 3), ids=str)
 def test_objectives_are_planned_around_a_wall_without_a_search(objective: Any) -> None:
     plan = tp.plan("panda", **ENDS, obstacles=[WALL], objective=objective)
     assert plan.certified and plan.search is not None and plan.search.evaluations == 0
