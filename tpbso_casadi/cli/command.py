@@ -185,13 +185,14 @@ def run_command(
         work: the command: takes its options, returns the exit status.
         arguments: after the name of the command; None for those of this process.
         failures: what the user may have caused: the message is printed, the status is 2.
-        interrupted: what is said after Ctrl-C.
+        interrupted: what is said after Ctrl-C; a subcommand's parser may have another default of that name.
     """
     options = parser.parse_args(arguments)
     with logged(options.verbose):
         began = time.perf_counter()
         LOG.debug("%s", ", ".join(f"{name} {version}" for name, version in versions().items()))
-        status = exit_code_of(partial(work, options), failures, interrupted)
+        told = getattr(options, "interrupted", interrupted)
+        status = exit_code_of(partial(work, options), failures, told)
         LOG.info("%s: exit status %d after %.3f s", parser.prog, status, time.perf_counter() - began)
         return status
 

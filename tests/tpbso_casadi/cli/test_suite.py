@@ -15,6 +15,8 @@ import tpbso_casadi as tp
 from tpbso_casadi.campaign import parse_solvers
 from tpbso_casadi.campaign.functions import suite_text
 from tpbso_casadi.campaign.suite_runs import suite_grid
+from tpbso_casadi.cli.campaign import INTERRUPTED
+from tpbso_casadi.cli.commands import suite as command
 from tpbso_casadi.cli.commands.suite import main, numbers
 from tpbso_casadi.suite import read_runs
 
@@ -152,3 +154,16 @@ def test_a_search_for_a_front_finds_one(name: str) -> None:
     assert 0.0 < first["cost"] < 0.9
     assert spec.found(json.dumps(first)).words == "keeps all constraints"
     assert spec.least_infeasible_cost > 2.0
+
+
+@pytest.mark.parametrize("verbose", [[], ["-v"]])
+def test_what_an_interruption_leaves_is_said_of_the_command_that_stores_runs(
+    verbose: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stopped(*_: object, **__: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "dispatch", stopped)
+    for words, told in ((["run"], INTERRUPTED), (["list"], "interrupted"), (["export", "run"], "interrupted")):
+        assert main([*verbose, *words]) == 130
+        assert f"error: {told}\n" in capsys.readouterr().err

@@ -53,8 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
     stated = sys.argv[1:] if arguments is None else arguments
     work = partial(dispatch, command=shlex.join(["tpbso", "suite", *stated]))
-    told = INTERRUPTED if "run" in stated[:1] else "interrupted"
-    return run_command(parser(), work, arguments, failures=FAILURES, interrupted=told)
+    return run_command(parser(), work, arguments, failures=FAILURES)
 
 
 def parser() -> OneLineParser:
@@ -72,6 +71,7 @@ def parser() -> OneLineParser:
         help="run solvers on problems, and judge them; the same command resumes",
         examples=["--solvers pso,lshade --functions spline,narrow-3 --instances 1-3"],
     )
+    running.set_defaults(interrupted=INTERRUPTED)
     reporting = commands.add_parser(
         "report",
         help="judge the runs of a folder, and anybody's runs in tables",
