@@ -3,6 +3,7 @@
 from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint
+from problems.robots.completion import OwnContacts, complete_arm
 from problems.robots.description import RobotDescription
 from problems.robots.dynamics import RigidChain, RigidJoint, time_scales, time_scales_of_arrays
 from problems.robots.inertia import MASSLESS, Payload, moved_inertia, planar_payload
@@ -79,6 +80,7 @@ __all__ = [
     "MeshShape",
     "NewtonSteps",
     "Orientations",
+    "OwnContacts",
     "Payload",
     "PlanarArm",
     "Point3",
@@ -96,6 +98,7 @@ __all__ = [
     "angles_between",
     "as_point",
     "built_in",
+    "complete_arm",
     "covers_text",
     "geometry_of",
     "joint_bounds",

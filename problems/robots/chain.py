@@ -199,19 +199,45 @@ class LinkFrame:
         body: number of the body: 0 for the base, then that of the joint that moves it.
         translation: of the frame in that of the body, m.
         rotation: the same.
+        parent: the next link on the way to the base; empty for the base itself, and for what the tool holds.
     """
 
     name: str
     body: int
     translation: Point3 = (0.0, 0.0, 0.0)
     rotation: Matrix3 = UNTURNED
+    parent: str = ""
 
     @classmethod
-    def of(cls, name: str, body: int, pose: Transform) -> LinkFrame:
+    def of(cls, name: str, body: int, pose: Transform, parent: str = "") -> LinkFrame:
         """The frame with a pose of plain numbers."""
-        return cls(name, body, *numbers_of(pose))
+        return cls(name, body, *numbers_of(pose), parent)
 
     @property
     def pose(self) -> Transform:
         """From the link's frame to the body's."""
         return Transform(self.rotation, self.translation)
+
+
+@dataclass(frozen=True)
+class OffChainJoint:
+    """A joint that carries links of an arm and is not planned with.
+
+    Attributes:
+        name: of the joint.
+        links: names of all links that it carries.
+        value: at which they are modelled, rad or m.
+        leader: the joint of the chain that it mimics; empty where it stands still.
+    """
+
+    name: str
+    links: tuple[str, ...]
+    value: float = 0.0
+    leader: str = ""
+
+    @property
+    def note(self) -> str:
+        """What becomes of it, in a line."""
+        if self.leader:
+            return f"joint {self.name!r} mimics {self.leader!r}, which nothing is planned with: its links are left out"
+        return f"joint {self.name!r} is off the chain: locked at {self.value:g}, its masses kept"

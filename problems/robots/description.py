@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from itertools import combinations
 from math import pi
 from typing import TypeAlias
 
-import numpy as np
-
 from problems.base import ANGLES, InvalidProblem
-from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.carried import Carried
-from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame
+from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
 from problems.robots.inertia import Payload
 from problems.robots.link_covers import (
     COARSE_OVERHANG,
@@ -22,14 +18,10 @@ from problems.robots.link_covers import (
     MeshNote,
     ReadFile,
     cover_link,
-    cure,
-    fine_balls,
-    overhang_of,
-    placed,
     searched_balls,
 )
 from problems.robots.looks import Look, Parts, Visual, new_looks, placed_looks
-from problems.robots.own_pairs import LinkPairs, OwnPairs, own_pairs_of
+from problems.robots.own_pairs import LinkPairs
 from problems.robots.shapes import MeshShape, Shape
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spheres import Ball, Sphere
@@ -59,6 +51,8 @@ class RobotDescription:
         title: what people call the robot; empty where it is not known.
         notes: what is missing or not planned with, a line each.
         unread: links with a file of their collision geometry that is not read.
+        off_chain: joints that carry some of the links and are not planned with.
+        apart: links with collision geometry that no joint connects with the chain.
         max_acceleration: of each joint, rad/s^2 or m/s^2; None where it is not known (a URDF states none).
         max_jerk: rad/s^3 or m/s^3; None where nothing is known to limit it.
     """
@@ -76,6 +70,8 @@ class RobotDescription:
     title: str = ""
     notes: tuple[str, ...] = ()
     unread: tuple[tuple[str, str], ...] = ()
+    off_chain: tuple[OffChainJoint, ...] = ()
+    apart: tuple[str, ...] = ()
     max_acceleration: tuple[float, ...] | None = None
     max_jerk: tuple[float, ...] | None = None
 
@@ -261,8 +257,12 @@ class RobotDescription:
         Returns:
             Looks, and notes on what cannot be shown.
         """
-        looks, notes = new_looks(dict(self.visuals), dict(self.shapes), read)
-        return looks, [*(MeshNote(link, "", reason) for link, reason in self.unseen), *notes]
+        following = {link: joint.leader for joint in self.off_chain if joint.leader for link in joint.links}
+        visuals = {link: parts for link, parts in self.visuals if link not in following}
+        shapes = {link: parts for link, parts in self.shapes if link not in following}
+        looks, notes = new_looks(visuals, shapes, read)
+        unseen = [*self.unseen, *((link, f"it moves with joint {leader!r}") for link, leader in following.items())]
+        return looks, [*(MeshNote(link, "", reason) for link, reason in unseen), *notes]
 
     def with_looks(self, looks: Mapping[str, Parts]) -> RobotDescription:
         """The same with looks of links, by their names."""
@@ -271,101 +271,6 @@ class RobotDescription:
     def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
         """The same with more links that may touch."""
         return replace(self, disabled=(*self.disabled, *pairs))
-
-    def own_pairs(self, arm: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()) -> OwnPairs:
-        """Which of an arm's spheres have to keep apart: see :func:`own_pairs_of`.
-
-        Raises:
-            InvalidProblem: as there.
-        """
-        links = {sphere.name for sphere in arm.spheres}
-        known = [pair for pair in self.disabled if links.issuperset(pair)]
-        return own_pairs_of(arm, (*known, *disabled), kept)
-
-    def complete(
-        self,
-        arm: SpatialArm,
-        disabled: LinkPairs = (),
-        kept: LinkPairs = (),
-        ignored: Sequence[str] = (),
-    ) -> SpatialArm:
-        """An arm made of this, with the pairs of its spheres and what no verdict on it speaks of.
-
-        Args:
-            arm: as :meth:`arm` makes it.
-            disabled: names of links that may touch.
-            kept: names of links that must not, whatever random postures say.
-            ignored: names of links whose geometry is left out.
-
-        Raises:
-            InvalidProblem: as :func:`own_pairs_of`; or the geometry of a link that a joint moves was not read, no
-                spheres are stated for it, and nobody says that it is to be left out.
-        """
-        names = [frame.name for frame in self.links]
-        unknown = next((link for link in ignored if link not in names), None)
-        if unknown is not None:
-            raise InvalidProblem("ignore_geometry", f"no link {unknown!r} in the chain; there are {', '.join(names)}")
-        arm = replace(arm, spheres=tuple(sphere for sphere in arm.spheres if sphere.name not in ignored))
-        covered = {sphere.name for sphere in arm.spheres}
-        for link, file in self.unread:
-            if self.frame(link).body > 0 and link not in covered and link not in ignored:
-                raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {cure(link)}")
-        if self.covers:
-            arm = replace(arm, cover=self.arm_cover(disabled, ignored))
-        pairs = self.own_pairs(arm, disabled, kept)
-        return replace(
-            arm,
-            kept_pairs=pairs.kept,
-            proven_pairs=() if self.covers else pairs.far,
-            ignored_links=tuple(dict.fromkeys(ignored)),
-            left_out=tuple(self._left_out(arm, pairs, disabled, ignored)),
-        )
-
-    def arm_cover(self, disabled: LinkPairs = (), ignored: Collection[str] = ()) -> ArmCover:
-        """Of all links with collision geometry: balls for proofs, and which links must keep apart.
-
-        All do that no joint connects directly, and what is carried from all that a joint moves as seen from it, unless
-        their names are disabled.
-        """
-        covers, links = {cover.link: cover for cover in self.covers}, []
-        for link, shapes in self.shapes:
-            balls, frame = fine_balls(shapes, covers.get(link)), self.frame(link)
-            if len(balls) and link not in ignored:
-                turn, shift = np.array(frame.rotation, dtype=float), np.array(frame.translation, dtype=float)
-                links.append(CoveredLink(link, frame.body, placed(balls, turn, shift), overhang_of(covers.get(link))))
-        links.sort(key=lambda link: link.body)
-        may_touch = set(map(frozenset, (*self.disabled, *disabled)))
-        pairs = tuple(
-            (one, two)
-            for one, two in combinations(range(len(links)), 2)
-            if links[two].body - links[one].body > (0 if links[two].name in self.carried else 1)
-            and {links[one].name, links[two].name} not in may_touch
-        )
-        return ArmCover(tuple(links), pairs)
-
-    def _left_out(self, arm: SpatialArm, pairs: OwnPairs, disabled: LinkPairs, ignored: Sequence[str]) -> Iterator[str]:
-        covered = {sphere.name for sphere in arm.spheres}
-        if ignored:
-            yield f"the geometry of {', '.join(dict.fromkeys(ignored))}, which is to be ignored"
-        carried = {joint.link for joint in self.chain.joints}
-        for link, file in self.unread:
-            if self.frame(link).body == 0 and link not in covered and link not in ignored:
-                yield f"{link}, which stands still: its mesh {file} is not read"
-        bare = [f.name for f in self.links if f.name in carried and f.name not in covered and f.name not in ignored]
-        if bare:
-            yield f"bodies of {', '.join(bare)}: no collision geometry is stated"
-        may_touch = [*dict.fromkeys(tuple(sorted(pair)) for pair in (*self.disabled, *disabled))]
-        may_touch = [pair for pair in may_touch if covered.issuperset(pair)]
-        if may_touch:
-            yield f"own links that may touch: {', '.join(' and '.join(pair) for pair in may_touch)}"
-        spheres = arm.spheres if arm.cover is None else ()
-        together = dict.fromkeys(
-            tuple(sorted((spheres[a].name, spheres[b].name))) for a, b in pairs.together if spheres
-        )
-        if together:
-            yield f"own spheres that touch at nearly every posture: {', '.join(' and '.join(p) for p in together)}"
-        if arm.max_torque is None and self.chain.massless:
-            yield f"torques: no masses are stated for {', '.join(self.chain.massless)}"
 
     @property
     def drawn(self) -> SpatialArm:

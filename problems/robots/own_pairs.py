@@ -1,6 +1,6 @@
 """Pairs of a robot's own bodies, chosen as the MoveIt Setup Assistant chooses pairs of links.
 
-Bodies that a joint connects are left out, and so are spheres that touch at almost all of many random postures within
+Links that a joint connects are left out, and so are spheres that touch at almost all of many random postures within
 the joints' limits. Those that come near each other at none of them are left out of a search; sampling proves nothing,
 so the verdict on a finished motion looks at them too.
 """
@@ -11,6 +11,7 @@ import json
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import combinations
 
 import casadi as ca
 import numpy as np
@@ -33,7 +34,7 @@ Named = frozenset[frozenset[str]]
 
 @dataclass(frozen=True)
 class OwnPairs:
-    """Pairs of a robot's spheres, of links that no joint connects, by their numbers in ascending order.
+    """Pairs of a robot's spheres, on bodies that move against each other, by their numbers in ascending order.
 
     Attributes:
         kept: that come together at some random posture, and must not.
@@ -46,25 +47,37 @@ class OwnPairs:
     together: tuple[tuple[int, int], ...] = ()
 
 
-def own_pairs_of(robot: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = ()) -> OwnPairs:
+def own_pairs_of(
+    robot: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = (), connected: Named = frozenset()
+) -> OwnPairs:
     """Which spheres have to keep apart; the same for the same robot.
 
     Args:
         robot: its spheres, limits of the joints and margin decide.
         disabled: names of links that may touch.
-        kept: names of links that must not, whatever the random postures say.
+        kept: names of links that must not, whatever a joint connects and the random postures say.
+        connected: names of links that a joint connects.
 
     Raises:
-        InvalidProblem: ``disabled_pairs`` or ``kept_pairs`` names a link without spheres, ``kept_pairs`` links that one
-            body or neighbours carry.
+        InvalidProblem: ``disabled_pairs`` or ``kept_pairs`` names a link without spheres, ``kept_pairs`` links that no
+            joint moves against each other.
     """
     _check(robot, disabled, kept)
-    return _chosen(robot, frozenset(map(frozenset, disabled)), frozenset(map(frozenset, kept)))
+    must_not = frozenset(map(frozenset, kept))
+    return _chosen(robot, frozenset(map(frozenset, disabled)), must_not, connected - must_not)
 
 
 @lru_cache(maxsize=16)
-def _chosen(robot: SpatialArm, disabled: Named, kept: Named) -> OwnPairs:
-    pairs = np.array(robot.link_pairs, dtype=int).reshape(-1, 2)
+def _chosen(robot: SpatialArm, disabled: Named, kept: Named, connected: Named) -> OwnPairs:
+    spheres = robot.spheres
+    pairs = np.array(
+        [
+            (one, two)
+            for one, two in combinations(range(len(spheres)), 2)
+            if spheres[one].link != spheres[two].link and {spheres[one].name, spheres[two].name} not in connected
+        ],
+        dtype=int,
+    ).reshape(-1, 2)
     may_touch, must_not = (_named(robot, pairs, names) for names in (disabled, kept))
     pairs, must_not = pairs[~may_touch], must_not[~may_touch]
     if not len(pairs):
@@ -96,8 +109,8 @@ def _check(robot: SpatialArm, disabled: LinkPairs, kept: LinkPairs) -> None:
             if link not in bodies:
                 raise InvalidProblem(field, f"no spheres on link {link!r}; there are {', '.join(sorted(bodies))}")
     for one, two in kept:
-        if not any(abs(first - second) > 1 for first in bodies[one] for second in bodies[two]):
-            raise InvalidProblem("kept_pairs", f"{one!r} and {two!r} are one body, or a joint connects them")
+        if bodies[one] == bodies[two]:
+            raise InvalidProblem("kept_pairs", f"{one!r} and {two!r} are one body: no joint is between them")
 
 
 def _named(robot: SpatialArm, pairs: NDArray[np.int64], names: Named) -> NDArray[np.bool_]:

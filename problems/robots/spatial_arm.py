@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from dataclasses import field as stated
 from functools import cached_property
-from itertools import combinations
 from typing import Any, ClassVar, Self
 
 import casadi as ca
@@ -446,16 +445,6 @@ class SpatialArm(Robot):
         """Those of the links with spheres or a cover."""
         covered = () if self.cover is None else (link.name for link in self.cover.links)
         return tuple(dict.fromkeys((*(sphere.name for sphere in self.spheres), *covered)))
-
-    @property
-    def link_pairs(self) -> tuple[tuple[int, int], ...]:
-        """Numbers of spheres on bodies that no joint connects, or one does and one of them is what the tool holds."""
-        return tuple(
-            (one, two)
-            for one, two in combinations(range(len(self.spheres)), 2)
-            if abs(self.spheres[one].link - self.spheres[two].link)
-            > (1 if {self.spheres[one].name, self.spheres[two].name}.isdisjoint(self.carried) else 0)
-        )
 
 
 POSTURES = 10_000

@@ -49,6 +49,13 @@ class Transform:
         x, y, z = (_dot(row, vector) for row in self.rotation)
         return x, y, z
 
+    @property
+    def inverse(self) -> Transform:
+        """The transform back."""
+        back = Transform(transposed(self.rotation))
+        x, y, z = (times(part, -1.0) for part in back.turn(self.translation))
+        return Transform(back.rotation, (x, y, z))
+
 
 def compose(first: Rotation, second: Rotation) -> Rotation:
     """The product of two rotations."""

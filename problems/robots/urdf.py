@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from typing import Any
 
 from problems.base import InvalidProblem
-from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame
+from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
 from problems.robots.description import RobotDescription
 from problems.robots.inertia import Inertia, impossible, joined, moved_inertia
 from problems.robots.spheres_file import read_spheres
@@ -48,7 +48,11 @@ def read_urdf(
     base, joints, notes = tree.chain(base_link, tip_link)
     moving = [joint for joint in joints if joint.kind != "fixed"]
     _check(moving, base)
-    bodies = _bodies(tree, base, moving)
+    along = {joint.name for joint in moving}
+    standing, values, leads = tree.standing(along)
+    firsts = [LinkFrame.of(base, 0, Transform())]
+    firsts += [LinkFrame.of(joint.child, number, Transform(), joint.parent) for number, joint in enumerate(moving, 1)]
+    bodies = [_body(standing, first, along, {*values, *leads}) for first in firsts]
     frames = {frame.name: frame for body in bodies for frame in body.frames}
     tip = frames[joints[-1].child]
     chain = Chain(
@@ -59,13 +63,20 @@ def read_urdf(
         tip_translation=tip.translation,
         tip_rotation=tip.rotation,
     )
-    notes += [note for body in bodies for note in (*body.faults, *body.notes)]
-    notes += _gaps(moving) + _massless(bodies)
+    off_chain = [
+        OffChainJoint(name, tuple(body.beyond(name)), values.get(name, 0.0), leads.get(name, ""))
+        for body in bodies
+        for name in body.off_chain
+    ]
+    notes += [note for body in bodies for note in body.faults] + [joint.note for joint in off_chain]
+    notes += _soft_limits(moving) + _gaps(moving) + _massless(bodies)
     shapes = tuple((name, tree.links[name].shapes) for name in frames if tree.links[name].shapes)
     description = RobotDescription(
         chain=chain,
         links=tuple(frames.values()),
         shapes=shapes,
+        off_chain=tuple(off_chain),
+        apart=tuple(name for name, link in tree.links.items() if name not in frames and link.shapes),
         visuals=tuple((name, tree.links[name].visuals) for name in frames if tree.links[name].visuals),
         unseen=tuple((name, tree.links[name].unseen) for name in frames if tree.links[name].unseen),
         notes=tuple(notes),
@@ -87,38 +98,44 @@ def _check(moving: list[UrdfJoint], base: str) -> None:
 
 @dataclass
 class _Body:
-    """A link that moves, or the base, and all that is fixed to it."""
+    """A link that moves, or the base, and all that is fixed to it or held in its place.
+
+    Attributes:
+        frames: of its links.
+        inertias: of these, in its own frame.
+        ways: joints off the chain between its first link and each, by the names of links.
+        faults: why inertias are none.
+    """
 
     frames: list[LinkFrame] = field(default_factory=list)
     inertias: list[Inertia] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    faults: list[str] = field(default_factory=list)  # why inertias are none
+    ways: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    faults: list[str] = field(default_factory=list)
+
+    @property
+    def off_chain(self) -> list[str]:
+        """Joints off the chain that carry its links, each once."""
+        return list(dict.fromkeys(name for way in self.ways.values() for name in way))
+
+    def beyond(self, joint: str) -> Iterator[str]:
+        """Links that a joint off the chain carries, as seen from the chain."""
+        return (link for link, way in self.ways.items() if joint in way)
 
 
-def _bodies(tree: Tree, base: str, moving: list[UrdfJoint]) -> list[_Body]:
-    """The base and the bodies of the chain's joints, in the order of the chain."""
-    along = {joint.name for joint in moving}
-    return [_body(tree, number, link, along) for number, link in enumerate([base, *(joint.child for joint in moving)])]
-
-
-def _body(tree: Tree, number: int, link: str, along: set[str]) -> _Body:
-    body = _Body()
-    poses = {link: Transform()}
-    body.frames.append(LinkFrame.of(link, number, Transform()))
-    for joint in tree.below(link):
-        if joint.name in along or joint.parent not in poses:
-            continue
-        frame = LinkFrame.of(joint.child, number, poses[joint.parent] @ joint.origin)
-        poses[joint.child] = frame.pose
-        body.frames.append(frame)
-        if joint.kind != "fixed":
-            body.notes.append(f"joint {joint.name!r} is off the chain: locked at 0, its masses kept")
-    for name, pose in poses.items():
-        inertia = tree.links[name].inertia
+def _body(tree: Tree, first: LinkFrame, along: Collection[str], off_chain: Collection[str]) -> _Body:
+    """All that hangs together with a link, above it too, as far as no joint of the chain moves it."""
+    body = _Body([first], ways={first.name: ()})
+    for frame in body.frames:  # which grows
+        for joint, link, pose in tree.around(frame.name):
+            if joint.name not in along and link not in body.ways:
+                body.ways[link] = (*body.ways[frame.name], *((joint.name,) if joint.name in off_chain else ()))
+                body.frames.append(LinkFrame.of(link, first.body, frame.pose @ pose, frame.name))
+    for frame in body.frames:
+        inertia = tree.links[frame.name].inertia
         if inertia is not None:
-            body.inertias.append(moved_inertia(inertia, pose))
+            body.inertias.append(moved_inertia(inertia, frame.pose))
             reason = impossible(inertia.matrix)
-            body.faults += [] if reason is None else [f"link {name!r}: no body has its inertia, {reason}"]
+            body.faults += [] if reason is None else [f"link {frame.name!r}: no body has its inertia, {reason}"]
     return body
 
 
@@ -139,6 +156,12 @@ def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
         inertia=joined(body.inertias),
         fault=next(iter(body.faults), ""),
     )
+
+
+def _soft_limits(moving: list[UrdfJoint]) -> list[str]:
+    """What a safety controller of a joint does that no plan counts on."""
+    braked = [joint.name for joint in moving if joint.is_braked]
+    return [f"soft limits bound {', '.join(braked)}; that speeds fall near them is not planned with"] if braked else []
 
 
 def _gaps(moving: list[UrdfJoint]) -> list[str]:

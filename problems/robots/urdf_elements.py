@@ -13,7 +13,17 @@ from problems.base import COORDINATES, MASSES, InvalidProblem, shown
 from problems.robots.inertia import Inertia, moved_inertia
 from problems.robots.looks import Colour, Visual, colour_of
 from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
-from problems.robots.transform import Matrix3, Point3, Transform, as_point, from_angles, moved, numbers_of, snapped
+from problems.robots.transform import (
+    Matrix3,
+    Point3,
+    Transform,
+    as_point,
+    from_angles,
+    matrix_of,
+    moved,
+    numbers_of,
+    snapped,
+)
 
 MOST_CHARACTERS = 10_000_000
 NUMBERS = (-1e12, 1e12)  # of any attribute; masses and inertias included
@@ -80,7 +90,7 @@ def numbers(element: ET.Element, key: str, count: int, default: Sequence[float],
     if text is None:
         return tuple(default)
     try:
-        values = tuple(float(part) for part in text.split())
+        values = tuple(float(part) for part in text.replace("_", "?").split())  # for Python, 1_0 is 10
     except ValueError:
         raise refused(f"{owner}: {key} of <{element.tag}> is {text[:40]!r}, which are no numbers") from None
     if len(values) != count:
@@ -112,7 +122,15 @@ def origin(element: ET.Element, owner: str) -> Transform:
     translation = point(found, "xyz", (0.0, 0.0, 0.0), owner)
     if not all(COORDINATES[0] <= part <= COORDINATES[1] for part in translation):
         raise refused(f"{owner}: xyz of <origin> is out of range")
-    return Transform(from_angles(point(found, "rpy", (0.0, 0.0, 0.0), owner)), translation)
+    if found.get("quat_xyzw") is None:
+        return Transform(from_angles(point(found, "rpy", (0.0, 0.0, 0.0), owner)), translation)
+    if found.get("rpy") is not None:
+        raise refused(f"{owner}: <origin> has both rpy and quat_xyzw: state one of them")
+    quaternion = np.array(numbers(found, "quat_xyzw", 4, (), owner))
+    length = float(np.linalg.norm(quaternion))
+    if not length > 1e-6:
+        raise refused(f"{owner}: quat_xyzw of <origin> is zero")
+    return Transform(matrix_of((quaternion / length).tolist()), translation)
 
 
 MOVING = ("revolute", "continuous", "prismatic")
@@ -143,8 +161,12 @@ class Mimic:
     """How a joint follows another: multiplier times its value and an offset, rad or m."""
 
     joint: str
-    multiplier: float
-    offset: float
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+    def at(self, value: float) -> float:
+        """Where the joint is, rad or m, when the other is at a value."""
+        return self.multiplier * value + self.offset
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,6 +186,7 @@ class UrdfJoint:
         damping: N m s or N s/m.
         friction: N m or N.
         mimic: how it follows another; None where it does not.
+        is_braked: whether a safety controller slows it down near the ends of its range.
     """
 
     name: str
@@ -178,9 +201,18 @@ class UrdfJoint:
     damping: float
     friction: float
     mimic: Mimic | None
+    is_braked: bool = False
+
+    @property
+    def usual(self) -> float:
+        """Zero where it can be that, else the middle of its range, as ROS's publisher of joint states has it."""
+        low, high = self.position or (0.0, 0.0)
+        return 0.0 if low <= 0.0 <= high else (low + high) / 2.0
 
     def at(self, value: float) -> UrdfJoint:
-        """The same, held at a value, rad or m."""
+        """The same, held at a value, rad or m; one of several degrees of freedom is held at none."""
+        if self.kind not in MOVING:
+            return replace(self, kind="fixed")
         turned = moved(self.origin, self.axis, self.kind != "prismatic", ca.DM(value))
         entries = [[float(entry) for entry in row] for row in (*turned.rotation, turned.translation)]
         pose = Transform(snapped(np.array(entries[:3])), as_point(entries[3]))
@@ -288,7 +320,8 @@ def read_joint(element: ET.Element) -> UrdfJoint:
     kind = element.get("type", "")
     if kind not in KINDS:
         raise refused(f"{owner}: type {kind!r}; there are {', '.join(KINDS)}")
-    limit, dynamics, mimic = (element.find(tag) for tag in ("limit", "dynamics", "mimic"))
+    limit, dynamics, mimic, safety = (element.find(tag) for tag in ("limit", "dynamics", "mimic", "safety_controller"))
+    position = _position(limit, kind, owner)
     return UrdfJoint(
         name=name,
         kind=kind,
@@ -296,12 +329,13 @@ def read_joint(element: ET.Element) -> UrdfJoint:
         child=_link(element, "child", owner),
         origin=origin(element, owner),
         axis=_axis(element, owner),
-        position=_position(limit, kind, owner),
+        position=position if safety is None or position is None else _softened(position, safety, owner),
         speed=_not_negative(limit, "velocity", owner) or None,  # exporters write 0 for what they do not know
         effort=_not_negative(limit, "effort", owner) or None,
         damping=_not_negative(dynamics, "damping", owner) or 0.0,
         friction=_not_negative(dynamics, "friction", owner) or 0.0,
         mimic=None if mimic is None else _mimic(mimic, owner),
+        is_braked=safety is not None and position is not None,
     )
 
 
@@ -340,3 +374,18 @@ def _position(limit: ET.Element | None, kind: str, owner: str) -> tuple[float, f
     if low > high:
         raise refused(f"{owner}: lower limit {low:g} is above upper limit {high:g}")
     return (low, high) if low < high else None
+
+
+def _softened(position: tuple[float, float], safety: ET.Element, owner: str) -> tuple[float, float]:
+    """A range within the soft limits of a ``safety_controller``, beyond which a joint is only let back.
+
+    Two limits of one value say nothing: exporters write zeros for what they do not know.
+    """
+    stated = (number(safety, key, owner) for key in ("soft_lower_limit", "soft_upper_limit"))
+    soft = [end if limit is None else limit for end, limit in zip(position, stated, strict=True)]
+    if soft[0] == soft[1]:
+        return position
+    low, high = max(position[0], soft[0]), min(position[1], soft[1])
+    if not low < high:
+        raise refused(f"{owner}: its soft limits leave nothing of its range {position[0]:g} to {position[1]:g}")
+    return low, high

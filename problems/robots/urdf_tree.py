@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
 from problems.base import InvalidProblem
-from problems.robots.urdf_elements import MOVING, UrdfJoint, UrdfLink, read_colours, read_joint, read_link, refused
+from problems.robots.transform import Transform
+from problems.robots.urdf_elements import (
+    MOVING,
+    Mimic,
+    UrdfJoint,
+    UrdfLink,
+    read_colours,
+    read_joint,
+    read_link,
+    refused,
+)
 
 Filter: TypeAlias = Callable[[UrdfJoint], bool]
 MOST_LINKS = 1_000
@@ -185,10 +195,11 @@ class Tree:
         return max(plain, key=lambda link: depths[link])
 
     def locked(self, values: Mapping[str, float]) -> Tree:
-        """The same with joints held at values, rad or m, and those that mimic them.
+        """The same with joints held at values, rad or m, and those that mimic them, directly or through others.
 
         Raises:
-            InvalidProblem: ``locked`` names no joint that moves, or a value that it cannot have.
+            InvalidProblem: ``locked`` names no joint that moves, or a value that it cannot have; ``urdf`` has joints
+                that mimic each other in a circle, or a joint that is not there.
         """
         for name, value in values.items():
             joint = self.joints.get(name)
@@ -198,12 +209,56 @@ class Tree:
             if joint.position is not None and not joint.position[0] <= value <= joint.position[1]:
                 low, high = joint.position
                 raise InvalidProblem("locked", f"{name}: {value:g} is not within {low:g} to {high:g}")
-        held = dict(values)
-        for joint in self.joints.values():
-            if joint.mimic is not None and joint.mimic.joint in values and joint.kind in MOVING:
-                held[joint.name] = joint.mimic.multiplier * values[joint.mimic.joint] + joint.mimic.offset
-        fixed = {name: self.joints[name].at(value) for name, value in held.items()}
-        return Tree(self.links, {**self.joints, **fixed})
+        leads = {name: self.lead(name, values) for name, joint in self.joints.items() if joint.kind in MOVING}
+        return self._at({name: lead.at(values[lead.joint]) for name, lead in leads.items() if lead.joint in values})
+
+    def lead(self, name: str, known: Collection[str] = ()) -> Mimic:
+        """How a joint follows the first that is known, or mimics no other: itself, where that is the case.
+
+        Raises:
+            InvalidProblem: ``urdf`` has joints that mimic each other in a circle, or a joint that is not there.
+        """
+        lead, passed = Mimic(name), {name}
+        while lead.joint not in known and (mimic := self.joints[lead.joint].mimic) is not None:
+            if mimic.joint not in self.joints:
+                reason = f"joint {lead.joint!r} mimics {mimic.joint!r}, which is not in the file"
+                raise refused(f"{reason}; state where it stands: locked = {{ {lead.joint} = 0.0 }}")
+            if mimic.joint in passed:
+                raise refused(f"joint {mimic.joint!r} mimics itself, by way of others")
+            passed.add(mimic.joint)
+            lead = Mimic(mimic.joint, lead.multiplier * mimic.multiplier, lead.at(mimic.offset))
+        return lead
+
+    def standing(self, chain: Collection[str]) -> tuple[Tree, dict[str, float], dict[str, str]]:
+        """The same with all joints off a chain held where they usually are; values, and joints that follow the chain.
+
+        Args:
+            chain: names of its joints.
+
+        Returns:
+            A tree; the value, rad or m, of each joint that it holds; and by the name of each joint that mimics one of
+            the chain the name of that one. These are left as they are.
+
+        Raises:
+            InvalidProblem: as :meth:`lead`.
+        """
+        off = {name: joint for name, joint in self.joints.items() if joint.kind != "fixed" and name not in chain}
+        leads = {name: self.lead(name, chain) for name in off}
+        leaders = {name: lead.joint for name, lead in leads.items() if lead.joint in chain}
+        values = {name: leads[name].at(self.joints[leads[name].joint].usual) for name in off if name not in leaders}
+        return self._at(values), values, leaders
+
+    def _at(self, values: Mapping[str, float]) -> Tree:
+        held = {name: self.joints[name].at(value) for name, value in values.items()}
+        return Tree(self.links, {**self.joints, **held})
+
+    def around(self, link: str) -> Iterator[tuple[UrdfJoint, str, Transform]]:
+        """The joints of a link, the link at the other end of each, and its pose in the frame of this one, at zero."""
+        if link in self.above:
+            joint = self.above[link]
+            yield joint, joint.parent, joint.origin.inverse
+        for joint in self.children[link]:
+            yield joint, joint.child, joint.origin
 
 
 def _some(names: list[str]) -> str:

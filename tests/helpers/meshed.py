@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 
 from problems.geometry import box_corners, cover_of
-from problems.robots import LinkCover, SpatialArm, read_urdf
+from problems.robots import LinkCover, SpatialArm, complete_arm, read_urdf
 
 NAMES = ("lower", "middle", "upper")
 
@@ -54,4 +54,4 @@ def covered_arm() -> SpatialArm:
     corners = box_corners((0.06, 0.06, 0.3)) + np.array([0.0, 0.0, 0.17])
     coarse, fine = cover_of(corners, 0.02), cover_of(corners, 0.004)
     description = read_urdf(meshed_urdf()).with_covers({name: LinkCover(name, 0.02, coarse, fine) for name in NAMES})
-    return description.complete(description.arm(max_speed=2.0, max_acceleration=5.0, self_collision=True))
+    return complete_arm(description, description.arm(max_speed=2.0, max_acceleration=5.0, self_collision=True))

@@ -24,6 +24,7 @@ from problems.robots import (
     SpatialArm,
     Transform,
     built_in,
+    complete_arm,
     covers_text,
     looks_text,
     matrix_of,
@@ -275,9 +276,8 @@ class SpatialRobotSection(Section):
             )
             if self.srdf_text is not None:
                 description = description.with_disabled(read_srdf(self.srdf_text))
-            complete = description.complete(
-                arm, (*(self.disabled_pairs or ()), *disabled), self.kept_pairs or (), self.ignore_geometry or ()
-            )
+            may_touch = (*(self.disabled_pairs or ()), *disabled)
+            complete = complete_arm(description, arm, may_touch, self.kept_pairs or (), self.ignore_geometry or ())
             weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
             unknown = tuple(f"the weight of {name}: no mass is stated" for name in weightless)
             return replace(complete, left_out=(*complete.left_out, *unknown))

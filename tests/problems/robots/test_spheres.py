@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import casadi as ca
 import numpy as np
@@ -15,7 +16,17 @@ from problems import CertificateStatus, InvalidProblem, Joints, Move, Trajectory
 from problems.assembly import Criteria
 from problems.limits import SelfClearance, limits_of
 from problems.objectives import OBJECTIVES
-from problems.robots import BUILT_IN, ChainJoint, SpatialArm, Sphere, Transform, built_in, read_spheres, read_urdf
+from problems.robots import (
+    BUILT_IN,
+    ChainJoint,
+    OwnContacts,
+    SpatialArm,
+    Sphere,
+    Transform,
+    built_in,
+    read_spheres,
+    read_urdf,
+)
 from problems.robots import own_pairs as own_pairs_module
 from problems.robots.chain import Chain
 from problems.robots.own_pairs import own_pairs_of
@@ -149,12 +160,17 @@ def ball(link: int, x: float, radius: float = 0.1) -> Sphere:
     return Sphere(link, (x, 0.0, 0.0), radius, f"l{link}")
 
 
+JOINED = frozenset(frozenset((f"l{i}", f"l{i + 1}")) for i in range(3))
+
+
 def test_what_can_touch_has_to_keep_apart() -> None:
-    assert own_pairs_of(arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))).kept == ((0, 2), (1, 2))
+    assert own_pairs_of(arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9)), connected=JOINED).kept == ((0, 2), (1, 2))
 
 
-def test_bodies_that_a_joint_connects_may_touch() -> None:
-    assert own_pairs_of(arm(ball(1, 0.5), ball(2, 0.5))).kept == ()
+def test_links_that_a_joint_connects_may_touch_but_not_what_is_fixed_to_them() -> None:
+    robot = arm(ball(1, 0.5), replace(ball(2, 0.5), name="bracket"))
+    assert own_pairs_of(robot, connected=frozenset({frozenset(("l1", "bracket"))})).kept == ()
+    assert own_pairs_of(robot, connected=JOINED).kept == ((0, 1),)
 
 
 def test_what_never_touches_needs_no_watching() -> None:
@@ -174,17 +190,18 @@ def test_the_margin_counts() -> None:
 
 def test_links_are_named_to_override() -> None:
     robot = arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))
-    assert own_pairs_of(robot, disabled=[("l3", "l0")]).kept == ((1, 2),)
+    assert own_pairs_of(robot, disabled=[("l3", "l0")], connected=JOINED).kept == ((1, 2),)
+    assert own_pairs_of(robot, kept=[("l0", "l1")], connected=JOINED).kept == ((0, 1), (0, 2), (1, 2))
     stiff = arm(ball(1, 0.5), ball(3, 0.9), bend=0.5)
     assert own_pairs_of(stiff, kept=[("l1", "l3")]).kept == ((0, 1),)
-    assert own_pairs_of(robot, disabled=[("l0", "l3"), ("l1", "l3")]).kept == ()
+    assert own_pairs_of(robot, disabled=[("l0", "l3"), ("l1", "l3")], connected=JOINED).kept == ()
 
 
 def test_what_cannot_be_overridden_is_refused() -> None:
-    robot = arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9))
-    with pytest.raises(InvalidProblem, match="kept_pairs: 'l1' and 'l0' are one body, or a joint connects them"):
-        own_pairs_of(robot, kept=[("l0", "l3"), ("l1", "l0")])
-    with pytest.raises(InvalidProblem, match="disabled_pairs: no spheres on link 'l7'; there are l0, l1, l3"):
+    robot = arm(ball(0, 0.5), ball(1, 0.5), replace(ball(1, 0.9), name="bracket"), ball(3, 0.9))
+    with pytest.raises(InvalidProblem, match="kept_pairs: 'l1' and 'bracket' are one body: no joint is between them"):
+        own_pairs_of(robot, kept=[("l0", "l3"), ("l1", "bracket")])
+    with pytest.raises(InvalidProblem, match="disabled_pairs: no spheres on link 'l7'; there are bracket, l0, l1, l3"):
         own_pairs_of(robot, disabled=[("l0", "l7")])
 
 
@@ -193,16 +210,18 @@ def test_no_pair_of_a_real_robot_is_missed(name: str) -> None:
     """At 10,000 other random postures no sphere that may touch does."""
     description = built_in(name)
     robot = description.arm()
-    kept = set(description.own_pairs(robot).kept)
-    assert kept == set(description.own_pairs(robot).kept)
+    contacts = OwnContacts(description, robot)
+    kept = set(contacts.spheres.kept)
     low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
     theta = np.random.default_rng(99).uniform(low, high, (10_000, robot.dof))
     frames = robot.positions(ca.DM(theta))
     centers = [np.array(frames[body.start]) for body in robot.bodies]
     links = [sphere.name for sphere in robot.spheres]
     disabled = {frozenset(pair) for pair in description.disabled}
-    for one, two in robot.link_pairs:
-        if (one, two) in kept or frozenset((links[one], links[two])) in disabled:
+    for one, two in combinations(range(len(links)), 2):
+        names = frozenset((links[one], links[two]))
+        beside = robot.spheres[one].link == robot.spheres[two].link or names in contacts.connected
+        if (one, two) in kept or beside or names in disabled:
             continue
         gaps = np.linalg.norm(centers[one] - centers[two], axis=1)
         assert gaps.min() > robot.spheres[one].radius + robot.spheres[two].radius
@@ -212,7 +231,9 @@ def test_links_that_are_known_to_be_near_may_touch_if_they_have_spheres() -> Non
     description = built_in("panda")
     spheres = [sphere for sphere in description.spheres if sphere.name != "panda_hand"]
     robot = description.arm(spheres=spheres)
-    links = {frozenset((spheres[one].name, spheres[two].name)) for one, two in description.own_pairs(robot).kept}
+    links = {
+        frozenset((spheres[one].name, spheres[two].name)) for one, two in OwnContacts(description, robot).spheres.kept
+    }
     assert frozenset(("panda_link5", "panda_link7")) not in links
     assert frozenset(("panda_link2", "panda_link7")) in links
 
@@ -221,7 +242,7 @@ def test_links_that_are_known_to_be_near_may_touch_if_they_have_spheres() -> Non
 def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
     description = built_in(name)
     robot = description.arm()
-    pairs = np.array(description.own_pairs(robot).kept)
+    pairs = np.array(OwnContacts(description, robot).spheres.kept)
     low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
     frames = robot.positions(ca.DM(np.random.default_rng(5).uniform(low, high, (500, robot.dof))))
     centers = np.stack([np.array(frames[body.start]) for body in robot.bodies])

@@ -152,7 +152,7 @@ CASES: list[tuple[dict[str, Any], str]] = [
         "robot.model: no robot 'pandda'; did you mean panda?",
     ),
     ({"kept_pairs": [["foot", "head"]]}, "robot.kept_pairs: no spheres on link 'head'"),
-    ({"kept_pairs": [["foot", "foot"]]}, "robot.kept_pairs: 'foot' and 'foot' are one body, or a joint connects them"),
+    ({"kept_pairs": [["foot", "foot"]]}, "robot.kept_pairs: 'foot' and 'foot' are one body: no joint is between them"),
     ({"disabled_pairs": [["foot", "head"]]}, "robot.disabled_pairs: no spheres on link 'head'"),
     ({"settings": {}}, "robot.settings: unknown key"),
     ({"max_torque": 5.0}, "robot.max_torque: torques are not known: no masses are stated for upper, lower"),

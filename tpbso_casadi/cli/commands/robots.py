@@ -16,6 +16,7 @@ from problems.robots import (
     BUILT_IN,
     POSTURES,
     ChainJoint,
+    OwnContacts,
     RobotDescription,
     Sphere,
     built_in,
@@ -64,7 +65,7 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     if robot.spheres:
         console.say("")
         console.print_table("collision spheres, m", _spheres(robot.spheres))
-        pairs = robot.own_pairs(robot.drawn).kept
+        pairs = OwnContacts(robot, robot.drawn).spheres.kept
         links = {tuple(sorted((robot.spheres[one].name, robot.spheres[two].name))) for one, two in pairs}
         console.say(f"self-collision: {len(pairs)} pairs of spheres, on {len(links)} pairs of links, can touch")
     else:
@@ -99,7 +100,7 @@ def _overhangs(covers: Sequence[tuple[str, Cover | None]]) -> Table:
 
 def print_pairs(robot: RobotDescription, console: OutputConsole) -> None:
     """The pairs of links that touch at almost all postures, and how to say that they may."""
-    found = touching_links(replace(robot.drawn, cover=robot.arm_cover(), self_collision=True))
+    found = touching_links(replace(robot.drawn, cover=OwnContacts(robot, robot.drawn).cover, self_collision=True))
     if not found:
         console.say("no two links that have to keep apart touch at almost every posture")
         return

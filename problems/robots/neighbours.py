@@ -1,0 +1,84 @@
+"""Neighbouring links of an arm: those that a joint connects, and those that no posture of a joint parts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import casadi as ca
+import numpy as np
+
+from problems.base import FloatArray
+from problems.geometry import Balls
+from problems.robots.arm_cover import CoveredLink
+from problems.robots.chain import ChainJoint, LinkFrame
+
+NEAREST = 4  # balls of a link that are tried for each of another
+MOST_CELLS = 200  # of a joint's range, before nothing is said of it
+DEEPEST = 0.95  # of an overlap is counted on: rounding takes less than the rest
+
+
+def connected_links(frames: Sequence[LinkFrame], solid: Collection[str]) -> frozenset[frozenset[str]]:
+    """Pairs of names of links that one joint connects: directly, or by way of links without geometry fixed to them.
+
+    The way leads from a link towards the base: what is fixed beside a joint's parent, as a wall beside an arm, is not
+    connected with what the joint moves.
+
+    Args:
+        frames: of all links.
+        solid: names of those with geometry.
+    """
+    known, pairs = {frame.name: frame for frame in frames}, set()
+    for frame in frames:
+        here = frame
+        while frame.name in solid and here.parent and frame.body - known[here.parent].body <= 1:
+            here = known[here.parent]
+            if here.name in solid:
+                if here.body < frame.body:
+                    pairs.add(frozenset((frame.name, here.name)))
+                break
+    return frozenset(pairs)
+
+
+def are_never_parted(one: CoveredLink, two: CoveredLink, joint: ChainJoint, bounds: tuple[float, float]) -> bool:
+    """Whether balls of two links overlap wherever the only joint between them is, so that no posture is clear.
+
+    Two balls that overlap by d go on doing so until the joint has turned by d over the distance of the second one's
+    centre from the axis, or slid by d. Cells of the range that this does not show are halved.
+
+    Args:
+        one: link on the body before the joint.
+        two: link on the body that it moves.
+        joint: that is between them.
+        bounds: of it, rad or m.
+    """
+    cells, looked = [(max(bounds[0], -np.pi), min(bounds[1], np.pi)) if joint.turns else bounds], 0
+    levers = _levers(two.balls, joint)
+    while cells:
+        low, high = cells.pop()
+        middle, looked = (low + high) / 2.0, looked + 1
+        depths = _depths(one.balls, two.balls, joint, middle)
+        if looked > MOST_CELLS or not (depths > 0.0).any():
+            return False
+        shown = float(np.max(DEEPEST * depths / levers))
+        if middle - low > shown:
+            cells += [(low, middle), (middle, high)]
+    return True
+
+
+def _levers(balls: Balls, joint: ChainJoint) -> FloatArray:
+    """How far centres are from the axis, (k,), m; 1 for a joint that slides."""
+    if not joint.turns:
+        return np.ones(len(balls))
+    axis = np.array(joint.axis)
+    across = balls.centers - np.outer(balls.centers @ axis, axis)
+    return np.asarray(np.maximum(np.linalg.norm(across, axis=1), 1e-9))
+
+
+def _depths(one: Balls, two: Balls, joint: ChainJoint, value: float) -> FloatArray:
+    """By how much each ball of two overlaps one of the likeliest of the others, (k,), m; no more than it does."""
+    pose = joint.moved(ca.DM(value))
+    turn = np.array([[float(entry) for entry in row] for row in pose.rotation])
+    centers = two.centers @ turn.T + np.array([float(part) for part in pose.translation])
+    numbers = one.likeliest(centers, NEAREST)
+    apart = np.linalg.norm(one.centers[numbers] - centers[:, None], axis=2)
+    return np.asarray((one.radii[numbers] - apart).max(axis=1) + two.radii)
