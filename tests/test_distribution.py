@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from helpers.compilers import COMPILERS
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -152,5 +153,8 @@ def test_the_version_is_the_same_everywhere() -> None:
 
 def test_continuous_integration_elsewhere_runs_the_same() -> None:
     workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text())
-    steps = [step.get("run") for job in workflow["jobs"].values() for step in job["steps"]]
-    assert ".ci/run" in steps
+    [job] = workflow["jobs"].values()
+    assert ".ci/run" in [step.get("run") for step in job["steps"]]
+    matrix = job["strategy"]["matrix"]
+    assert job["env"] == {"CXX": "${{ matrix.compiler }}"}
+    assert {*matrix["compiler"], *(each["compiler"] for each in matrix["include"])} == set(COMPILERS)

@@ -20,7 +20,7 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 from problems.base import cache
-from problems.evaluation import Compiler, NativeUnavailable, usable_compiler
+from problems.evaluation import THIS_PROCESSOR, Compiler, NativeUnavailable, usable_compiler
 
 LOG = logging.getLogger(__name__)
 SOURCES = Path(__file__).parent / "cpp"
@@ -40,6 +40,7 @@ POINTER, COUNT, NUMBER, LONG = ctypes.c_void_p, ctypes.c_int, ctypes.c_double, c
 SIGNATURES = {
     "core_variant": (COUNT, ()),
     "core_digest": (ctypes.c_char_p, ()),
+    "core_made": (ctypes.c_char_p, ()),
     "core_world": (POINTER, (POINTER, POINTER)),
     "core_forget": (None, (POINTER,)),
     "core_chain": (POINTER, (POINTER, POINTER)),
@@ -143,7 +144,7 @@ def _made() -> ctypes.CDLL | None:
 
 def _compiled(compiler: Compiler, text: str, key: str) -> ctypes.CDLL | None:
     began = time.perf_counter()
-    library = compiler.library(text, (*FLAGS, "-march=native"))
+    library = compiler.library(text, (*FLAGS, *THIS_PROCESSOR))
     LOG.info("core: compiled in %.3f s", time.perf_counter() - began)
     with suppress(OSError):
         cache.keep(key, library)

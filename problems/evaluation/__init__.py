@@ -9,7 +9,7 @@ code: another scene of the same structure compiles nothing. All backends give th
 may change from one to the other during a search.
 """
 
-from problems.evaluation.compiler import Compiler, NativeUnavailable
+from problems.evaluation.compiler import THIS_PROCESSOR, Compiler, NativeUnavailable
 from problems.evaluation.interpreter import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
 from problems.evaluation.native import usable_compiler
 from problems.evaluation.population import (
@@ -26,6 +26,7 @@ __all__ = [
     "BACKENDS",
     "BINARY",
     "PARAMETERS",
+    "THIS_PROCESSOR",
     "UNARY",
     "Compiler",
     "EvaluationOptions",

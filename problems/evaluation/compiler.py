@@ -101,17 +101,20 @@ def _until_the_end(process: subprocess.Popen[bytes], pipe: IO[bytes], ends: floa
     return output
 
 
+# elsewhere registers are of one width, and some Clangs (Apple's on its own processors) refuse the flag
+THIS_PROCESSOR = ("-march=native",) if platform.machine().lower() in {"x86_64", "amd64", "i386", "i686"} else ()
 FLAGS = (
     "-O1",
     "-fschedule-insns",  # with the next one a tenth quicker than -O1 or -O2: long chains of operations are interleaved
     "-fsched-pressure",
     "-std=c++17",
-    "-march=native",
+    *THIS_PROCESSOR,
     "-ffp-contract=off",  # contraction to fused multiply-adds would round differently from CasADi
     "-fno-math-errno",
     "-shared",
     "-fPIC",
 )
+OF_GCC_ALONE = ("-fschedule-insns", "-fsched-pressure")  # Clang, which schedules anyway, refuses them
 NAMES = ("c++", "g++", "clang++")
 VERSION_SECONDS = 10.0  # for a compiler to say what it is
 COMPILE_SECONDS = 60.0  # for one library; a second or two is usual, 14 were the most, for 100 links
@@ -136,21 +139,27 @@ class Compiler:
     @property
     def target(self) -> str:
         """Everything that decides what a library compiled here and now looks like and where it runs."""
-        return "\n".join([*self.command, self.version, *FLAGS, processor(), *platform.libc_ver()])
+        return "\n".join([*self.command, self.version, *self.flags, processor(), *platform.libc_ver()])
 
-    def library(self, source: str, flags: Sequence[str] = FLAGS) -> bytes:
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """Those of ``FLAGS`` that it knows."""
+        unknown = OF_GCC_ALONE if "clang" in self.version.lower() else ()
+        return tuple(flag for flag in FLAGS if flag not in unknown)
+
+    def library(self, source: str, flags: Sequence[str] | None = None) -> bytes:
         """The shared library of a C++ source.
 
         Args:
             source: the text.
-            flags: of the compiler.
+            flags: of the compiler; None for its own.
 
         Raises:
             NativeUnavailable: the compiler refuses, does not end, or there is no room for what it makes.
         """
         try:
             with TemporaryDirectory(prefix="tpbso-casadi-") as folder:
-                return self._made(source, flags, Path(folder) / "library")
+                return self._made(source, self.flags if flags is None else flags, Path(folder) / "library")
         except (OSError, NoAnswer) as error:
             raise NativeUnavailable(f"nothing was compiled: {error}") from error
 

@@ -9,22 +9,25 @@
 
 namespace core {
 
+#if defined(__clang__)
+#define UNROLLED _Pragma("unroll")
+#define SHUFFLED(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
 #define UNROLLED _Pragma("GCC unroll 8")
+#define SHUFFLED(a, b, ...) __builtin_shuffle(a, b, Mask{__VA_ARGS__})  // before GCC 12 the other one is not there
+#endif
 
 typedef std::vector<Lanes> Vector;
 
 // Sums of neighbours, of pairs and of fours.
 INLINE Lanes pairs_1(Lanes a, Lanes b) {
-    return __builtin_shuffle(a, b, Mask{0, 8, 2, 10, 4, 12, 6, 14}) +
-           __builtin_shuffle(a, b, Mask{1, 9, 3, 11, 5, 13, 7, 15});
+    return SHUFFLED(a, b, 0, 8, 2, 10, 4, 12, 6, 14) + SHUFFLED(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
 }
 INLINE Lanes pairs_2(Lanes a, Lanes b) {
-    return __builtin_shuffle(a, b, Mask{0, 1, 8, 9, 4, 5, 12, 13}) +
-           __builtin_shuffle(a, b, Mask{2, 3, 10, 11, 6, 7, 14, 15});
+    return SHUFFLED(a, b, 0, 1, 8, 9, 4, 5, 12, 13) + SHUFFLED(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 INLINE Lanes pairs_4(Lanes a, Lanes b) {
-    return __builtin_shuffle(a, b, Mask{0, 1, 2, 3, 8, 9, 10, 11}) +
-           __builtin_shuffle(a, b, Mask{4, 5, 6, 7, 12, 13, 14, 15});
+    return SHUFFLED(a, b, 0, 1, 2, 3, 8, 9, 10, 11) + SHUFFLED(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
 }
 
 INLINE double sum(const Lanes& a) { return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7])); }

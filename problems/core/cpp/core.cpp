@@ -9,6 +9,23 @@
 #include "reader.hpp"
 #include "rooms.hpp"
 
+#define AS_TEXT(number) #number
+#define DOTTED(major, minor, patch) AS_TEXT(major) "." AS_TEXT(minor) "." AS_TEXT(patch)
+#if defined(__apple_build_version__)
+#define COMPILER "Apple Clang " DOTTED(__clang_major__, __clang_minor__, __clang_patchlevel__)
+#elif defined(__clang__)
+#define COMPILER "Clang " DOTTED(__clang_major__, __clang_minor__, __clang_patchlevel__)
+#else
+#define COMPILER "GCC " DOTTED(__GNUC__, __GNUC_MINOR__, __GNUC_PATCHLEVEL__)
+#endif
+#if defined(__AVX512F__)
+#define INSTRUCTIONS "AVX-512"
+#elif defined(__AVX2__)
+#define INSTRUCTIONS "AVX2"
+#else
+#define INSTRUCTIONS "any processor of its kind"
+#endif
+
 namespace core {
 namespace {
 
@@ -95,6 +112,9 @@ const char* core_digest() {
     return "";
 #endif
 }
+
+// By which compiler this was made, and for which instructions.
+const char* core_made() { return COMPILER " for " INSTRUCTIONS; }
 
 // The best variant that this processor runs: 2 with AVX-512, 1 with AVX2, else 0.
 int core_variant() {

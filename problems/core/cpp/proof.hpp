@@ -41,8 +41,8 @@ public:
     // Args: how solids move, or null; how much farther than by the world's own rounding a distance may be off then, m;
     // how far joints may be off, (3, k), or null: a constant, shares of speed and acceleration.
     Prover(const World& world, const Motion& motion, const Drift* drifts, double rounding, const double* tracking)
-        : eight_(world), world_(world), motion_(motion), rounding_(world.rounding + rounding), theta_(world.dof),
-          tracking_(tracking), turns_(world.dof), axes_(world.dof + 1) {
+        : eight_(world), world_(world), motion_(motion), rounding_(world.rounding + rounding), tracking_(tracking),
+          theta_(world.dof), turns_(world.dof), axes_(world.dof + 1) {
         eight_.drifts = drifts;
         if (tracking) eight_.errors.resize(world.dof);
         for (size_t k = 0; drifts && k < world.solids.size(); ++k) {

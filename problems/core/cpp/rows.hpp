@@ -138,15 +138,14 @@ private:
 
     void set(int slot, int lane, double value, double by_time) {
         bound[slot][lane] = value;
-        double weight = 0.0;
-        enter(weight, slot, lane, box.tau, by_time);
-        time[slot][lane] = weight;
+        time[slot][lane] = entered(slot, lane, box.tau, by_time);
     }
 
-    // A constant unknown goes to the right-hand side.
-    void enter(double& place, int slot, int lane, int column, double weight) {
-        if (box.fixed(column)) bound[slot][lane] -= weight * box.low(column);
-        else place = weight;
+    // The weight of an unknown in a row; of a constant one zero, as that goes to the right-hand side.
+    double entered(int slot, int lane, int column, double weight) {
+        if (!box.fixed(column)) return weight;
+        bound[slot][lane] -= weight * box.low(column);
+        return 0.0;
     }
 
     void pack_dense() {
@@ -184,7 +183,8 @@ private:
             if (point < 0 || point >= given.n) continue;
             for (int j = 0; j < given.k; ++j) {
                 const int column = point * given.k + j, i = column - group.tile * LANES;
-                enter(weights[i / LANES][i % LANES], slot, lane, column, given.weights2[(REACH * r + a) * given.k + j]);
+                const double weight = given.weights2[(REACH * r + a) * given.k + j];
+                weights[i / LANES][i % LANES] = entered(slot, lane, column, weight);
             }
         }
     }
@@ -218,7 +218,8 @@ private:
             for (int a = 0; a < REACH; ++a) {
                 const int point = given.first[r] + a;
                 if (point < 0 || point >= given.n) continue;
-                enter(weights[point - from][lane], slot, lane, point * given.k + joint, given.weights[REACH * r + a]);
+                const int column = point * given.k + joint;
+                weights[point - from][lane] = entered(slot, lane, column, given.weights[REACH * r + a]);
             }
             ++slot;
             weights += REACH;

@@ -5,21 +5,20 @@ from __future__ import annotations
 import ctypes
 import os
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
-from helpers.core_robots import SCENE, postures, robot_of
+import setuptools
+from helpers.compilers import each_compiler
+from helpers.core_answers import answers
+from helpers.slow import slow_except
 
-from problems.core import Kept
-from problems.core.compiled import CompiledCore
-from problems.core.description import described
-from problems.core.interface import Core
-from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, SWITCH, core_library, source
-from problems.core.world import known_robot
-from problems.evaluation import usable_compiler
+from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, SWITCH, VARIANTS, core_library, source
+from problems.evaluation import THIS_PROCESSOR, usable_compiler
 
 ROOT = Path(__file__).parents[3]
 
@@ -89,9 +88,19 @@ def test_switched_off_numpy_answers_and_the_ladder_plans_all_the_same() -> None:
     without_a_core(PLANNED)
 
 
-def variant(folder: Path, name: str, *flags: str) -> ctypes.CDLL:
-    path = folder / f"{name}.so"
-    path.write_bytes(usable_compiler().library(source(), (*FLAGS, *flags)))
+def flags_of_variants() -> dict[str, list[str]]:
+    """Of the libraries that come with the package, by name, as ``setup.py`` states them."""
+    made: dict[str, Any] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(setuptools, "setup", made.update)
+        patch.chdir(ROOT)
+        runpy.run_path("setup.py")
+    return {part.name.rpartition(".")[2]: part.extra_compile_args for part in made["ext_modules"]}
+
+
+def variant(folder: Path, *flags: str) -> ctypes.CDLL:
+    path = folder / "variant.so"
+    path.write_bytes(usable_compiler().library(source(), ("-shared", "-fPIC", *flags)))
     library = ctypes.CDLL(str(path))
     for function, (result, arguments) in SIGNATURES.items():
         getattr(library, function).restype, getattr(library, function).argtypes = result, arguments
@@ -99,16 +108,18 @@ def variant(folder: Path, name: str, *flags: str) -> ctypes.CDLL:
 
 
 @pytest.mark.process
-def test_without_the_instructions_of_this_processor_the_same_numbers_are_computed(
-    tmp_path: Path, compiled: Core
+@each_compiler
+@pytest.mark.parametrize("name", slow_except(["native", "_portable", "_avx2", "_avx512"], 2))
+def test_every_compiler_and_variant_gives_the_same_bits(
+    compiler: str, name: str, library: ctypes.CDLL, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    robot = robot_of("upright")
-    told, theta = described(robot, known_robot(robot), SCENE), postures(robot, np.random.default_rng(1), 50)
-    worlds = [each.world(*told) for each in (compiled, CompiledCore(variant(tmp_path, "portable")))]
-    rooms = [np.full(50, np.inf), np.full(50, np.inf)]
-    for world, found in zip(worlds, rooms, strict=True):
-        world.lower_to_rooms(theta, found, Kept.ALL, False)
-    np.testing.assert_array_equal(*rooms)
-    near, same = (world.nearest(theta, 0.1, Kept.ALL) for world in worlds)
-    np.testing.assert_array_equal(near.rooms, same.rooms)
-    np.testing.assert_array_equal(near.gradients, same.gradients)
+    flags = {"native": [*FLAGS, *THIS_PROCESSOR]} | flags_of_variants()
+    if name not in flags or VARIANTS[::-1].index(name if name in VARIANTS else "_portable") > library.core_variant():
+        pytest.skip("not for this processor")
+    monkeypatch.setenv("CXX", compiler)
+    monkeypatch.setattr("problems.evaluation.compiler.COMPILE_SECONDS", 1_000.0)
+    other = variant(tmp_path, *flags[name])
+    assert ("Clang" in other.core_made().decode()) == ("clang" in usable_compiler().version.lower())
+    for seed in range(3):
+        expected, found = answers(library, seed), answers(other, seed)
+        assert [what for what, part in expected.items() if found[what] != part] == []

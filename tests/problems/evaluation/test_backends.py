@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import BUILTIN, builtin
+from helpers.compilers import each_compiler
 from helpers.evaluation import needs_compiler, points, same_bits, small, source_of, virtual_machine
 from helpers.slow import slow_except
 from helpers.waiting import wait_until
@@ -20,7 +21,6 @@ from hypothesis import strategies as st
 from problems.base import FloatArray, cache
 from problems.evaluation import EvaluationOptions, InvalidEvaluation, PopulationFunction, Program, population
 from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE
-from problems.evaluation.compiler import find_compiler
 from problems.evaluation.interpreter import BINARY, UNARY, UnsupportedOperation
 from problems.evaluation.kernel import angle, portable, sine_cosine
 from problems.evaluation.native import find_library, name_of
@@ -61,10 +61,10 @@ def test_backends_agree_to_the_bit(case: str, formulation: str) -> None:
 OPERATIONS = [*product(UNARY, [1]), *product(BINARY, [2])]
 
 
-@needs_compiler
+@each_compiler
 @pytest.mark.parametrize("flags", slow_except(["", "-DLANES=4", "-DLANES=2"], 1))
-def test_every_operation_and_every_special_value(flags: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CXX", f"{find_compiler().command[0]} {flags}")
+def test_every_operation_and_every_special_value(compiler: str, flags: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CXX", f"{compiler} {flags}")
     x = ca.SX.sym("x", 3)  # which operation, and its operands
     known = UNARY | BINARY
     results = [

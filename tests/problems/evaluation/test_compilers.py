@@ -132,7 +132,7 @@ def test_without_a_compiler_that_works_the_virtual_machine_evaluates(
 @needs_compiler
 def test_the_version_of_a_compiler_need_not_be_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = find_compiler().command[0]
-    rubbish = r"""[ "$1" = --version ] && printf '\377\376\000' && exit 0"""
+    rubbish = r"""[ "$1" = --version ] && printf '\377\376\000'"""
     monkeypatch.setenv("CXX", shell(tmp_path, f'{rubbish}\nexec {real} "$@"'))
     assert PopulationFunction(small(), EvaluationOptions("native"))(points()).size
     assert cache.find(native.key(name_of(source_of(small())), find_compiler())) is not None
@@ -178,8 +178,9 @@ def test_nothing_of_a_function_reaches_the_command_line(monkeypatch: pytest.Monk
     compile_library(source_of(small(7.0)))  # which no other test compiles
     [asking, compiling] = commands
     assert asking[1:] == ["--version"]
-    assert compiling[1 : 1 + len(FLAGS)] == list(FLAGS)
-    assert compiling[1 + len(FLAGS) : -1] == ["-x", "c++", "-", "-o"]
+    flags = list(find_compiler().flags)
+    assert set(flags) <= set(FLAGS)
+    assert compiling[1:-1] == [*flags, "-x", "c++", "-", "-o"]
 
 
 AUTO = """

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.compilers import each_compiler
 
 import tpbso_casadi as tp
 from problems.evaluation import NativeUnavailable, usable_compiler
@@ -35,11 +36,11 @@ def only(*names: str) -> Suite:
     return Suite("arm-motions-1", tuple(tp.suite()[name] for name in names))
 
 
-def make(folder: Path) -> None:
-    """Build the library, where that can be done."""
+def make(folder: Path, *variables: str) -> None:
+    """Build the library, where that can be done, with variables of the Makefile."""
     try:
         usable_compiler()
-        done = subprocess.run(["make", "-C", folder], capture_output=True, text=True, check=False)
+        done = subprocess.run(["make", "-C", folder, *variables], capture_output=True, text=True, check=False)
     except (NativeUnavailable, FileNotFoundError) as error:
         pytest.skip(str(error))
     assert done.returncode == 0, done.stderr
@@ -47,10 +48,11 @@ def make(folder: Path) -> None:
 
 
 @pytest.mark.process
-def test_a_library_in_c_has_the_bits_of_python(tmp_path: Path) -> None:
+@each_compiler
+def test_a_library_in_c_has_the_bits_of_python(compiler: str, tmp_path: Path) -> None:
     folder = tmp_path / "in c"
     assert main(["export", str(folder), *STATED]) == 0
-    make(folder)
+    make(folder, f"CXX={compiler}", "CC=clang" if compiler == "clang++" else "CC=gcc")
     library = ctypes.CDLL(str(folder / "libarm_motions.so"))
     for found in (library.arm_motions_at, library.arm_motions_find):
         found.restype = ctypes.POINTER(Shown)

@@ -1,0 +1,148 @@
+"""All that a library of the core answers to questions drawn at random: the same bits, whoever has compiled it."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import astuple, replace
+from typing import NamedTuple
+
+import numpy as np
+from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through
+
+from problems.core import Dynamics, Kept, SingleRows, WholeRows
+from problems.core.compiled import CompiledCore
+from problems.core.description import described
+from problems.core.interface import CoreWorld, Moving, ProofAsked, Schedule, Search
+from problems.core.rows import ProgramData
+from problems.core.world import known_robot
+from problems.robots import SpatialArm, built_in, geometry_of
+
+POSTURES = 21  # no multiple of the lanes
+KINDS = (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER, Kept.ALL)
+Answers = dict[str, bytes]  # the bits of each
+
+
+def answers(library: ctypes.CDLL, seed: int) -> Answers:
+    """Of all entry points, by what was asked.
+
+    Args:
+        library: a core.
+        seed: of the questions.
+    """
+    core, found = CompiledCore(library), Answers()
+    for name in ROBOTS:
+        robot, rng = robot_of(name), np.random.default_rng([seed, len(found)])
+        world = core.world(*described(robot, known_robot(robot), SCENE))
+        for what, part in (rooms(world, robot, rng) | proofs(world, robot, rng) | ways(world, robot, rng)).items():
+            found[f"{name}: {what}"] = part
+        found[f"{name}: steps"] = steps(core, robot, rng)
+    for number, reach in enumerate((2, 4, 5)):
+        program = program_of(reach, np.random.default_rng([seed, number]))
+        found[f"linear program of {reach}"] = solved(core, replace(program, squares=None))
+        found[f"program of {reach}"] = solved(core, program)
+    for model in ("panda", "iiwa14"):
+        found[f"{model}: torques"] = torques(library, built_in(model).arm(), np.random.default_rng(seed))
+    return found
+
+
+def bits(*parts: np.ndarray) -> bytes:
+    return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
+
+
+class Around(NamedTuple):
+    """What may be true of postures: how solids move, how far joints are off."""
+
+    moving: Moving | None
+    errors: np.ndarray | None
+
+
+def drifting(rng: np.random.Generator) -> np.ndarray:
+    return rng.uniform(-0.2, 0.2, (len(SCENE), 6 + 1)) * [*6 * [1.0], rng.choice([0.0, 0.2])]
+
+
+def rooms(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answers:
+    """The least room, and what comes near."""
+    theta, errors = postures(robot, rng, POSTURES), rng.uniform(0.0, 0.04, (POSTURES, robot.dof))
+    moving, found = Moving(drifting(rng), rng.uniform(0.0, 3.0, POSTURES)), Answers()
+    for around in (Around(None, None), Around(moving, None), Around(None, errors), Around(moving, errors)):
+        moves, off = around.moving is not None, around.errors is not None
+        for which in KINDS:
+            for most in (np.inf, 0.1):
+                least = np.full(POSTURES, most)
+                world.lower_to_rooms(theta, least, which, most < 1.0, *around)
+                found[f"room below {most}, {which!r}, moving {moves}, off {off}"] = bits(least)
+            near = world.nearest(theta, 0.15, which, *around)
+            found[f"what is near, {which!r}, moving {moves}, off {off}"] = bits(*astuple(near))
+    return found
+
+
+def proofs(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answers:
+    """Of motions that mostly keep clear, and of some that do not."""
+    theta, found = postures(robot, rng, 60), Answers()
+    least = np.full(len(theta), np.inf)
+    world.lower_to_rooms(theta, least, Kept.ALL, False)
+    clear = theta[np.argsort(least)[-6:]]
+    for number, share in enumerate((0.02, 0.1, 0.5)):
+        stops = clear[:1] + share * (clear[: int(rng.choice([2, 6]))] - clear[:1])
+        motion = through(stops, int(rng.choice([1, 3, 5])), rng)
+        parts = (np.ascontiguousarray(part) for part in (motion.breakpoints, motion.coefficients))
+        asked = ProofAsked(*parts, Kept.ALL, 0.1, 8, 100_000, None, 0.0)
+        tracking = rng.uniform(0.0, 0.01, (3, robot.dof))
+        for also in (asked, asked._replace(drifts=drifting(rng), rounding=1e-9), asked._replace(tracking=tracking)):
+            moves, off = also.drifts is not None, also.tracking is not None
+            found[f"proof {number}, moving {moves}, off {off}"] = bits(np.array(world.prove(also)))
+    return found
+
+
+def ways(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answers:
+    """Between the postures with the most room."""
+    theta, box, found = postures(robot, rng, 60), np.array(robot.position_limits).T, Answers()
+    least = np.full(len(theta), np.inf)
+    world.lower_to_rooms(theta, least, Kept.ALL, False)
+    start, goal = theta[np.argsort(least)[-2:]]
+    search = Search(box, 0.05, 0.0, 1.0, 60, 30, int(rng.integers(1_000)))
+    schedule, errors = Schedule(start, goal, 0.5, 2.5), np.full(robot.dof, 0.002)
+    passing = replace(search, drifts=drifting(rng), schedule=schedule)
+    for what, also in {"way": search, "among what moves": passing, "off": replace(search, errors=errors)}.items():
+        found[what] = bits(world.connect(start, goal, also))
+    return found
+
+
+def steps(core: CompiledCore, robot: SpatialArm, rng: np.random.Generator) -> bytes:
+    """Inverse kinematics, of points and of poses."""
+    reach, (place, rotation) = core.steps(geometry_of(robot)), robot.tool_at(postures(robot, rng, 1))
+    starts, limits = postures(robot, rng, POSTURES), np.array(robot.position_limits).T
+    bounds = (np.ascontiguousarray(limits[0]), np.ascontiguousarray(limits[1]))
+    return b"".join(bits(*reach(starts, place[0], turn, bounds, 40)) for turn in (None, rotation[0]))
+
+
+def program_of(reach: int, rng: np.random.Generator) -> ProgramData:
+    """Rows that hold at zero; some unknowns are constants, some rows have no price."""
+    k, n, m = int(rng.integers(1, 5)), int(rng.integers(1, 20)), int(rng.integers(1, 40))
+
+    def whole(rows: int) -> WholeRows:
+        weights = rng.normal(size=(rows, reach, k))
+        by_time, bound = rng.normal(size=rows), rng.random(rows)
+        price = np.where(rng.random(rows) < 0.3, np.inf, 10.0 ** rng.uniform(-1.0, 1.0, rows))
+        return WholeRows(rng.integers(-reach, n, rows), weights, by_time, bound, price)
+
+    single = SingleRows(
+        rng.integers(0, k, 3 * m), rng.integers(-reach, n, 3 * m), rng.normal(size=(3 * m, reach)),
+        -rng.random(3 * m), rng.random(3 * m),
+    )  # fmt: skip
+    box = np.where(rng.random((n, k)) < 0.1, 0.0, 1.0)
+    squares = replace(whole(m), price=rng.random(m))
+    cost = rng.normal(size=(n, k)) / (n * k)
+    return ProgramData(single, whole(m), -box, box, (-0.2, 0.4), cost, 1.0, squares)
+
+
+def solved(core: CompiledCore, program: ProgramData) -> bytes:
+    found = core.minimised(program)
+    return b"none" if found is None else bits(found[0], np.array(found[1]))
+
+
+def torques(library: ctypes.CDLL, arm: SpatialArm, rng: np.random.Generator) -> bytes:
+    chain = arm.rigid_chain
+    assert chain is not None
+    dynamics, states = Dynamics(library, chain), rng.normal(0.0, 2.0, (POSTURES, 3 * arm.dof))
+    return bits(*dynamics.torques(states), dynamics.slopes(states))
