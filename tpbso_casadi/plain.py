@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from problems.core import core
+from problems.core import core_account, implementation
 
 LONGEST_LINE = 300  # characters
 
@@ -181,4 +181,9 @@ def versions() -> dict[str, str]:
     The same dictionary each time, not to be changed.
     """
     packages = {name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")}
-    return packages | {CORE: core().name}
+    return packages | {CORE: implementation().name}
+
+
+def version_text() -> str:
+    """What ``--version`` prints: of the package, and which core answers, in two lines."""
+    return f"tpbso-casadi {version('tpbso-casadi')}\n{CORE}: {core_account()}"

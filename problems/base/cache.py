@@ -97,7 +97,7 @@ def keep(key: str, content: bytes, ending: str = "so") -> Path:
 
 
 def claim(key: str) -> bool:
-    """Whether to make that library: no other process has announced that for the last minute.
+    """Whether to do what has that key, make a library as a rule: no other process has announced it for the last minute.
 
     Raises:
         OSError: the folder cannot be written, or others may write it.

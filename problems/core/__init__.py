@@ -6,7 +6,7 @@ It is compiled where it can be; else NumPy does the same.
 from problems.core.arm import steps_of
 from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
 from problems.core.dynamics import Dynamics
-from problems.core.implementation import core
+from problems.core.implementation import core, core_account, implementation
 from problems.core.interface import Kept, Nearby, Schedule
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.rows import SingleRows, WholeRows, joined
@@ -26,7 +26,9 @@ __all__ = [
     "WholeRows",
     "World",
     "core",
+    "core_account",
     "drifts_of",
+    "implementation",
     "joined",
     "known_robot",
     "minimizer",

@@ -2,16 +2,48 @@
 
 from __future__ import annotations
 
+import logging
+import multiprocessing
+import os
+from contextlib import suppress
 from functools import cache as once
 
+from problems.base import cache
 from problems.core.compiled import CompiledCore
 from problems.core.interface import Core
-from problems.core.library import core_library
+from problems.core.library import loaded_core
 from problems.core.reference import ReferenceCore
+
+LOG = logging.getLogger(__name__)
+SLOWER = "plans in space and retiming take 2 to 15 times as long"  # python -m benchmarks.without_compiler
+ADVICE = "; install a C++ compiler (g++ or clang++), or name one in CXX" if os.name == "posix" else ""
 
 
 @once
 def core() -> Core:
-    """The same for the whole process."""
-    library = core_library()
+    """The core that answers in this process; a compiled one that is missed is told of once, before the first answer."""
+    if loaded_core().is_missed and _first_of_all_workers():
+        LOG.warning("core in NumPy, as %s: %s%s", loaded_core().account, SLOWER, ADVICE)
+    return implementation()
+
+
+@once
+def implementation() -> Core:
+    """The same core, without a word about it."""
+    library = loaded_core().library
     return ReferenceCore() if library is None else CompiledCore(library)
+
+
+def core_account() -> str:
+    """Which core answers, and how it was compiled or why it was not."""
+    loaded = loaded_core()
+    return f"{implementation().name}, as {loaded.account}" if loaded.library is None else loaded.account
+
+
+def _first_of_all_workers() -> bool:
+    """Whether to tell what any process may tell: of processes that were started by others one a minute."""
+    if multiprocessing.parent_process() is None:
+        return True
+    with suppress(OSError):
+        return cache.claim(cache.key_of("a compiled core is missed"))
+    return False

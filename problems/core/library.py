@@ -13,6 +13,7 @@ import os
 import re
 import time
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import cache as once
 from hashlib import sha256
 from importlib.util import find_spec
@@ -72,16 +73,36 @@ SIGNATURES = {
 }
 
 
+@dataclass(frozen=True)
+class CoreLibrary:
+    """The compiled core, or why there is none.
+
+    Attributes:
+        library: None where there is none.
+        account: how it was compiled, or why it was not: a part of a sentence.
+        is_missed: whether there is none though nobody has switched it off.
+    """
+
+    library: ctypes.CDLL | None
+    account: str
+    is_missed: bool = False
+
+
 @once
+def loaded_core() -> CoreLibrary:
+    """What this process has of the compiled core."""
+    if os.environ.get(SWITCH, "").lower() == "off":
+        return CoreLibrary(None, f"{SWITCH} is off")
+    try:
+        library = next(filter(None, map(_loaded, _packaged())), None) or _made()
+    except NativeUnavailable as reason:
+        return CoreLibrary(None, str(reason), is_missed=True)
+    return CoreLibrary(library, f"compiled by {library.core_made().decode()}")
+
+
 def core_library() -> ctypes.CDLL | None:
     """The compiled core; None where there is none, or it is switched off."""
-    if os.environ.get(SWITCH, "").lower() == "off":
-        return None
-    for path in _packaged():
-        found = _loaded(path)
-        if found is not None:
-            return found
-    return _made()
+    return loaded_core().library
 
 
 def _packaged() -> list[Path]:
@@ -129,26 +150,29 @@ def _inlined(name: str, seen: set[str]) -> str:
     return re.sub(r'#include "(\w+\.hpp)"\n', lambda match: _inlined(match[1], seen), text)
 
 
-def _made() -> ctypes.CDLL | None:
-    """The library of this source tree for this machine, from the cache or compiled now."""
-    try:
-        compiler, text = usable_compiler(), source()
-        key = cache.key_of(text, " ".join(FLAGS), compiler.target)
-        known = cache.find(key)
-        found = None if known is None else _loaded(known)
-        return _compiled(compiler, text, key) if found is None else found
-    except NativeUnavailable as reason:
-        LOG.info("core: none, everything takes longer: %s", reason)
-        return None
+def _made() -> ctypes.CDLL:
+    """The library of this source tree for this machine, from the cache or compiled now.
+
+    Raises:
+        NativeUnavailable: there is no compiler, or it refuses, or what it makes cannot be loaded.
+    """
+    compiler, text = usable_compiler(), source()
+    key = cache.key_of(text, " ".join(FLAGS), compiler.target)
+    known = cache.find(key)
+    library = None if known is None else _loaded(known)
+    return _compiled(compiler, text, key) if library is None else library
 
 
-def _compiled(compiler: Compiler, text: str, key: str) -> ctypes.CDLL | None:
+def _compiled(compiler: Compiler, text: str, key: str) -> ctypes.CDLL:
     began = time.perf_counter()
-    library = compiler.library(text, (*FLAGS, *THIS_PROCESSOR))
+    content = compiler.library(text, (*FLAGS, *THIS_PROCESSOR))
     LOG.info("core: compiled in %.3f s", time.perf_counter() - began)
     with suppress(OSError):
-        cache.keep(key, library)
-    with NamedTemporaryFile(prefix=".", dir=cache.scratch()) as file:
-        file.write(library)
+        cache.keep(key, content)
+    with suppress(OSError), NamedTemporaryFile(prefix=".", dir=cache.scratch()) as file:
+        file.write(content)
         file.flush()
-        return _loaded(Path(file.name))
+        library = _loaded(Path(file.name))
+        if library is not None:
+            return library
+    raise NativeUnavailable("what was compiled cannot be loaded")

@@ -13,11 +13,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
 from functools import partial
-from importlib.metadata import version
 from typing import Any, NoReturn
 
 from problems.evaluation import InvalidEvaluation
-from tpbso_casadi.plain import one_line, versions
+from tpbso_casadi.plain import one_line, version_text, versions
 from tpbso_casadi.planning import NoMotion
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.storage import InvalidRun, OutputError
@@ -97,6 +96,18 @@ class OneLineParser(argparse.ArgumentParser):
         return self.parse_args(shlex.split(example))
 
 
+class PrintVersion(argparse.Action):
+    """Print the version and which core answers, found out only then, and exit."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, help: str) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, default=argparse.SUPPRESS, help=help)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        """Do it."""
+        print(version_text())
+        parser.exit()
+
+
 def command_parser(name: str, description: str, examples: Sequence[str]) -> OneLineParser:
     """The parser of a command, with the options that every command has.
 
@@ -106,9 +117,7 @@ def command_parser(name: str, description: str, examples: Sequence[str]) -> OneL
         examples: arguments of the command, one string for each example.
     """
     parser = OneLineParser(called(name), description=description, examples=examples)
-    parser.add_argument(
-        "-V", "--version", action="version", version=f"tpbso-casadi {version('tpbso-casadi')}", help="print the version"
-    )
+    parser.add_argument("-V", "--version", action=PrintVersion, help="print the version and which core answers")
     add_verbose(parser, default=0)
     return parser
 

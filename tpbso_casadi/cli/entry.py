@@ -43,11 +43,13 @@ def run(module: str, called: str | None = None) -> NoReturn:
     sys.exit(status)
 
 
-def answer(text: str) -> NoReturn:
-    """Print a text and exit, with 2 if it cannot be printed."""
+def answer(text: Callable[[], str]) -> NoReturn:
+    """Print a text and exit, with 2 if it cannot be printed, 130 after Ctrl-C."""
     _open_outputs()
     try:
-        print(text, flush=True)
+        print(text(), flush=True)
+    except KeyboardInterrupt:
+        _leave(signal.SIGINT, None)
     except OSError as error:
         _flushed()
         refuse(f"standard output: {error.strerror or error}")

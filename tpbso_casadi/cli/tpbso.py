@@ -1,6 +1,6 @@
 """``tpbso``: all commands under one name.
 
-Loads nothing but the standard library, so that the overview, the version and a mistyped name are answered at once.
+Loads nothing but the standard library, so that the overview and a mistyped name are answered at once.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ commands:
 
 options:
   -h, --help     this overview; {name} COMMAND --help says every option of a command
-  -V, --version  print the version
+  -V, --version  print the version and which core answers
 
 example:
   {name} solve time-3 --out runs/first     plan the first built-in scenario
@@ -58,13 +58,25 @@ def main(name: str = "tpbso") -> NoReturn:
         run(f"tpbso_casadi.cli.commands.{command}", f"{name} {command}")
     if command not in ANSWERS:
         refuse(f"there is no command {command!a:.60}{_meant(command)} ({name} --help lists all)")
-    answer(ANSWERS[command].format(version=__version__, name=name, commands=_listed(name)))
+    answer(lambda: ANSWERS[command](name))
 
 
 FOR_ANY = ("--verbose", "-q", "--quiet")  # options of every command, which may stand before its name
+
+
+def _overview(name: str) -> str:
+    return OVERVIEW.format(version=__version__, name=name, commands=_listed(name))
+
+
+def _version(_: str) -> str:
+    from tpbso_casadi.plain import version_text  # noqa: PLC0415 (loads the core, or has it compiled)
+
+    return version_text()
+
+
 ANSWERS = {
-    **dict.fromkeys(("-h", "--help", "help"), OVERVIEW),
-    **dict.fromkeys(("-V", "--version"), "tpbso-casadi {version}"),
+    **dict.fromkeys(("-h", "--help", "help"), _overview),
+    **dict.fromkeys(("-V", "--version"), _version),
 }
 
 

@@ -13,6 +13,7 @@ import pytest
 from helpers.commands import module_of, options_of, parser_of, parsers
 from helpers.running import refusal
 
+from problems.core import core_account
 from problems.robots import BUILT_IN
 from tpbso_casadi import __version__
 from tpbso_casadi.cli.command import WIDEST, OneLineParser
@@ -53,7 +54,7 @@ def test_help_version_and_an_unknown_option(command: str, capsys: pytest.Capture
     text = printed_by(command, "-h", capsys)
     assert text == printed_by(command, "--help", capsys) == parser_of(command).format_help()
     assert text.startswith(f"usage: tpbso {command} ")
-    version = f"tpbso-casadi {__version__}\n"
+    version = f"tpbso-casadi {__version__}\ncore: {core_account()}\n"
     assert printed_by(command, "-V", capsys) == printed_by(command, "--version", capsys) == version
     with pytest.raises(SystemExit, match=r"^2$"):
         module_of(command).main([*parser_of(command).examples[0].split(), "--unknown"])

@@ -16,6 +16,7 @@ import pytest
 from helpers.running import status
 from helpers.slow import slow_except
 
+from problems.core import core_account
 from tpbso_casadi import __version__
 from tpbso_casadi.cli import tpbso
 from tpbso_casadi.cli.command import LONGEST_PART, print_error
@@ -56,7 +57,7 @@ def test_the_overview_has_a_line_for_every_command(
 
 def test_the_version(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     for option in ("-V", "--version"):
-        assert answer([option], monkeypatch, capsys) == f"tpbso-casadi {__version__}\n"
+        assert answer([option], monkeypatch, capsys) == f"tpbso-casadi {__version__}\ncore: {core_account()}\n"
 
 
 def test_options_of_every_command_may_stand_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
