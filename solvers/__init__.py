@@ -5,7 +5,17 @@ from solvers.ask_tell import AskTell
 from solvers.bas import BAS
 from solvers.bso import BSO
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
-from solvers.driver import Archive, History, Result, Status, Unsearched, minimize, unsearched
+from solvers.driver import (
+    Archive,
+    History,
+    Result,
+    Status,
+    Unsearched,
+    best_so_far,
+    keep_best,
+    minimize,
+    unsearched,
+)
 from solvers.functions import BENCHMARK_FUNCTIONS, BenchmarkFunction, InvalidFunction, benchmark_function
 from solvers.ga import GA
 from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, descend
@@ -14,7 +24,18 @@ from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.random_search import RandomSearch
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
-from solvers.solver import STARTS, Box, Iterations, Preset, Search, Solver, SolverTraits, Steps
+from solvers.solver import (
+    STARTS,
+    Box,
+    Iterations,
+    Preset,
+    Search,
+    Solver,
+    SolverTraits,
+    Steps,
+    checked_candidates,
+    is_solver_class,
+)
 from solvers.standalone import minimize as minimize_function
 
 __all__ = [
@@ -58,8 +79,12 @@ __all__ = [
     "Unsearched",
     "Usage",
     "benchmark_function",
+    "best_so_far",
+    "checked_candidates",
     "deferred_interrupt",
     "descend",
+    "is_solver_class",
+    "keep_best",
     "minimize",
     "minimize_function",
     "unsearched",

@@ -211,6 +211,8 @@ class AskTell:
         Raises:
             RuntimeError: nothing was asked for, or the search has ended.
             ValueError: other candidates, or not one cost for each; the search can go on with the right ones.
+            BaseException: whatever the solver raises, also of what it then asks for; that ends the search, and
+                :attr:`result` has the best of what was told.
         """
         pending = self._run.pending
         if pending is None:
@@ -228,9 +230,13 @@ class AskTell:
         assert self._run.pending is not None
         self._record.add(self._run.pending, values)
         self._asked = False
-        self._run.tell(values)
-        while self._run.pending is not None and not len(self._run.pending):
-            self._run.tell(np.empty(0))  # the budget is spent: the search ends with this
+        try:
+            self._run.tell(values)
+            while self._run.pending is not None and not len(self._run.pending):
+                self._run.tell(np.empty(0))  # the budget is spent: the search ends with this
+        except BaseException:  # of the solver
+            self._run.fail()
+            raise
 
     def stop(self) -> None:
         """End the search before its budget is spent; the reason is ``StopReason.INTERRUPTED``.

@@ -26,6 +26,7 @@ class StopReason(StrEnum):
     CONVERGED = "converged"  # of one descent: a point where no direction improves
     FAILED = "failed"  # of one descent: infeasible, or a numerical failure
     EXHAUSTED = "exhausted"  # the solver itself had nothing more to try
+    ERROR = "error"  # the cost, the callback or the solver raised
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,14 +7,14 @@ Ctrl-C, or when the solver has nothing more to try. Who evaluates the candidates
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
-from solvers.solver import ITERATIONS, Box, FloatArray, Iterations, Solver, Steps
+from solvers.solver import ITERATIONS, Box, FloatArray, Iterations, Solver, Steps, checked_candidates
 
 CAPACITY = 64
 CANDIDATES_PER_BATCH = 4  # the best of each batch are considered
@@ -124,7 +124,7 @@ class Result:
     Attributes:
         in_program_variables: whether ``x`` holds variables of a smooth program rather than a point of the box.
         x: the best candidate, (d,).
-        cost: its cost; inf when no candidate had a finite one.
+        cost: its cost; inf when no candidate had a finite one, and ``x`` is the first.
         evaluations: done.
         iterations: completed iterations of the solver's loop.
         seconds: wall-clock time of the search.
@@ -199,7 +199,8 @@ class SearchRun:
         stop_reason: which criterion ended it; None before.
 
     Raises:
-        ValueError: the solver left its box, or asks for nothing.
+        TypeError: the solver's search yields nothing, or no arrays of numbers.
+        ValueError: the solver asks for nothing, or its candidates are not (m, d), not finite, or outside the box.
     """
 
     def __init__(
@@ -212,20 +213,27 @@ class SearchRun:
         callback: Callable[[Status], object] | None = None,
         archive: Archive | None = None,
     ) -> None:
-        self.box, self.budget, self.steps = box, budget, solver.steps
+        self.solver, self.box, self.budget, self.steps = solver, box, budget, solver.steps
         self.pending: FloatArray | None = None
         self.stop_reason: StopReason | None = None
         self._interruption, self._callback, self._archive = interruption, callback, archive
         self._evaluations = 0
         self._iterations = -1  # completed; the initial population is iteration 0
-        self._cost, self._x = np.inf, np.full(box.dimension, np.nan)
+        self._cost = np.inf
+        self._x: FloatArray | None = None  # of the best; None before anything is evaluated
         self._last_improvement = 0  # iteration
         self._records: list[tuple[int, float, FloatArray]] = []
         self._start_time = time.perf_counter()
-        self._search = solver.search(box, rng, Iterations(self._turns(), budget.evaluations))
-        first = next(self._search, None)
-        if first is None:
-            raise ValueError("a solver asked for no candidate at all")
+        name, search = type(solver).__name__, solver.search(box, rng, Iterations(self._turns(), budget.evaluations))
+        if not isinstance(search, Generator):
+            raise TypeError(
+                f"{name}.search returned an object of type {type(search).__name__}; it has to yield its candidates"
+            )
+        self._search = search
+        try:
+            first = next(search)
+        except StopIteration:
+            raise ValueError(f"{name} asked for no candidate at all") from None
         self._ask(first)
 
     def _turns(self) -> Iterator[float]:
@@ -239,10 +247,12 @@ class SearchRun:
                 return
             yield self.budget.share_used(usage)
 
-    def _ask(self, candidates: FloatArray) -> None:
-        if ((candidates < self.box.lower) | (candidates > self.box.upper)).any():
-            self._search.close()
-            raise ValueError("a solver left its box")
+    def _ask(self, yielded: object) -> None:
+        try:
+            candidates = checked_candidates(yielded, self.box, self.solver)
+        except (TypeError, ValueError):
+            self.close()
+            raise
         allowed = len(candidates)
         if self.budget.evaluations is not None:
             allowed = min(allowed, self.budget.evaluations - self._evaluations)
@@ -254,7 +264,8 @@ class SearchRun:
         NaN and infinite costs count as worst.
 
         Raises:
-            ValueError: not one cost a candidate, or the solver left its box.
+            TypeError: the solver's next candidates are no array of numbers.
+            ValueError: not one cost a candidate; or the next candidates are not (m, d), not finite, or outside the box.
         """
         assert self.pending is not None
         candidates, allowed = self._candidates, len(self.pending)
@@ -278,6 +289,12 @@ class SearchRun:
         self.stop_reason = reason
         self._end()
 
+    def fail(self) -> None:
+        """End the search where something has raised; nobody is called back."""
+        self.stop_reason, self.pending = StopReason.ERROR, None
+        self.close()
+        self._remember()
+
     def close(self) -> None:
         """Free what the solver holds, a thread say; a search that was closed cannot go on."""
         self._search.close()
@@ -289,7 +306,7 @@ class SearchRun:
 
     def _keep_best(self, candidates: FloatArray, costs: FloatArray) -> None:
         best = int(np.argmin(costs))
-        if np.isnan(self._x[0]) or costs[best] < self._cost:
+        if self._x is None or costs[best] < self._cost:
             self._cost, self._x = float(costs[best]), candidates[best].copy()
             self._last_improvement = self._iterations + 1
         if self._archive is not None:
@@ -312,17 +329,27 @@ class SearchRun:
         """How far the search is."""
         return Status.of(self._usage(), self.budget, self.steps)
 
+    def _remember(self) -> bool:
+        """Add to the history; False where nothing was evaluated since the last time."""
+        before = self._records[-1][0] if self._records else 0
+        if self._x is None or before == self._evaluations:
+            return False
+        self._records.append((self._evaluations, self._cost, self._x))
+        return True
+
     def _record(self) -> None:
         """Add to the history and call back, unless nothing was evaluated since the last time."""
-        if self._records and self._records[-1][0] == self._evaluations:
-            return
-        self._records.append((self._evaluations, self._cost, self._x))
-        if self._callback is not None:
+        if self._remember() and self._callback is not None:
             self._callback(self.status)
 
+    @property
+    def has_candidate(self) -> bool:
+        """Whether anything has been evaluated."""
+        return self._x is not None
+
     def result(self, seed: int | None) -> Result:
-        """The outcome of a search that has ended; ``seed`` is for the record."""
-        assert self.stop_reason is not None
+        """The outcome of a search that has ended, with a candidate; ``seed`` is for the record."""
+        assert self.stop_reason is not None and self._x is not None
         return Result(
             x=self._x,
             cost=self._cost,
@@ -333,6 +360,24 @@ class SearchRun:
             stop_reason=self.stop_reason,
             history=History.of(self._records, self.steps),
         )
+
+
+BEST_SO_FAR = "best_so_far"  # attribute of an exception that ended a search
+T = TypeVar("T")
+
+
+def keep_best(error: BaseException, found: object) -> None:
+    """Give an exception the best that was found before it was raised: its attribute ``best_so_far``."""
+    setattr(error, BEST_SO_FAR, found)
+    note = f"what was found before is its attribute {BEST_SO_FAR}"
+    if note not in getattr(error, "__notes__", ()):
+        error.add_note(note)
+
+
+def best_so_far(error: BaseException, kind: type[T]) -> T | None:
+    """What an exception was given by :func:`keep_best`; None where that is nothing of this kind."""
+    found = getattr(error, BEST_SO_FAR, None)
+    return found if isinstance(found, kind) else None
 
 
 Cost = Callable[[FloatArray], FloatArray]
@@ -366,15 +411,23 @@ def minimize(
         search stops once the current batch is evaluated.
 
     Raises:
-        ValueError: a candidate outside the box, or costs that do not match the candidates (a solver's bug); known
+        TypeError: the solver yields no arrays of numbers.
+        ValueError: its candidates are not (m, d), not finite or outside the box; costs that do not match them; known
             candidates that are not (m, d).
+        BaseException: whatever cost, callback and solver raise. Once there is a candidate, the exception's attribute
+            ``best_so_far`` is the result of the batches before, with ``StopReason.ERROR``.
     """
-    started = box.with_known(known)
+    started, number = box.with_known(known), seed if not isinstance(seed, np.random.Generator) else None
     with deferred_interrupt() as interruption:
         run = SearchRun(solver, started, budget, np.random.default_rng(seed), interruption, callback, archive)
         try:
             while run.pending is not None:
                 run.tell(np.asarray(cost(run.pending), dtype=np.float64))
+        except BaseException as error:
+            run.fail()
+            if run.has_candidate:
+                keep_best(error, run.result(number))
+            raise
         finally:
             run.close()
-    return run.result(seed if not isinstance(seed, np.random.Generator) else None)
+    return run.result(number)

@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
-from solvers.driver import History, Result, Status
+from solvers.driver import History, Result, Status, keep_best
 from solvers.solver import STARTS, FloatArray, SolverTraits, Steps, require
 
 STOP_REASONS = {
@@ -250,7 +250,7 @@ def descend(
         solve: from a start (n,) to a solution: a :class:`Descent`, or a function that improves what it returns.
         stop: of the descent.
         starts: each (n,).
-        merit: by which solutions are compared, lower is better; finite.
+        merit: by which solutions are compared, lower is better. One that is not finite counts as worst.
         budget: how long; its iterations are starts, its evaluations those of the objective. At least one start is done.
         seed: from which the starts were drawn, for the record.
         callback: gets the status after every start.
@@ -260,48 +260,86 @@ def descend(
 
     Raises:
         ValueError: there is no start.
+        BaseException: whatever descents and callback raise, with the result until then as its attribute
+            ``best_so_far`` where there is one.
     """
-    start_time = time.perf_counter()
     if budget.seconds is not None:
-        stop.deadline = start_time + budget.seconds
-    best: Solution | None = None
-    cost = np.inf
-    records: list[tuple[int, float, FloatArray]] = []
-    evaluations, last_improvement, stop_reason = 0, 0, StopReason.EXHAUSTED
+        stop.deadline = time.perf_counter() + budget.seconds
+    run = _Descents(merit, budget, seed)
     with deferred_interrupt() as interruption:
         stop.interruption = interruption
-        for number, start in enumerate(starts, start=1):
-            solution = solve(start)
-            evaluations += solution.evaluations
-            value = merit(solution)
-            if best is None or value < cost:
-                best, cost, last_improvement = solution, value, number
-            records.append((evaluations, cost, best.x))
-            usage = Usage(
-                evaluations=evaluations,
-                requested=evaluations + 1,  # another start needs one at least
-                iterations=number,
-                seconds=time.perf_counter() - start_time,
-                cost=cost,
-                unimproved=number - last_improvement,
-                interrupted=interruption.requested,
-            )
-            if callback is not None:
-                callback(Status.of(usage, budget, STARTS))
-            reached = budget.reached(usage)
-            if reached is not None:
-                stop_reason = reached
-                break
-    if best is None:
-        raise ValueError("there was no start to descend from")
-    return DescentResult(
-        x=best.x,
-        cost=cost,
-        evaluations=evaluations,
-        iterations=len(records),
-        seconds=time.perf_counter() - start_time,
-        seed=seed,
-        stop_reason=stop_reason,
-        history=History.of(records, STARTS),
-        solution=best,
-    )
+        try:
+            for start in starts:
+                run.add(solve(start))
+                usage = run.usage(interruption.requested)
+                if callback is not None:
+                    callback(Status.of(usage, budget, STARTS))
+                reached = budget.reached(usage)
+                if reached is not None:
+                    run.stop_reason = reached
+                    break
+        except BaseException as error:
+            run.stop_reason = StopReason.ERROR
+            if run.best is not None:
+                keep_best(error, run.result())
+            raise
+    return run.result()
+
+
+class _Descents:
+    """What descents have led to so far.
+
+    Args:
+        merit: of solutions; one that is not finite, or of a solution that is not, counts as worst.
+        budget: how long.
+        seed: for the record.
+    """
+
+    def __init__(self, merit: Callable[[Solution], float], budget: Budget, seed: int | None) -> None:
+        self.best: Solution | None = None
+        self.stop_reason = StopReason.EXHAUSTED
+        self._merit, self._budget, self._seed = merit, budget, seed
+        self._start_time = time.perf_counter()
+        self._cost, self._evaluations, self._last_improvement = np.inf, 0, 0
+        self._records: list[tuple[int, float, FloatArray]] = []
+
+    def add(self, solution: Solution) -> None:
+        """The end of the next descent."""
+        self._evaluations += solution.evaluations
+        value = self._merit(solution) if np.isfinite(solution.x).all() else np.inf
+        value = value if np.isfinite(value) else np.inf
+        if self.best is None or value < self._cost:
+            self.best, self._cost, self._last_improvement = solution, value, len(self._records) + 1
+        self._records.append((self._evaluations, self._cost, self.best.x))
+
+    def usage(self, interrupted: bool) -> Usage:
+        """What is used."""
+        return Usage(
+            evaluations=self._evaluations,
+            requested=self._evaluations + 1,  # another start needs one at least
+            iterations=len(self._records),
+            seconds=time.perf_counter() - self._start_time,
+            cost=self._cost,
+            unimproved=len(self._records) - self._last_improvement,
+            interrupted=interrupted,
+        )
+
+    def result(self) -> DescentResult:
+        """The best of them.
+
+        Raises:
+            ValueError: there was none.
+        """
+        if self.best is None:
+            raise ValueError("there was no start to descend from")
+        return DescentResult(
+            x=self.best.x,
+            cost=self._cost,
+            evaluations=self._evaluations,
+            iterations=len(self._records),
+            seconds=time.perf_counter() - self._start_time,
+            seed=self._seed,
+            stop_reason=self.stop_reason,
+            history=History.of(self._records, STARTS),
+            solution=self.best,
+        )

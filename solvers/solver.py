@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
+from math import isfinite
 from numbers import Integral
 from types import MappingProxyType
-from typing import ClassVar, Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,20 +189,21 @@ class Solver(SolverTraits, ABC):
     population: int | None
 
     def __post_init__(self) -> None:
-        if self.population is None:
+        population = getattr(self, "population", None)  # a solver of a user's own need not have any
+        if population is None:
             return
         name = type(self).__name__
-        if isinstance(self.population, bool) or not isinstance(self.population, Integral):
-            raise TypeError(f"{name} needs a whole number for its population, not {self.population!r:.60}")
-        if self.population < self.minimum_population:
-            raise ValueError(f"{name} needs a population of at least {self.minimum_population}, not {self.population}")
+        if isinstance(population, bool) or not isinstance(population, Integral):
+            raise TypeError(f"{name} needs a whole number for its population, not {population!r:.60}")
+        if population < self.minimum_population:
+            raise ValueError(f"{name} needs a population of at least {self.minimum_population}, not {population}")
 
     @abstractmethod
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Yield candidates and receive their costs: ``costs = yield candidates``.
 
         Args:
-            box: where to search; every candidate (m, d) lies inside.
+            box: where to search; every candidate of an array (m, d), m > 0, lies inside.
             rng: the only source of randomness.
             iterations: loop over it; each turn starts an iteration and gives the share of the budget already used,
                 from 0 to 1, for schedules; its ``evaluations`` is the budget. The driver closes the search when the
@@ -215,6 +217,39 @@ class Solver(SolverTraits, ABC):
     def takes_several_costs(self) -> bool:
         """Whether a search may be sent costs (m, k), and then looks for their front."""
         return False
+
+
+def is_solver_class(candidate: object) -> TypeGuard[type[Solver]]:
+    """Whether something is a class of solvers: derived from :class:`Solver`, and a dataclass."""
+    return isinstance(candidate, type) and issubclass(candidate, Solver) and is_dataclass(candidate)
+
+
+def checked_candidates(yielded: object, box: Box, solver: Solver) -> FloatArray:
+    """The candidates (m, d) that a solver has yielded.
+
+    Raises:
+        TypeError: it yielded no array of numbers.
+        ValueError: the array has another shape or no row, or a number in it is not finite or outside the box.
+    """
+    name, needed = type(solver).__name__, f"an array of numbers (m, {box.dimension}) is needed"
+    if not isinstance(yielded, np.ndarray):
+        raise TypeError(f"{name} yielded an object of type {type(yielded).__name__}; {needed}")
+    if yielded.dtype.kind not in "iuf":
+        raise TypeError(f"{name} yielded an array of type {yielded.dtype}; {needed}")
+    if yielded.ndim != 2 or yielded.shape[1] != box.dimension:
+        raise ValueError(f"{name} yielded an array of shape {yielded.shape}; {needed}")
+    if not len(yielded):
+        raise ValueError(f"{name} yielded no candidate; {needed}, m > 0")
+    candidates = np.asarray(yielded, dtype=np.float64)
+    inside = (candidates >= box.lower) & (candidates <= box.upper)  # which no NaN is
+    if not inside.all():
+        row, column = np.argwhere(~inside)[0]
+        value, where = float(candidates[row, column]), f"variable {column} of candidate {row}"
+        if not isfinite(value):
+            raise ValueError(f"{name} yielded {value} for {where}; finite numbers are needed")
+        edges = f"from {float(box.lower[column])} to {float(box.upper[column])}"
+        raise ValueError(f"{name} left its box: {where} is {value}, not {edges}")
+    return candidates
 
 
 def require(holds: bool, requirement: str) -> None:

@@ -16,7 +16,7 @@ from solvers.budget import Budget
 from solvers.driver import Result, Status
 from solvers.driver import minimize as drive
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS
-from solvers.solver import Box, FloatArray, Solver
+from solvers.solver import Box, FloatArray, Solver, is_solver_class
 
 
 @dataclass(frozen=True)
@@ -128,17 +128,18 @@ def solver_of(choice: SolverChoice, settings: dict[str, Any] | None = None) -> S
 
     Raises:
         ValueError: no such solver, its package is not installed, or a setting is outside its range.
-        TypeError: not a solver, or it has no such setting.
+        TypeError: not a solver, no dataclass, or it has no such setting.
     """
-    settings = settings or {}
-    if isinstance(choice, Solver):
-        _check_settings(type(choice), settings)
-        return replace(choice, **settings) if settings else choice  # type: ignore[type-var]  # all are dataclasses
-    kind = _named(choice) if isinstance(choice, str) else choice
+    settings, given = settings or {}, choice if isinstance(choice, Solver) else None
+    kind = type(choice) if given is not None else _named(choice) if isinstance(choice, str) else choice
     if not (isinstance(kind, type) and issubclass(kind, Solver)):
         raise TypeError(f"solver: {choice!r:.60} is not a name, a class derived from solvers.Solver, or one's object")
+    if not is_solver_class(kind):
+        raise TypeError(f"solver: {kind.__name__} is no dataclass; put @dataclass(frozen=True) above the class")
     _check_settings(kind, settings)
-    return kind(**settings)
+    if given is None:
+        return kind(**settings)
+    return replace(given, **settings) if settings else given  # type: ignore[type-var]  # all are dataclasses
 
 
 def _named(name: str) -> Any:
@@ -247,9 +248,11 @@ def minimize(
         The best vector ``x``, its ``cost``, why the search ended and its history. After Ctrl-C too.
 
     Raises:
-        ValueError: bounds that are swapped or not finite, an unknown solver, a budget that is not positive, or values
-            of ``f`` of another shape.
+        ValueError: bounds that are swapped or not finite, an unknown solver, a budget that is not positive, values
+            of ``f`` of another shape, or a solver whose candidates are not (m, d), not finite or outside the box.
         TypeError: a setting that the solver does not have, or an argument of a wrong type.
+        BaseException: whatever ``f``, the callback or the solver raises. Once there is a candidate, the exception's
+            attribute ``best_so_far`` is the result of the batches before, with ``StopReason.ERROR``.
     """
     if not callable(f):
         raise TypeError(f"f: a function is needed, not {f!r:.60}")

@@ -48,6 +48,7 @@ from problems.base.matrix import (
     total,
 )
 from problems.base.minima import bounded_minimum
+from problems.base.numbers import number_of
 from problems.base.piecewise import BSpline, PiecewisePolynomial, real_roots
 from problems.base.polynomials import (
     bernstein,
@@ -102,6 +103,7 @@ __all__ = [
     "kept_function",
     "kept_text",
     "largest",
+    "number_of",
     "peak",
     "product",
     "quantities_in",

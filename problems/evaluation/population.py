@@ -101,11 +101,27 @@ class PopulationFunction:
         """Costs (m,) of candidates (m, d), m of any size, zero included; (m, k) of a program of k values, k > 1.
 
         Raises:
-            ValueError: the candidates are not (m, d).
+            ValueError: the candidates are not (m, d), or not finite.
             UnsupportedOperation: a step holds an operation that :mod:`problems.evaluation.interpreter` does not know.
         """
-        if candidates.ndim != 2 or candidates.shape[1] != self.program.dimension:
-            raise ValueError(f"candidates of shape {candidates.shape} where (m, {self.program.dimension}) is needed")
+        self._check_shape(candidates)
+        finite = np.isfinite(candidates)
+        if not finite.all():
+            row, column = np.argwhere(~finite)[0]
+            value = candidates[row, column]
+            raise ValueError(f"variable {column} of candidate {row} is {value}; finite numbers are needed")
+        return self.of_any(candidates)
+
+    def of_any(self, candidates: FloatArray) -> FloatArray:
+        """The same of candidates that may hold NaN and infinity, as IEEE arithmetic goes on with them.
+
+        A cost may well be finite then: a minimum of NaN and a number is the number.
+
+        Raises:
+            ValueError: the candidates are not (m, d).
+            UnsupportedOperation: as of a call.
+        """
+        self._check_shape(candidates)
         points = np.ascontiguousarray(candidates, dtype=np.float64)
         if not points.flags.writeable:  # nothing is written, but its memory could not be borrowed
             points = points.copy()
@@ -119,6 +135,10 @@ class PopulationFunction:
         if self._may_compile and self._seconds > WORTH_COMPILING_SECONDS:
             self._consider_compiling()
         return costs
+
+    def _check_shape(self, candidates: FloatArray) -> None:
+        if candidates.ndim != 2 or candidates.shape[1] != self.program.dimension:
+            raise ValueError(f"candidates of shape {candidates.shape} where (m, {self.program.dimension}) is needed")
 
     def with_numbers(self, parameters: FloatArray) -> PopulationFunction:
         """The same steps for another scene, (q,): what has been made of them is made once for both.

@@ -15,7 +15,7 @@ import pytest
 from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.scenario import PluginError
 from tpbso_casadi.scenario.catalogues import Catalogue, subclass_of
-from tpbso_casadi.storage import sealed
+from tpbso_casadi.storage import read_run, sealed
 
 MODULE = """
 from fractions import Fraction
@@ -229,12 +229,24 @@ class NoFile(Broken):
         yield
 
 
+@dataclass(frozen=True)
 class Unmade(Solver):
-    def __init__(self):
+    def __post_init__(self):
         raise Own("not today")
 
     def search(self, box, rng, iterations):
         yield
+
+
+class Plain(Solver):
+    def search(self, box, rng, iterations):
+        yield box.sample(rng, 5)
+
+
+@dataclass(frozen=True)
+class Deaf(Solver):
+    def search(self, box, rng, iterations):
+        return [box.sample(rng, 5)]
 
 
 @dataclass(frozen=True)
@@ -289,8 +301,14 @@ def scenario(folder: Path, text: str) -> str:
 FAILING = {
     "a limit": (ARM + TASK + '[model]\nlimits = ["raising:Raising"]\n', "RuntimeError: no such sensor"),
     "a robot": (TORN + TASK, "ZeroDivisionError: no tool"),
-    "a solver": (ARM + TASK + '[solver]\nname = "raising:Broken"\n', "KeyError: 'step'"),
-    "a solver that exits": (ARM + TASK + '[solver]\nname = "raising:Exits"\n', "SystemExit: 0"),
+    "a solver that is no dataclass": (
+        ARM + TASK + '[solver]\nname = "raising:Plain"\n',
+        "solver.name: solver 'raising:Plain' is not a dataclass derived from solvers.Solver",
+    ),
+    "a solver that yields nothing": (
+        ARM + TASK + '[solver]\nname = "raising:Deaf"\n',
+        "it has to yield its candidates",
+    ),
     "a solver without its file": (ARM + TASK + '[solver]\nname = "raising:NoFile"\n', "FileNotFoundError: "),
     "a solver that cannot be made": (ARM + TASK + '[solver]\nname = "raising:Unmade"\n', "Own: not today"),
     "a robot that exits": (TORN.replace("Torn", "Bye") + TASK, "SystemExit: 0"),
@@ -307,6 +325,25 @@ def test_solve(module: Path, capsys: pytest.CaptureFixture[str], text: str, reas
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and path in said and reason in said
     assert not (module / "run").exists() or not list((module / "run").iterdir())
+
+
+RAISING_LATER = {"Broken": "KeyError: 'step'", "Exits": "SystemExit: 0"}
+
+
+@pytest.mark.parametrize("name", RAISING_LATER)
+def test_a_solver_that_raises_after_its_first_candidates_leaves_the_best_of_them(
+    module: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    path, run = scenario(module, f'{ARM}{TASK}[solver]\nname = "raising:{name}"\n'), module / "run"
+    assert solve.main([path, "--evaluations", "200", "--out", str(run), "--quiet", "--no-plots"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: {path}: plug-ins (raising:{name}) failed: {RAISING_LATER[name]} (raising.py:")
+    assert said.count("\n") == 1 and said.endswith(f", is in {run}\n")
+    result = read_run(run).result
+    assert (result.stop_reason, result.interrupted, result.evaluations) == ("error", True, 5)
+    assert solve.main([path, "--evaluations", "200", "--json"]) == 2
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["stop_reason"] == "error" and printed.err.endswith(", is printed\n")
 
 
 @pytest.mark.parametrize("case", ["a limit", "a robot", "a limit of a name there is"])

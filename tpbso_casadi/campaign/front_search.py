@@ -8,7 +8,7 @@ from itertools import repeat
 import numpy as np
 
 from problems.base import FloatArray
-from solvers import Box, Budget, Iterations, Solver, StopReason, deferred_interrupt, minimize
+from solvers import Box, Budget, Iterations, Solver, StopReason, checked_candidates, deferred_interrupt, minimize
 from tpbso_casadi.suite import Recording
 
 SUMS = 10  # of both objectives, each with its share of the budget
@@ -37,10 +37,10 @@ def search_front(
 def _ranked(recording: Recording, box: Box, solver: Solver, evaluations: int, rng: np.random.Generator) -> None:
     """By a solver that is told both merits of each candidate."""
     search = solver.search(box, rng, Iterations(repeat(0.0), evaluations))
-    candidates = next(search)
+    candidates = checked_candidates(next(search), box, solver)
     with deferred_interrupt() as interruption:
         while len(candidates) <= evaluations - recording.done:
-            candidates = search.send(recording.of_population(candidates))
+            candidates = checked_candidates(search.send(recording.of_population(candidates)), box, solver)
             _check(interruption.requested)
     search.close()
     recording.of_population(candidates[: evaluations - recording.done])

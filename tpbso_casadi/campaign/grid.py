@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
@@ -13,18 +12,18 @@ from math import inf
 from typing import Any
 
 from problems.base import FloatArray
-from solvers import Box, Preset
+from solvers import Box
 from tpbso_casadi.campaign.functions import KEY, PREFIX, StoredMinimum, find_function, section_of
 from tpbso_casadi.campaign.measures import VALUES, Measure
 from tpbso_casadi.campaign.run import AnyRun, Run, RunFinding, problem_of
 from tpbso_casadi.plain import settings_of, versions, visible
 from tpbso_casadi.scenario import (
     FAMILIES,
-    PluginError,
     Scenario,
     ScenarioError,
     SolverSection,
-    find_solver,
+    each_of,
+    named_solver,
     parse_scenario,
     plugin_failures_named,
 )
@@ -33,7 +32,6 @@ USUAL_SOLVERS = ("bso", "pso", "ga", "abso", "abso+polish")  # that are compared
 USUAL_RUNS, USUAL_STARTS = 10, 5  # of each, and of a descent
 MOST_RUNS = 100_000  # of a campaign
 LARGEST_SEED = 2**63 - 1  # that a store can hold
-SPEC = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\+polish(?P<starts>\d*))?")
 
 
 @dataclass(frozen=True)
@@ -108,7 +106,7 @@ def parse_solvers(text: str) -> list[SolverSpec]:
     Raises:
         ScenarioError: a solver cannot be read, or is stated twice.
     """
-    specs = [parse_solver(part.strip()) for part in re.split(r",(?![^()]*\))", text)]
+    specs = [parse_solver(part) for part in each_of(text)]
     labels = [spec.label for spec in specs]
     duplicate = next((label for label in labels if labels.count(label) > 1), None)
     if duplicate is not None:
@@ -117,47 +115,13 @@ def parse_solvers(text: str) -> list[SolverSpec]:
 
 
 def parse_solver(text: str) -> SolverSpec:
-    """Read one solver: ``NAME``, ``NAME(setting=value,...)``, either with ``+polish`` or ``+polishN`` behind it.
-
-    A preset of the solver may stand among its settings, ``bso(printed,lambda_=0.4)``; later ones override earlier ones.
+    """Read one solver, as :func:`tpbso_casadi.scenario.named_solver` does.
 
     Raises:
         ScenarioError: it cannot be read.
     """
-    match = SPEC.fullmatch(text)
-    if match is None:
-        raise ScenarioError(f"solvers: {text!r} is not NAME, NAME(setting=value) or NAME+polish")
-    settings: dict[str, int | float | str] = {}
-    for part in match["settings"].split(",") if match["settings"] else []:
-        settings |= _preset(match["name"], part.strip()) or dict([_setting(text, part)])
-    starts = 0 if match["polish"] is None else _polish_starts(text, match["starts"] or "1")
-    return SolverSpec(text, match["name"], settings, starts)
-
-
-def _polish_starts(text: str, digits: str) -> int:
-    if not re.fullmatch("[1-9][0-9]{0,8}", digits):
-        raise ScenarioError(f"solvers: {text!r}: +polish needs a number of starts from 1 on, without zeros before it")
-    return int(digits)
-
-
-def _preset(solver: str, name: str) -> Preset:
-    """The settings of a preset; empty if there is no such preset, or no such solver, which is an error later."""
-    try:
-        return find_solver(solver).presets.get(name, {})
-    except PluginError:
-        return {}
-
-
-def _setting(text: str, pair: str) -> tuple[str, int | float | str]:
-    name, equals, value = (part.strip() for part in pair.partition("="))
-    if not (name and equals and value):
-        raise ScenarioError(f"solvers: {text!r}: {pair.strip()!r} is not setting=value")
-    for kind in (int, float):
-        try:
-            return name, kind(value)
-        except ValueError:
-            continue
-    return name, value
+    stated = named_solver(text, "solvers")
+    return SolverSpec(text, stated.name, stated.settings, stated.polish_starts)
 
 
 def grid(scenarios: Mapping[str, Scenario], specs: Sequence[SolverSpec], seeds: Sequence[int]) -> list[Run]:

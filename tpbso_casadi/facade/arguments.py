@@ -25,6 +25,7 @@ from tpbso_casadi.scenario import (
     Section,
     SolverSection,
     TaskSection,
+    named_solver,
     path_of,
     plain,
     shown,
@@ -183,12 +184,13 @@ TABLES: dict[str, tuple[type[Section], ...]] = {
 }
 
 
-def solver_table(solver: AnySolverChoice | None) -> dict[str, Any]:
-    """The keys of [solver] that name a solver and its settings."""
+def solver_table(solver: AnySolverChoice | None, before: SolverSection | None = None) -> dict[str, Any]:
+    """The keys of [solver] that name a solver and its settings, in place of those before."""
     if solver is None:
         return {}
     if isinstance(solver, str):
-        return {"name": solver}
+        named = named_solver(solver)
+        return named.table("", {}) if before is None else named.table(before.name, before.settings)
     kind = solver if isinstance(solver, type) else type(solver)
     if not issubclass(kind, Solver | IPOPT):
         raise ScenarioError(f"solver: {shown(solver)} is none; say a name, a class, or a solver with its settings")

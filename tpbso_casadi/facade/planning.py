@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from problems import Obstacle, Trajectory
 from problems.evaluation import EvaluationOptions
+from solvers import best_so_far, keep_best
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.facade.arguments import AnySolverChoice, file_path, in_words_of_python
 from tpbso_casadi.facade.audit import Audit, ScenarioAudit
@@ -83,6 +84,8 @@ def plan(
     Raises:
         ScenarioError: naming the first wrong argument or key, what is wrong with it, and what to do.
         TypeError: a keyword that no table has; a plan or options that are none.
+        BaseException: whatever a solver of your own or ``progress`` raises. Once there is a candidate, the exception's
+            attribute ``best_so_far`` is the plan until then, as after Ctrl-C.
     """
     scenario = scenario_of(
         what,
@@ -110,7 +113,13 @@ def plan(
             raise TypeError(f"{name}: a tp.{kind.__name__} is needed, not {shown(value)}")
     before = None if warm_start is None else warm_start.planned
     with nullcontext() if given_scenario(what) is not None else in_words_of_python():
-        return Plan(plan_scenario(scenario, progress, evaluation, warm_start=before))
+        try:
+            return Plan(plan_scenario(scenario, progress, evaluation, warm_start=before))
+        except BaseException as error:
+            found = best_so_far(error, PlannedMotion)
+            if found is not None:
+                keep_best(error, Plan(found))
+            raise
 
 
 Executed: TypeAlias = Plan | PlannedMotion | Step | Trajectory

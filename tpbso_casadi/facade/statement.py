@@ -103,7 +103,7 @@ def _overridden(
     stated = {key: value for key, value in keys.items() if value is not None}
     around = {key: read(stated.pop(key)) for key, read in AROUND.items() if key in stated}
     tables = sorted_into_tables(stated, None if given is None else given.task)
-    tables["solver"] |= solver_table(solver)
+    tables["solver"] |= solver_table(solver, None if given is None else given.solver)
     if polish is not None:
         tables["solver"]["polish_starts"] = whole_or_not("polish", polish)
     if given is None and type(what) in STATED:

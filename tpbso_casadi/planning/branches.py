@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from math import inf
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -24,6 +24,7 @@ from tpbso_casadi.planning.finishing import Polish, Refinement, SearchedMotion, 
 from tpbso_casadi.planning.motion import Motion, motion_of
 from tpbso_casadi.planning.progress import Planning, Progress, log_search
 
+T = TypeVar("T")
 FINALISTS = 3  # the race's own pick alone is unreliable
 CLOSE = 1.15  # times the best cost of the race: what is above is not planned
 DEEP = 0.02  # m or rad/s^n: a polish mends less, what breaks a limit by more is a way through an obstacle
@@ -33,11 +34,20 @@ RACE_TIME = 0.4  # of a time limit, for all branches together
 
 
 class RacedBranch(NamedTuple):
-    """A branch that has been searched briefly: the problem that keeps to it, the best cost and its candidate, (d,)."""
+    """A branch that has been searched briefly: the problem that keeps to it, and what was found."""
 
     problem: Problem[Any]
-    cost: float
-    x: FloatArray
+    search: Result
+
+    @property
+    def cost(self) -> float:
+        """The best."""
+        return self.search.cost
+
+    @property
+    def motion(self) -> Motion:
+        """Of the best candidate."""
+        return motion_of(self.problem, self.search.x)
 
 
 def best_of_branches(
@@ -45,7 +55,8 @@ def best_of_branches(
 ) -> SearchedMotion:
     """The best plan of the race's finalists.
 
-    Ctrl-C ends the race; the best so far is planned with what is left of its search.
+    Ctrl-C ends the race; the best so far is planned with what is left of its search. Where something raises in the
+    race, the best of it is the plan.
 
     Args:
         problem: with several branches.
@@ -53,27 +64,37 @@ def best_of_branches(
         planned: the whole plan of a problem that keeps to one branch.
     """
     planning.progress.phase("racing branches")
-    settings, interruption = planning.settings, planning.interruption
+    settings = planning.settings
     whole = settings.budget() if settings.within is None else Budget(seconds=settings.within)
     budget = _short(whole, len(problem.branches))
     raced: list[RacedBranch] = []
     for branch in problem.branches:
-        if interruption.requested and raced:
+        if planning.is_cut_short and raced:
             break
         if WORTH * _in_time(branch) < min((each.cost for each in raced), default=inf):
-            raced.append(_raced(branch, planning, budget))
+            raced += _attempted(raced, planning, partial(_raced, branch, planning, budget))
+    if planning.failures:
+        return _as_plan(_finalists(raced)[0], planning, len(raced))
     limits = {"time_limit": settings.time_limit, "within": settings.within}
     share = (1.0 - RACE_TIME) / FINALISTS  # of the time, for each finalist
     left = planning.with_settings(**{key: share * s for key, s in limits.items() if s is not None})
     best: SearchedMotion | None = None
     for number, finalist in enumerate(_finalists(raced), start=1):
-        if best is not None and interruption.requested:
+        if best is not None and planning.is_cut_short:
             break
-        found = planned(finalist.problem, left)
-        best = found if best is None or is_better(found.motion, best.motion) else best
-        best = replace(best, rounds=len(raced) + number)
+        for found in _attempted(best, planning, partial(planned, finalist.problem, left)):
+            best = found if best is None or is_better(found.motion, best.motion) else best
+            best = replace(best, rounds=len(raced) + number)
     assert best is not None
-    return replace(best, interrupted=interruption.requested)
+    return replace(best, interrupted=planning.is_cut_short)
+
+
+def _attempted(before: object, planning: Planning, work: Callable[[], T]) -> list[T]:
+    """The result of work, if any; whatever it raises passes where there is nothing before it to be kept."""
+    if not before:
+        return [work()]
+    found = planning.attempt(work)
+    return [] if found is None else [found]
 
 
 def _finalists(raced: Sequence[RacedBranch]) -> list[RacedBranch]:
@@ -82,7 +103,7 @@ def _finalists(raced: Sequence[RacedBranch]) -> list[RacedBranch]:
     slipping: list[RacedBranch] = []
     for each in sorted(raced, key=lambda one: one.cost):
         if len(clear) < FINALISTS and not (clear and each.cost > CLOSE * clear[0].cost):
-            (slipping if motion_of(each.problem, each.x).worst_violation > DEEP else clear).append(each)
+            (slipping if each.motion.worst_violation > DEEP else clear).append(each)
     return (clear or slipping)[:FINALISTS]
 
 
@@ -98,8 +119,20 @@ def _raced(branch: Problem[Any], planning: Planning, budget: Budget) -> RacedBra
     solver = planning.solver
     assert isinstance(solver, Solver)
     evaluate, box = planning.evaluator(branch), Box(*branch.bounds)
-    found = minimize(evaluate, box, solver, budget, planning.settings.seed, planning.progress.status)
-    return RacedBranch(branch, found.cost, found.x)
+    search = partial(minimize, evaluate, box, solver, budget, planning.settings.seed, planning.progress.status)
+    return RacedBranch(branch, planning.searched(search))
+
+
+def _as_plan(raced: RacedBranch, planning: Planning, rounds: int) -> SearchedMotion:
+    """What a race has found, where it was cut short."""
+    return SearchedMotion(
+        scenario=planning.scenario,
+        problem=raced.problem,
+        search=raced.search,
+        motion=raced.motion,
+        rounds=rounds,
+        interrupted=True,
+    )
 
 
 def _short(whole: Budget, branches: int) -> Budget:
@@ -149,24 +182,27 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
     The first search is done in any case, and begins with what is known, candidates (m, d); refining follows if time is
     left. Results depend on the machine.
     """
-    asked, progress, interruption = planning.settings, planning.progress, planning.interruption
+    asked, progress = planning.settings, planning.progress
     assert asked.within is not None
     ends = time.perf_counter() + asked.within
     box = Box(*problem.bounds)
     evaluate = planning.evaluator(problem)
     improve = _descents(problem, planning) if problem.is_descended else _programs(progress)
     rounds: list[SearchRound] = []
-    while not rounds or (time.perf_counter() < ends and not interruption.requested):
+    while not rounds or (time.perf_counter() < ends and not planning.is_cut_short):
         left, archive = ends - time.perf_counter(), Archive(box)
         evaluations = asked.evaluations or ROUND_EVALUATIONS
         budget = Budget(evaluations, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
         progress.phase("searching")
-        search = minimize(evaluate, box, solver, budget, asked.seed + len(rounds), progress.status, archive, known)
-        log_search("search", search)
+        seed, status = asked.seed + len(rounds), progress.status
+        work = partial(minimize, evaluate, box, solver, budget, seed, status, archive, known)
+        for search in _attempted(rounds, planning, partial(planning.searched, work)):
+            log_search("search", search)
+            motion, left = motion_of(problem, search.x), ends - time.perf_counter()
+            last = left <= 0.0 or planning.is_cut_short
+            better = None if last else planning.attempt(partial(improve, search, motion, archive, left))
+            rounds.append(better or SearchRound(search, motion, None, motion))
         known = None
-        motion, left = motion_of(problem, search.x), ends - time.perf_counter()
-        last = left <= 0.0 or interruption.requested
-        rounds.append(SearchRound(search, motion, None, motion) if last else improve(search, motion, archive, left))
     best = min(rounds, key=lambda each: each.rank)
     return SearchedMotion(
         scenario=planning.scenario,
@@ -175,7 +211,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
         motion=best.motion,
         polish=best.polish,
         rounds=len(rounds),
-        interrupted=interruption.requested,
+        interrupted=planning.is_cut_short,
     )
 
 

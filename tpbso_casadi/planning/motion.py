@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import casadi as ca
@@ -240,7 +240,12 @@ class Motion:
 
     @property
     def merit(self) -> float:
-        """One number to compare motions by, lower is better: the objective; more than any where a limit is broken."""
+        """One number to compare motions by, lower is better: the objective; more than any where a limit is broken.
+
+        Infinite where the trajectory is no motion: where a number of it is not finite.
+        """
+        if not self.trajectory.is_finite:
+            return inf
         return self.objective if self.feasible else INFEASIBLE_MERIT * (1.0 + self.worst_violation)
 
 

@@ -24,6 +24,7 @@ from solvers import (
     Result,
     Solver,
     deferred_interrupt,
+    keep_best,
     minimize,
 )
 from tpbso_casadi.planning.branches import best_of_branches, best_within
@@ -75,6 +76,9 @@ def plan(
         ScenarioError: the task cannot be done, the solver is unknown, what is minimised has no value, or there is
             nothing to learn from the plan to start from.
         KeyboardInterrupt: Ctrl-C, before there was a candidate.
+        BaseException: whatever a callback or a solver of a user's own raises. Once there is a candidate, the
+            exception's attribute ``best_so_far`` is the plan until then, neither refined nor timed any further; not of
+            a sequence, which is no motion before all of it is planned.
     """
     within = scenario.solver.within
     deadline = np.inf if within is None else time.perf_counter() + within
@@ -93,7 +97,7 @@ def plan(
             deadline=deadline,
         )
         if not scenario.task.is_searched:
-            return interruption.breakable(partial(planned_sequence, scenario, planning, plan))
+            return interruption.breakable(partial(_whole_sequence, scenario, planning))
         problem = interruption.breakable(scenario.problem) if problem is None else problem
         planned = partial(_planned, warm_start=warm_start)
         found = without_search(problem, planning)
@@ -102,8 +106,22 @@ def plan(
         if within is not None:
             planning = planning.with_settings(within=max(planning.left, LEAST_WITHIN))
         if not problem.branches or planning.solver.solves_program:
-            return _valued(planned(problem, planning))
-        return _valued(best_of_branches(problem, planning, planned))
+            motion = planned(problem, planning)
+        else:
+            motion = best_of_branches(problem, planning, planned)
+        for error in planning.failures[:1]:
+            keep_best(error, motion)
+            raise error
+        return _valued(motion)
+
+
+def _whole_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:
+    """The plan of a sequence; what is raised while a stage is planned holds no plan, as that is of the stage alone."""
+    try:
+        return planned_sequence(scenario, planning, plan)
+    except BaseException as error:
+        keep_best(error, None)
+        raise
 
 
 def _timed(scenario: Scenario, progress: Progress, interruption: Interruption) -> PlannedMotion:
@@ -136,12 +154,21 @@ def _planned(problem: Problem[Any], planning: Planning, warm_start: PlannedMotio
     """The whole plan of a problem that keeps to one branch, with other seeds where the first leads to nothing."""
     found = _once(problem, planning, warm_start)
     for number in range(1, RESTARTS + 1 if may_start_again(planning.scenario, problem) else 1):
-        if found.feasible or planning.interruption.requested:
+        if found.feasible or planning.is_cut_short:
             break
-        again = planning.with_settings(seed=planning.settings.seed + number)
-        other = without_search(problem, again) or _once(problem, again, warm_start)
+        other = planning.attempt(partial(_again, problem, planning, number, warm_start))
+        if other is None:
+            return replace(found, interrupted=True)
         found = replace(other if is_better(other.motion, found.motion) else found, rounds=number + 1)
     return found
+
+
+def _again(
+    problem: Problem[Any], planning: Planning, number: int, warm_start: PlannedMotion | Motion | None
+) -> SearchedMotion:
+    """The plan of another seed."""
+    again = planning.with_settings(seed=planning.settings.seed + number)
+    return without_search(problem, again) or _once(problem, again, warm_start)
 
 
 def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:
@@ -167,7 +194,7 @@ def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion |
         found = best_within(problem, planning, planning.solver, candidates_of(problem, warm_start))
     else:
         found = _searched(problem, planning, planning.solver, candidates_of(problem, warm_start))
-    return finished(found, planning.progress, planning.interruption) if planning.scenario.model.retime else found
+    return finished(found, planning) if planning.scenario.model.retime else found
 
 
 def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT, first: Sequence[Trajectory]) -> SearchedMotion:
@@ -177,14 +204,15 @@ def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT, first: 
     settings = planning.settings
     own = refinement.program.starts(np.random.default_rng(settings.seed))
     starts = chain(map(refinement.program.from_trajectory, first), own)
-    search = refinement.descend(starts, settings.budget(), settings.seed, planning.progress.status)
+    status = planning.progress.status
+    search = planning.searched(partial(refinement.descend, starts, settings.budget(), settings.seed, status))
     log_search("descent", search)
     return SearchedMotion(
         scenario=planning.scenario,
         problem=problem,
         search=search,
         motion=refinement.motion(search.x),
-        interrupted=planning.interruption.requested,
+        interrupted=planning.is_cut_short,
     )
 
 
@@ -194,28 +222,31 @@ def _searched(problem: Problem[Any], planning: Planning, solver: Solver, known: 
     archive = Archive(box) if settings.polish_starts and problem.is_descended else None
     evaluate = planning.evaluator(problem)
     progress.phase("searching")
-    search = minimize(evaluate, box, solver, settings.budget(), settings.seed, progress.status, archive, known)
+    budget, status = settings.budget(), progress.status
+    search = planning.searched(
+        partial(minimize, evaluate, box, solver, budget, settings.seed, status, archive, known)
+    )  # fmt: skip
     log_search("search", search)
     motion = motion_of(problem, search.x)
     refined = None
     if archive is not None:
         work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress, planning.starts)
-        refined = planning.interruption.attempt(work)
+        refined = planning.breakable_attempt(work)
     return SearchedMotion(
         scenario=planning.scenario,
         problem=problem,
         search=search,
         motion=motion if refined is None else refined.chosen,
         polish=refined,
-        interrupted=planning.interruption.requested,
+        interrupted=planning.is_cut_short,
     )
 
 
-def finished(found: SearchedMotion, progress: Progress, interruption: Interruption) -> SearchedMotion:
-    """The plan as fast as its limits allow; as it was found where the user has asked to stop."""
-    retiming = interruption.attempt(partial(retimed, found.motion, progress))
+def finished(found: SearchedMotion, planning: Planning) -> SearchedMotion:
+    """The plan as fast as its limits allow; as it was found where it is cut short."""
+    retiming = planning.breakable_attempt(partial(retimed, found.motion, planning.progress))
     motion = found.motion if retiming is None else retiming.chosen
-    return replace(found, motion=motion, retiming=retiming, interrupted=interruption.requested)
+    return replace(found, motion=motion, retiming=retiming, interrupted=planning.is_cut_short)
 
 
 def candidates_of(problem: Problem[Any], previous: PlannedMotion | Motion | None) -> FloatArray | None:

@@ -5,17 +5,19 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from math import inf
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from problems import Problem, Trajectory
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import AnySolver, Interruption, Result, Status
+from solvers import AnySolver, Interruption, Result, Status, best_so_far
 from tpbso_casadi.scenario import Scenario, SolverSection
 
 LOG = logging.getLogger(__name__)
+FAILURES = (Exception, SystemExit)  # a plug-in may exit
+T = TypeVar("T")
 
 
 def _nothing(told: object) -> None:
@@ -48,6 +50,7 @@ class Planning:
         interruption: Ctrl-C.
         starts: motions that a descent begins with, before any candidate.
         deadline: when it has to be done, as of ``time.perf_counter``, s; infinite where nobody says.
+        failures: what a callback or a solver has raised; the first is raised again, with the best plan so far.
     """
 
     scenario: Scenario
@@ -58,6 +61,12 @@ class Planning:
     interruption: Interruption
     starts: Sequence[Trajectory] = ()
     deadline: float = inf
+    failures: list[BaseException] = field(default_factory=list)
+
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether to leave it at what there is: the user says so, or something has raised."""
+        return self.interruption.requested or bool(self.failures)
 
     @property
     def left(self) -> float:
@@ -65,8 +74,8 @@ class Planning:
         return self.deadline - time.perf_counter()
 
     def running_out(self) -> bool:
-        """Whether to come to an end: no time is left, or the user says so."""
-        return self.left <= 0.0 or self.interruption.requested
+        """Whether to come to an end: no time is left, or it is cut short."""
+        return self.left <= 0.0 or self.is_cut_short
 
     def satisfied(self) -> bool:
         """Whether a plan that is known is enough: the first was asked for, or there is no time for another."""
@@ -83,6 +92,33 @@ class Planning:
             KeyboardInterrupt: Ctrl-C.
         """
         return self.interruption.breakable(partial(problem.evaluator, self.evaluation))
+
+    def searched(self, search: Callable[[], Result]) -> Result:
+        """The result of a search; where it raises, which cuts the plan short, the best candidate until then.
+
+        Raises:
+            BaseException: whatever it raises before there is a candidate; Ctrl-C in any case.
+        """
+        try:
+            return search()
+        except FAILURES as error:
+            found = best_so_far(error, Result)
+            if found is None:
+                raise
+            self.failures.append(error)
+            return found
+
+    def attempt(self, work: Callable[[], T]) -> T | None:
+        """The result of work that improves on what there is; None where it raises, which cuts the plan short."""
+        try:
+            return None if self.failures else work()
+        except FAILURES as error:
+            self.failures.append(error)
+            return None
+
+    def breakable_attempt(self, work: Callable[[], T]) -> T | None:
+        """The same of work that Ctrl-C breaks off at once."""
+        return self.attempt(partial(self.interruption.attempt, work))
 
 
 def log_search(what: str, search: Result) -> None:

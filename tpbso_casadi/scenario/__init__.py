@@ -15,6 +15,7 @@ from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.motion_files import READERS, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
+from tpbso_casadi.scenario.named_solvers import NamedSolver, each_of, named_solver
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
@@ -106,6 +107,7 @@ __all__ = [
     "Interpolation",
     "ModelSection",
     "MovingStage",
+    "NamedSolver",
     "NestedError",
     "ObjectiveChoice",
     "ObstacleSection",
@@ -134,6 +136,7 @@ __all__ = [
     "built",
     "builtin",
     "describe",
+    "each_of",
     "find_objective",
     "find_solver",
     "hand_table",
@@ -146,6 +149,7 @@ __all__ = [
     "load_all",
     "motion_table",
     "named",
+    "named_solver",
     "new_covers",
     "obstacle_table",
     "overridden",

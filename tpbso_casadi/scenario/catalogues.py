@@ -22,7 +22,7 @@ from typing import Generic, TypeGuard, TypeVar
 from problems import LIMITS, OBJECTIVES, ROBOTS, Limit, Objective, Robot
 from problems.objectives import WeightedSum
 from problems.robots import BUILT_IN
-from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
+from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, is_solver_class
 from tpbso_casadi.plain import nearest
 
 T = TypeVar("T")
@@ -176,12 +176,18 @@ OBJECTIVE_CATALOGUE: Catalogue[type[Objective]] = Catalogue(
     accepts=subclass_of(Objective),
     requirement="a subclass of problems.Objective",
 )
+
+
+def _is_solver(candidate: object) -> TypeGuard[type[AnySolver]]:
+    return is_solver_class(candidate) or subclass_of(IPOPT)(candidate)
+
+
 SOLVER_CATALOGUE: Catalogue[type[AnySolver]] = Catalogue(
     kind="solver",
     group="tpbso_casadi.solvers",
     registry={**SOLVERS, **GRADIENT_SOLVERS, **{name: external.path for name, external in EXTERNAL.items()}},
-    accepts=subclass_of((Solver, IPOPT)),
-    requirement="a subclass of solvers.Solver",
+    accepts=_is_solver,
+    requirement="a dataclass derived from solvers.Solver",
     extras={name: (external.package, external.extra) for name, external in EXTERNAL.items() if external.package},
 )
 

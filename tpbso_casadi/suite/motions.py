@@ -79,7 +79,7 @@ def motion(scenario: Scenario, x: FloatArray, name: str) -> SuiteMotion:
 def interpreted(scenario: Scenario, form: str) -> list[Callable[[FloatArray], FloatArray]]:
     """Functions of merit, objective and violations in CasADi's virtual machine, for each objective."""
     instance = Instance({}, problem_of(scenario), form)
-    return [PopulationFunction(program, EvaluationOptions("vm")) for program, _ in instance.programs]
+    return [PopulationFunction(program, EvaluationOptions("vm")).of_any for program, _ in instance.programs]
 
 
 def problem_of(scenario: Scenario) -> Problem[Any]:

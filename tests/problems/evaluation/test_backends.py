@@ -52,7 +52,8 @@ def hostile(box: Box, rows: int) -> FloatArray:
 def test_backends_agree_to_the_bit(case: str, formulation: str) -> None:
     problem = builtin(case, formulation)
     candidates = hostile(Box(*problem.bounds), 2_000)
-    vm, compiled_costs = (problem.evaluator(EvaluationOptions(backend))(candidates) for backend in ("vm", "native"))
+    evaluators = (problem.evaluator(EvaluationOptions(backend)) for backend in ("vm", "native"))
+    vm, compiled_costs = (evaluator.of_any(candidates) for evaluator in evaluators)
     assert same_bits(vm, compiled_costs)
     assert np.isfinite(vm).mean() > 0.85
     assert (vm < problem.objective_upper_bound).any() or formulation == "paper"
@@ -79,7 +80,7 @@ def test_every_operation_and_every_special_value(compiler: str, flags: str, monk
     for k in range(len(candidates)):
         with_vm(candidates[k : k + 1], one_by_one[k : k + 1])
     with_vm(candidates, at_once)
-    in_lanes = natively(candidates)
+    in_lanes = natively.of_any(candidates)
     for other in (at_once, in_lanes):
         wrong = ~((one_by_one == other) | (np.isnan(one_by_one) & np.isnan(other)))
         assert not wrong.any(), [(OPERATIONS[int(k)][0], a, b) for k, a, b in candidates[wrong]]
@@ -98,7 +99,7 @@ def test_logic_reads_numbers_and_numbers_read_logic() -> None:
     )
     candidates = np.array(list(product([0.0, 1.0, 2.0, -1.0, math.nan], repeat=2)))
     assert same_bits(
-        PopulationFunction(function, EvaluationOptions("native"))(candidates),
+        PopulationFunction(function, EvaluationOptions("native")).of_any(candidates),
         np.array([float(function(row)) for row in candidates]),
     )
 

@@ -126,7 +126,7 @@ def test_nothing_is_simplified_across_steps(limit: int, monkeypatch: pytest.Monk
     alone, together = by_virtual_machine(program, candidates)
     assert same_bits(alone[::5], interpreted(program, candidates[::5]))
     assert same_bits(alone, together)
-    assert same_bits(alone, PopulationFunction(program, EvaluationOptions("native"))(candidates))
+    assert same_bits(alone, PopulationFunction(program, EvaluationOptions("native")).of_any(candidates))
 
 
 UNARY = [ca.sin, ca.cos, ca.fabs, ca.floor, lambda a: a * a, lambda a: 1 / (a * a + 0.1), lambda a: -a]
@@ -327,7 +327,7 @@ def test_jumps_leave_the_bits_of_the_virtual_machine(name: str, block: int, monk
     candidates[100:200, 0] = -np.abs(candidates[100:200, 0])  # or for none
     candidates[200:210] = np.nan
     native = PopulationFunction(program, EvaluationOptions("native"))
-    costs, expected = native(candidates), np.empty(300)
+    costs, expected = native.of_any(candidates), np.empty(300)
     virtual_machine(program)(candidates, expected)
     assert native.backend == "native"
     assert same_bits(costs, expected)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,13 @@ from helpers.running import campaigns_here, refusal, status
 
 import tpbso_casadi as tp
 from tpbso_casadi.campaign import parse_solvers
+from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.campaign.functions import suite_text
 from tpbso_casadi.campaign.suite_runs import suite_grid
 from tpbso_casadi.cli.campaign import INTERRUPTED
 from tpbso_casadi.cli.commands import suite as command
 from tpbso_casadi.cli.commands.suite import main, numbers
-from tpbso_casadi.suite import read_runs
+from tpbso_casadi.suite import Recording, read_runs
 
 pytestmark = [pytest.mark.usefixtures("in_an_empty_folder"), needs_compiler]
 FEW = ["--functions", "spline-2,star-time", "--instances", "1-2", "--solvers", "pso,ga,lshade", "--budget", "30"]
@@ -154,6 +156,30 @@ def test_a_search_for_a_front_finds_one(name: str) -> None:
     assert 0.0 < first["cost"] < 0.9
     assert spec.found(json.dumps(first)).words == "keeps all constraints"
     assert spec.least_infeasible_cost > 2.0
+
+
+@dataclass(frozen=True)
+class Dividing(tp.Solver):
+    """Takes several costs, and yields a NaN, at once or later."""
+
+    good: int = 0
+
+    @property
+    def takes_several_costs(self) -> bool:
+        return True
+
+    def search(self, box: tp.SearchBox, rng: np.random.Generator, iterations: tp.Iterations) -> tp.Search:
+        for _ in range(self.good):
+            yield box.sample(rng, 3)
+        yield np.full((3, box.dimension), np.nan)
+
+
+@pytest.mark.parametrize("good", [0, 2])
+def test_a_search_for_a_front_refuses_candidates_that_are_no_numbers(good: int) -> None:
+    recording = Recording(tp.suite()["time-energy-3@1"], "own", 1)
+    with pytest.raises(ValueError, match="Dividing yielded nan for variable 0 of candidate 0"):
+        search_front(recording, Dividing(good), 100, 1)
+    assert recording.done == 3 * good
 
 
 @pytest.mark.parametrize("verbose", [[], ["-v"]])

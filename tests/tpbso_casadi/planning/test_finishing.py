@@ -16,6 +16,7 @@ from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.planning import POLISHED, SAME_PATH, Progress, Retiming, SearchedMotion, plan
 from tpbso_casadi.planning.finishing import is_better, retimed
 from tpbso_casadi.planning.plan import finished
+from tpbso_casadi.planning.progress import Planning
 
 SILENT = Progress()
 
@@ -150,7 +151,15 @@ def test_a_least_segment_time_is_kept() -> None:
 def test_a_request_to_stop_leaves_the_plan_as_it_was_found() -> None:
     found, interruption = planned("time-3"), Interruption()
     interruption.requested = True
-    left = finished(found, SILENT, interruption)
+    planning = Planning(
+        scenario=found.scenario,
+        solver=found.scenario.solver.build(),
+        settings=found.scenario.solver,
+        evaluation=None,
+        progress=SILENT,
+        interruption=interruption,
+    )
+    left = finished(found, planning)
     assert left.motion is found.motion
     assert left.retiming is None
     assert left.interrupted

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NoReturn, get_args
 
 from problems import OBJECTIVES, CertificateStatus, Problem
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import Elbow, KnotRedundancy
-from solvers import Interruption, deferred_interrupt
+from solvers import Interruption, best_so_far, deferred_interrupt
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
     SCENARIO,
@@ -57,6 +57,7 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     load,
     named,
+    named_solver,
     overridden,
     plugin_failures_named,
 )
@@ -75,7 +76,7 @@ def parser() -> OneLineParser:
     command_line = command_parser(
         "solve",
         "Plan the motion of a robot arm: search, refine, prove it for all t. Exit status 0: certified; 1: not; "
-        "2: bad input.",
+        "2: bad input, or a plug-in raised, and the best until then is written.",
         examples=[
             "time-3 --out runs/first",
             "obstacle-3 --solver pso --evaluations 20000 --seed 7",
@@ -148,8 +149,9 @@ def add_search_options(search: Group) -> None:
         "--solver",
         type=printable_name,
         metavar="NAME",
-        help=f"{listed(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; an iteration of ipopt is a "
-        f"start [default: the scenario's, else abso with --polish, in space ladder]",
+        help=f"{listed(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; settings and a polish may "
+        "follow, as in bso(c1=1.5)+polish; an iteration of ipopt is a start [default: the scenario's, else abso with "
+        "--polish, in space ladder]",
     )
     add_population(search, whole_number(0, MOST_MEMBERS))
     add_iterations(search, whole_number(1, MOST_ITERATIONS))
@@ -193,7 +195,8 @@ def written(
     problem = scenario.problem() if scenario.task.is_searched else None
     with deferred_interrupt() as interruption:
         with _working(problem, options) as progress:
-            solution = replace(plan(scenario, progress, evaluation, problem), name=output.title)
+            found, error = best_plan(partial(plan, scenario, progress, evaluation, problem))
+            solution = replace(found, name=output.title)
             folder = output.write(solution, progress)
         try:
             if options.json:
@@ -207,7 +210,29 @@ def written(
         finally:  # though nobody may listen
             with _working(problem, options) as progress:
                 output.add(solution, folder, progress, interruption)
+        if error is not None:
+            raise_again(error, scenario, what_there_is(solution, folder))
         return exit_status(solution, folder, interruption)
+
+
+def best_plan(planning: Callable[[], PlannedMotion]) -> tuple[PlannedMotion, BaseException | None]:
+    """The plan; or the best until something was raised, and that. Where there is none it passes."""
+    try:
+        return planning(), None
+    except BaseException as error:
+        found = best_so_far(error, PlannedMotion)
+        if found is None:
+            raise
+        return found, error
+
+
+def raise_again(error: BaseException, scenario: Scenario, there_is: str) -> NoReturn:
+    """Raise what ended a plan; in one line with what there is, where plug-ins may have raised it."""
+    try:
+        with plugin_failures_named(scenario, OutputError, InvalidEvaluation):
+            raise error
+    except ScenarioError as told:
+        raise ScenarioError(f"{told}; {there_is}") from error
 
 
 @contextmanager
@@ -229,8 +254,7 @@ def evaluation_options(options: argparse.Namespace) -> EvaluationOptions:
 def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Interruption) -> int:
     """0 feasible, 1 not, 130 interrupted; the last two with a line that says what there is."""
     if interruption.requested:
-        what = f"best plan so far, {summary_of(solution)}," if solution.feasible else "best attempt, not feasible,"
-        print_error(f"interrupted; the {what} is {'printed' if folder is None else f'in {folder}'}")
+        print_error(f"interrupted; {what_there_is(solution, folder)}")
         return Exit.INTERRUPTED
     if not solution.feasible:
         if solution.searched is None:
@@ -242,6 +266,12 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
             print_error(f"no feasible plan was found; {best} (try more evaluations or another seed)")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
+
+
+def what_there_is(solution: PlannedMotion, folder: Path | None) -> str:
+    """What a search that was cut short leaves, and where."""
+    what = f"best plan so far, {summary_of(solution)}," if solution.feasible else "best attempt, not feasible,"
+    return f"the {what} is {'printed' if folder is None else f'in {folder}'}"
 
 
 def broken(solution: PlannedMotion, places: bool = False) -> str:
@@ -264,12 +294,16 @@ def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     search = stated(
         options, "population", "iterations", "evaluations", "time_limit", "within", "first", "seed", "polish_starts"
     )
+    named_one: dict[str, Any] = {}
+    if options.solver is not None:
+        before = scenario.solver
+        named_one = named_solver(options.solver, "--solver").table(before.name, before.settings)
     return overridden(
         scenario,
         arm=arm,
         task=stated(options, "objective", "elbow"),
         model=stated(options, "motion", "retime", "formulation", "knot_redundancy"),
-        solver=search if options.solver is None else {**search, "name": options.solver},
+        solver=named_one | search,
         polish=options.polish,
     )
 

@@ -1,0 +1,22 @@
+"""Numbers in the texts of files."""
+
+from __future__ import annotations
+
+import re
+
+DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?"
+NUMBER = re.compile(rf"[-+]?(?:{DIGITS}|inf|infinity|nan)", re.ASCII | re.IGNORECASE)
+
+
+def number_of(text: str) -> float:
+    """The number that a text says, with blanks around it or not; NaN and infinity too.
+
+    Python's ``float`` takes ``1_0`` for ten, and digits of other scripts, which no other reader of such files does.
+
+    Raises:
+        ValueError: it says none.
+    """
+    stripped = text.strip()
+    if NUMBER.fullmatch(stripped) is None:
+        raise ValueError(f"not a number: {text!r:.60}")
+    return float(stripped)
