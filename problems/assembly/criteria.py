@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -238,13 +239,20 @@ class Criteria:
     @property
     def not_judged(self) -> tuple[str, ...]:
         """What no verdict speaks of, although it is or may be there, a line each."""
-        found = [*self.robot.unjudged]
+        found = [*self.robot.unjudged, *self._contacts_with_several()]
         if self.robot.dim == 3 and any(obstacle.moves for obstacle in self.obstacles):
             found.append("clearance of what no joint moves from obstacles that move")
         if not self.robot.is_exact:
             planned = dict.fromkeys(limit.name for limit in self.judged_limits if not limit.within_tracking)
             found.append(f"{', '.join(planned)}, and the path of the tool, of joints that are off the plan")
         return tuple(found)
+
+    def _contacts_with_several(self) -> Iterator[str]:
+        """A line for each name of obstacles that may be touched and that several of them have, parts of one too."""
+        bodies = Counter(obstacle.unmoved.name for obstacle in self.obstacles)
+        for name in dict.fromkeys(obstacle for _, obstacle in self.robot.may_touch):
+            if bodies[name] > 1:
+                yield f"contact with any of the {bodies[name]} bodies that are called {name}, which may be touched"
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing."""

@@ -48,7 +48,7 @@ from problems.base.matrix import (
     total,
 )
 from problems.base.minima import bounded_minimum
-from problems.base.numbers import number_of
+from problems.base.numbers import number_of, whole_of
 from problems.base.piecewise import BSpline, PiecewisePolynomial, real_roots
 from problems.base.polynomials import (
     bernstein,
@@ -119,5 +119,6 @@ __all__ = [
     "total",
     "types_of",
     "unproven_part",
+    "whole_of",
     "written",
 ]

@@ -8,6 +8,21 @@ DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?"
 NUMBER = re.compile(rf"[-+]?(?:{DIGITS}|inf|infinity|nan)", re.ASCII | re.IGNORECASE)
 
 
+WHOLE = re.compile(r"[-+]?[0-9]+", re.ASCII)
+
+
+def whole_of(text: str) -> int:
+    """The whole number that a text says in decimal digits, with blanks around it or not.
+
+    Raises:
+        ValueError: it says none, or one of thousands of digits.
+    """
+    stripped = text.strip()
+    if WHOLE.fullmatch(stripped) is None:
+        raise ValueError(f"not a whole number: {text!r:.60}")
+    return int(stripped)
+
+
 def number_of(text: str) -> float:
     """The number that a text says, with blanks around it or not; NaN and infinity too.
 

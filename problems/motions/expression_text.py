@@ -24,7 +24,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem, Matrix
+from problems.base import FloatArray, InvalidProblem, Matrix, number_of
 from problems.evaluation import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
 from problems.motions.samples import MISSING, SAMPLED_ORDERS, MotionView, Samples, quantity_named
 from problems.robots import Robot
@@ -162,7 +162,7 @@ class _Reader:
 
     def _number(self, word: str) -> ca.SX:
         try:
-            value = float(word)
+            value = number_of(word)
         except ValueError:
             raise InvalidText(f"{word!r} is no number") from None
         if not isfinite(value):

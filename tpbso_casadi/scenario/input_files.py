@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from problems import InvalidProblem, Tabulated
-from problems.base import FloatArray, toml_tables
+from problems.base import FloatArray, number_of, toml_tables
 from problems.scene import first_fault
 from tpbso_casadi.scenario.validation import LARGEST, MOST_GIVEN_POINTS, MOST_LINKS, Number, ScenarioError
 
@@ -27,7 +27,7 @@ def numbers_of(place: str, line: str, width: int) -> list[float]:
         ScenarioError: naming the place.
     """
     try:
-        numbers = [float(cell) for cell in line.split(",")]
+        numbers = [number_of(cell) for cell in line.split(",")]
     except ValueError as error:
         raise ScenarioError(f"{place}: {width} numbers are needed") from error
     if len(numbers) != width:
@@ -345,7 +345,7 @@ def _is_heading(line: str) -> bool:
 def _numbers(line: str, place: str, before: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
     """The numbers of a line: as many as of the lines before."""
     try:
-        point = tuple(float(cell) for cell in line.split(","))
+        point = tuple(number_of(cell) for cell in line.split(","))
     except ValueError as error:
         needed = f"{COLUMNS[len(before[0])]} are needed" if before else ANY_COLUMNS
         raise ScenarioError(f"{place}: {needed}") from error

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from problems import Trajectory
+from problems.base import number_of
 from tpbso_casadi.plain import one_line
 from tpbso_casadi.scenario.bags import read_bag
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -135,7 +136,7 @@ def _cells(line: str, width: int, number: int) -> Row:
     if len(cells) != width:
         raise BadRow(f"line {number}: {len(cells)} numbers where the header has {width} names")
     try:
-        row = [float(cell) for cell in cells]
+        row = [number_of(cell) for cell in cells]
     except ValueError as error:
         raise BadRow(f"line {number}: {width} numbers are needed") from error
     if not all(abs(value) <= LARGEST_STATE for value in row):

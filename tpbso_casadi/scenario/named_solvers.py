@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from problems.base import number_of
+from problems.base import number_of, whole_of
 from solvers import Preset
 from tpbso_casadi.scenario.catalogues import PluginError, find_solver
 from tpbso_casadi.scenario.validation import ScenarioError
 
 STATED = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\+polish(?P<starts>\d*))?")
-WHOLE = re.compile(r"[-+]?[0-9]+")
 BETWEEN = re.compile(r",(?![^()]*\))")  # solvers, not settings
 
 
@@ -83,7 +82,9 @@ def _setting(place: str, pair: str) -> tuple[str, int | float | str]:
     name, equals, value = (part.strip() for part in pair.partition("="))
     if not (name and equals and value):
         raise ScenarioError(f"{place}: {pair.strip()!r} is not setting=value")
-    try:
-        return name, int(value) if WHOLE.fullmatch(value) else number_of(value)
-    except ValueError:  # a word, or thousands of digits
-        return name, value
+    for kind in (whole_of, number_of):
+        try:
+            return name, kind(value)
+        except ValueError:
+            continue
+    return name, value

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import yaml
 
+from problems.base import number_of
 from tpbso_casadi.plain import one_line
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.recorded_rows import LARGEST_STATE, RATES, BadRow, RecordedRows, Row, check_count
@@ -43,7 +44,17 @@ class _SafeLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignor
 
 for _tag, _pattern in NUMBERS.items():
     _SafeLoader.add_implicit_resolver(_tag, re.compile(f"({_pattern.pattern})$"), list("-+.0123456789"))
-_SafeLoader.add_constructor("tag:yaml.org,2002:int", lambda loader, node: int(node.value))
+
+
+def _number_in_yaml(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int | float:
+    """A number of YAML 1.2, one whose tag is stated too."""
+    if not isinstance(node, yaml.ScalarNode) or NUMBERS[node.tag].fullmatch(node.value) is None:
+        raise yaml.constructor.ConstructorError(None, None, "a tag says number, the text does not", node.start_mark)
+    return int(node.value) if node.tag.endswith(":int") else float(node.value)
+
+
+for _tag in NUMBERS:
+    _SafeLoader.add_constructor(_tag, _number_in_yaml)
 
 
 def read_yaml(folder: InputFolder, name: str) -> RecordedRows:
@@ -182,19 +193,27 @@ def _joint_trajectory(document: Any) -> tuple[str, dict[str, Any], Starts]:
     raise BadRow("no JointTrajectory with joint_names and points is in it, nor a message of MoveIt that holds one")
 
 
+SECONDS, NANOSECONDS = ("sec", "secs"), ("nanosec", "nsecs", "nsec")  # of ROS 2, of ROS 1, and of some tools
+
+
 def _seconds(value: Any, place: str) -> float:
     if isinstance(value, dict):
-        parts = [
-            next((value[name] for name in names if name in value), None)
-            for names in (("sec", "secs"), ("nanosec", "nsecs", "nsec"))
-        ]
-        if None in parts:
-            raise BadRow(f"{place}: sec and nanosec are needed")
-        seconds, nanoseconds = (_number(part, place) for part in parts)
+        seconds, nanoseconds = (_part_of_time(value, names, place) for names in (SECONDS, NANOSECONDS))
+        if not 0.0 <= nanoseconds < 1e9:
+            raise BadRow(f"{place}: nanoseconds from 0 to 999999999 are needed, not {nanoseconds:.10g}")
         return seconds + 1e-9 * nanoseconds
     if value is None:
         raise BadRow(f"{place}: missing key")
     return _number(value, place)
+
+
+def _part_of_time(value: dict[str, Any], names: tuple[str, ...], place: str) -> float:
+    stated = [name for name in names if value.get(name) is not None]
+    if len(stated) > 1:
+        raise BadRow(f"{place}: {stated[0]} beside {stated[1]}, which are the same; one is needed")
+    if not stated:
+        raise BadRow(f"{place}: sec and nanosec are needed")
+    return _number(value[stated[0]], place)
 
 
 def _values(value: Any, width: int, place: str, needed: bool) -> Row:
@@ -209,9 +228,9 @@ def _values(value: Any, width: int, place: str, needed: bool) -> Row:
 
 
 def _number(value: Any, place: str) -> float:
-    """A number; YAML takes 1e-05 for a word."""
+    """A number, or a word that is one."""
     try:
-        number = math.nan if isinstance(value, bool | list | dict) else float(value)
+        number = number_of(value) if isinstance(value, str) else float(math.nan if isinstance(value, bool) else value)
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not abs(number) <= LARGEST_STATE:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from problems import InvalidProblem
-from problems.base import FloatArray
+from problems.base import FloatArray, number_of
 from problems.geometry import convex_parts
 from problems.robots import Transform, as_point, matrix_of, numbers_of, quaternions_of
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -51,7 +51,7 @@ class _Words:
         for _ in range(count):
             word = self.word()
             try:
-                found.append(float(word))
+                found.append(number_of(word))
             except ValueError as error:
                 raise self.fault(f"a number is needed, not {word!r}") from error
             if not math.isfinite(found[-1]):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from problems import InvalidProblem, Problem
+from problems.base import number_of
 from problems.motions import JointPath
 from tpbso_casadi.planning import SAME_PATH, Motion
 from tpbso_casadi.scenario import Scenario, ScenarioError, pieces_table, plugin_failures_named, read_text
@@ -90,7 +91,7 @@ def check_table(path: Path, motion: Motion) -> None:
             header, expected = without, expected[:, : len(without)]
         if stored_header != header or len(rows) != len(expected) or {len(row) for row in rows} != {len(header)}:
             raise Contradiction(f"{path}: {expected.shape[0]} rows of {','.join(header)} are needed")
-        stored = np.array(rows, dtype=np.float64)
+        stored = np.array([[number_of(cell) for cell in row] for row in rows])
     except ScenarioError as error:
         raise Contradiction(str(error)) from error
     except csv.Error as error:

@@ -251,6 +251,8 @@ def _parsed(kind: Callable[[str], Number], field: str, text: str) -> Number:
         ValueError: it is none.
     """
     try:
+        if "_" in text or not text.isascii():
+            raise ValueError  # Python takes 1_0 for ten
         return kind(text)
     except ValueError:
         raise ValueError(f"{field}: {text!r:.40} is no {'whole ' if kind is int else ''}number") from None

@@ -133,6 +133,7 @@ NO_EXPRESSION = [
     ("w0 = add(q[0])\n= w0", "no operation 'add' of 1"),
     ("= password[0]", "nothing of a motion is called 'password'"),
     ("= nan", "no finite number"),
+    ("= 1_0", "'1_0' is no number"),
     ("= 1e999", "no finite number"),
     ("= __import__('os')", "no number"),
     ("= q[0]" + " " * 300 + "x", "too long"),

@@ -77,12 +77,14 @@ def test_what_is_wrong_is_said_in_one_line(capsys: pytest.CaptureFixture[str]) -
     Path("other.csv").write_text("t,q1,m1\n" + "".join(f"{k},0.{k},0.{k}1\n" for k in range(1, 9)))
     Path("header.csv").write_text("t,q1,q2\n0,1,2\n")
     Path("back.csv").write_text("t,q1,m1\n0,1,1\n0,1,1\n")
+    Path("odd.csv").write_text("t,q1,m1\n0,1,1\n1_0,1,1\n")
     Path("short.csv").write_text("t,q1,m1\n0,1,1\n1,1,1\n")
     written(np.zeros(COMMANDED.shape), "exact.csv")
     for arguments, reason in (
         (["log.csv", "other.csv"], "1 joints, log.csv has 2"),
         (["header.csv"], "header.csv line 1: the header t,q1..qk,m1..mk is needed"),
         (["back.csv"], "back.csv line 3: times have to increase"),
+        (["odd.csv"], "odd.csv line 3: 3 numbers are needed"),
         (["short.csv"], "2 rows; 5 at least are needed"),
         (["exact.csv"], "it is zero everywhere"),
         (["none.csv"], "none.csv"),

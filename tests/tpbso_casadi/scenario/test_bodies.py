@@ -159,6 +159,7 @@ def test_numbers_may_be_apart_by_tabs() -> None:
         ("box\n", "torus\n", r"line 6: shape 'torus'; box, sphere, cylinder, cone, mesh are read"),
         ("0.8 0.6 0.04", "0.8 0.6", r"line 12: a number is needed, not '\*'"),
         ("0.8 0.6 0.04", "0.8 x 0.04", r"line 7: a number is needed, not 'x'"),
+        ("0.8 0.6 0.04", "0.8 1_0 0.04", r"line 7: a number is needed, not '1_0'"),
         ("0.8 0.6 0.04", "0.8 nan 0.04", r"line 7: a number is not finite"),
         ("0 0 0.70710678 0.70710678", "0 0 0 0", r"line 4: the quaternion is not of length 1"),
         ("0.05 0.2", "-0.05 0.2", r"radius: "),

@@ -66,6 +66,16 @@ def test_it_does_not_pass_through_anything() -> None:
     assert "contact of part and table, which may touch" in arm.unjudged
 
 
+def test_how_many_bodies_of_one_name_may_be_touched_is_said() -> None:
+    other = TABLE | {"center": [0.45, -0.9, 0.2]}
+    contacts: dict[str, Any] = {"carried": [BOX], "may_touch": [["part", "table"], ["panda_link7", "table"]]}
+    several = "contact with any of the 2 bodies that are called table, which may be touched"
+    lines = scenario(obstacles=[TABLE, other, BIN], **contacts).criteria().not_judged
+    assert lines.count(several) == 1 and "contact of part and table, which may touch" in lines
+    alone = scenario(obstacles=[TABLE, other | {"name": "rack"}, BIN], **contacts).criteria().not_judged
+    assert [line for line in lines if line not in alone] == [several]
+
+
 @pytest.mark.parametrize(
     "shape",
     [

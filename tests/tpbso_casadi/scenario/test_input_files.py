@@ -152,6 +152,7 @@ WRONG_ROWS = [
     ("q1,q2\n0,1\n\n0,1,2\n", "path.csv line 4: 3 numbers where the header has 2 names"),
     ("q1,q2\n0,1\n0\n", "path.csv line 3: 1 numbers where the header has 2 names"),
     ("q1,q2\n0,1\n0,x\n", "path.csv line 3: 2 numbers are needed"),
+    ("q1,q2\n0,1\n0,1_0\n", "path.csv line 3: 2 numbers are needed"),
     ("q1,q2\n0,1\n0,nan\n", "path.csv line 3: a number is not finite"),
     ("q1,q2\n0,1\n0,1e7\n", "path.csv line 3: a number is not finite, or an angle larger than 1e+06"),
     ("q1,q2\n0,1\n0,1\n1,1\n", "path.csv line 3: the same joint angles as in the line before"),

@@ -267,6 +267,45 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
         json.dumps(message(points=[point(0), point(1, velocities=[True, 0.0])])),
         "points[1].velocities: a number of at most 1e+09 is needed, not True",
     ),
+    "an underscore in a cell": ("m.csv", "t,q1\n0,1\n1_0,2\n", "line 3: 2 numbers are needed"),
+    "an underscore": (
+        "m.yaml",
+        yaml.safe_dump(message()).replace("- 0.4\n", "- 1_0\n"),
+        "points[1].velocities: a number of at most 1e+09 is needed, not '1_0'",
+    ),
+    "a word with an underscore": (
+        "m.json",
+        json.dumps(message(points=[point(0), point(1, positions=["1_0", 0.0])])),
+        "points[1].positions: a number of at most 1e+09 is needed, not '1_0'",
+    ),
+    "a tag and an underscore": (
+        "m.yaml",
+        yaml.safe_dump(message()).replace("nanosec: 250000000", "nanosec: !!int 250_000_000"),
+        "not YAML in line ",
+    ),
+    "a tag and minutes": (
+        "m.yaml",
+        yaml.safe_dump(message()).replace("- 0.4\n", "- !!float 1:30\n"),
+        "not YAML in line ",
+    ),
+    **{
+        f"{key} {value}": (
+            "m.json",
+            json.dumps(message(points=[point(0), point(1, time_from_start={"sec": 1, key: value})])),
+            f"points[1].time_from_start: nanoseconds from 0 to 999999999 are needed, not {value}",
+        )
+        for key, value in (("nanosec", -1), ("nsecs", 1000000000), ("nsec", -5))
+    },
+    "seconds of both": (
+        "m.json",
+        json.dumps(message(points=[point(0), point(1, time_from_start={"sec": 1, "secs": 1, "nanosec": 0})])),
+        "points[1].time_from_start: sec beside secs, which are the same; one is needed",
+    ),
+    "nanoseconds of both": (
+        "m.yaml",
+        yaml.safe_dump(message(points=[point(0), point(1, time_from_start={"sec": 1, "nsecs": 0, "nanosec": 0})])),
+        "points[1].time_from_start: nanosec beside nsecs, which are the same; one is needed",
+    ),
     "not finite": (
         "m.yaml",
         yaml.safe_dump(message(points=[point(0), point(1, positions=[float("nan"), 0.0])])),
@@ -280,6 +319,12 @@ def test_what_is_wrong_is_said_in_one_line(name: str, content: str | bytes, reas
     folder = written(name, content)
     line = line_of(lambda: read_recorded(folder, name))
     assert line.startswith(f"{name}: {reason}"), line
+
+
+def test_numbers_of_yaml_may_have_their_tags() -> None:
+    text = yaml.safe_dump(message()).replace("- 0.4\n", "- !!float 0.4\n").replace("sec: 1\n", "sec: !!int 1\n")
+    assert "!!" in text
+    check_rows(read_recorded(written("m.yaml", text), "m.yaml"), NAMES)
 
 
 def test_columns_are_brought_into_the_order_of_the_robot() -> None:

@@ -163,6 +163,7 @@ TABLES = {
     "t,x,y\n0,0,0\n": ": 1 rows; a motion needs two at least",
     "t,x,y\n0,0,0\n1,0\n": " line 3: 2 numbers where the header has 3 names",
     "t,x,y\n0,0,0\n1,0,zero\n": " line 3: 3 numbers are needed",
+    "t,x,y\n0,0,0\n1,0,1_0\n": " line 3: 3 numbers are needed",
     "t,x,y\n0,0,0\n1,0,nan\n": " line 3: a number is not finite",
     "t,x,y\n0,0,0\n1,0,inf\n": " line 3: a number is not finite",
     "t,x,y\n0,0,0\n1,0,1e9\n": " line 3: 1e+09 is not within -1e+08 and 1e+08 m",

@@ -88,6 +88,7 @@ def test_poses_are_read_from_beside_the_scenario(folder: Path, heading: str) -> 
 
 
 WRONG_FILES = [
+    ("x,y,z\n0.4,0,0.5\n0.4,1_0,0.5\n", "way.csv line 3: three numbers x,y,z are needed"),
     ("x,y,z\n0.4,0,0.5\n0.4,0.1\n", "way.csv line 3: three numbers x,y,z are needed"),
     ("0.4,0,0.5,1\n", "way.csv line 1: two numbers x,y are needed, three in space, seven of a pose"),
     ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,one\n", "way.csv line 2: seven numbers x,y,z,qx,qy,qz,qw are needed"),

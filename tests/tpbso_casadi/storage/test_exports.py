@@ -134,6 +134,17 @@ def test_a_table_from_before_torques_is_audited(tmp_path: Path) -> None:
         check_table(path, motion)
 
 
+def test_a_table_holds_numbers_as_they_were_written(tmp_path: Path) -> None:
+    """Not as Python alone reads them."""
+    motion = massive_motion()
+    path = write_motion(tmp_path / "trajectory.csv", motion, motion.times)
+    lines = path.read_text().splitlines(keepends=True)
+    assert lines[1].startswith("0.0,")
+    path.write_text("".join([lines[0], lines[1].replace("0.0,", "0_0.0,", 1), *lines[2:]]))
+    with pytest.raises(Contradiction, match="not a table of numbers"):
+        check_table(path, motion)
+
+
 def test_the_table_has_the_pose_of_the_tool() -> None:
     motion = space_plan().motion
     _, rows = table_of(motion, motion.times)
