@@ -289,8 +289,15 @@ class SearchRun:
         self.stop_reason = reason
         self._end()
 
-    def fail(self) -> None:
-        """End the search where something has raised; nobody is called back."""
+    def fail(self, costs: FloatArray | None = None) -> None:
+        """End the search where something has raised; nobody is called back.
+
+        Args:
+            costs: of the first of the pending candidates, (k,), if some were evaluated before.
+        """
+        if self.pending is not None and costs is not None and costs.size:
+            self._evaluations += costs.size
+            self._keep_best(self.pending[: costs.size], np.where(np.isfinite(costs), costs, np.inf))
         self.stop_reason, self.pending = StopReason.ERROR, None
         self.close()
         self._remember()
@@ -396,7 +403,8 @@ def minimize(
     """Search a box for the lowest cost.
 
     Args:
-        cost: evaluates candidates (m, d) -> (m,). NaN and infinite costs count as worst.
+        cost: evaluates candidates (m, d) -> (m,). NaN and infinite costs count as worst. Where it raises, it may
+            leave the costs (k,) of the first of them in the exception by :func:`keep_best`.
         box: where to search.
         solver: the algorithm.
         budget: how long.
@@ -415,7 +423,7 @@ def minimize(
         ValueError: its candidates are not (m, d), not finite or outside the box; costs that do not match them; known
             candidates that are not (m, d).
         BaseException: whatever cost, callback and solver raise. Once there is a candidate, the exception's attribute
-            ``best_so_far`` is the result of the batches before, with ``StopReason.ERROR``.
+            ``best_so_far`` is the result until then, with ``StopReason.ERROR``.
     """
     started, number = box.with_known(known), seed if not isinstance(seed, np.random.Generator) else None
     with deferred_interrupt() as interruption:
@@ -424,9 +432,9 @@ def minimize(
             while run.pending is not None:
                 run.tell(np.asarray(cost(run.pending), dtype=np.float64))
         except BaseException as error:
-            run.fail()
-            if run.has_candidate:
-                keep_best(error, run.result(number))
+            run.fail(best_so_far(error, np.ndarray))
+            if run.has_candidate or hasattr(error, BEST_SO_FAR):  # which may be of a search within the cost
+                keep_best(error, run.result(number) if run.has_candidate else None)
             raise
         finally:
             run.close()

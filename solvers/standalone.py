@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.budget import Budget
-from solvers.driver import Result, Status
+from solvers.driver import Result, Status, keep_best
 from solvers.driver import minimize as drive
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS
 from solvers.solver import Box, FloatArray, Solver, is_solver_class
@@ -54,7 +54,15 @@ class SingleCost:
 
     def __call__(self, candidates: FloatArray) -> FloatArray:
         """Costs (m,) of candidates (m, d)."""
-        return np.array([self._one(x) for x in candidates], dtype=np.float64)
+        costs: list[float] = []
+        try:
+            for x in candidates:
+                costs.append(self._one(x))
+        except BaseException as error:
+            if costs:
+                keep_best(error, np.array(costs))
+            raise
+        return np.array(costs, dtype=np.float64)
 
     def _one(self, x: FloatArray) -> float:
         cost = _numbers(self.f(x.copy()))
@@ -252,7 +260,8 @@ def minimize(
             of ``f`` of another shape, or a solver whose candidates are not (m, d), not finite or outside the box.
         TypeError: a setting that the solver does not have, or an argument of a wrong type.
         BaseException: whatever ``f``, the callback or the solver raises. Once there is a candidate, the exception's
-            attribute ``best_so_far`` is the result of the batches before, with ``StopReason.ERROR``.
+            attribute ``best_so_far`` is the result until then (with ``vectorized``, of whole populations), with
+            ``StopReason.ERROR``.
     """
     if not callable(f):
         raise TypeError(f"f: a function is needed, not {f!r:.60}")

@@ -239,6 +239,46 @@ def test_what_raises_ends_a_search_and_keeps_the_best(kind: type[BaseException],
     assert "what was found before is its attribute best_so_far" in error.__notes__
 
 
+@pytest.mark.parametrize("number", [1, 2, 17, 60])
+def test_of_a_function_of_one_vector_every_candidate_counts(number: int) -> None:
+    """Those of the population in which it raises, too; 1 is the first of all."""
+    costs: list[float] = []
+
+    def f(x: np.ndarray) -> float:
+        if len(costs) == number - 1:
+            raise RuntimeError("boom")
+        costs.append(np.nan if len(costs) == 3 else float(x @ x))
+        return costs[-1]
+
+    with pytest.raises(RuntimeError, match="boom") as caught:
+        tp.minimize(f, BOUNDS, tp.PSO(population=20), 500)
+    result = best_so_far(caught.value, tp.Result)
+    if number == 1:
+        assert result is None and not hasattr(caught.value, "best_so_far")
+    else:
+        assert result is not None
+        assert result.cost == np.nanmin(costs) == sphere(result.x[None])[0]
+        assert (result.evaluations, result.stop_reason) == (number - 1, StopReason.ERROR)
+        assert result.history.evaluations.tolist() == [n for n in (20, 40) if n < number - 1] + [number - 1]
+
+
+def test_a_search_within_a_search_keeps_nothing_for_the_outer_one() -> None:
+    def inner(x: np.ndarray) -> float:
+        if x[0] > 0.5:
+            raise RuntimeError("boom")
+        return float(x @ x)
+
+    def outer(x: np.ndarray) -> np.ndarray:
+        return np.full(len(x), tp.minimize(inner, BOUNDS, "random", 500).cost)
+
+    with pytest.raises(RuntimeError, match="boom") as caught:
+        tp.minimize(inner, BOUNDS, "random", 500)
+    assert best_so_far(caught.value, tp.Result) is not None
+    with pytest.raises(RuntimeError, match="boom") as caught:
+        tp.minimize(outer, BOUNDS, "random", 500, vectorized=True)
+    assert best_so_far(caught.value, object) is None
+
+
 def test_before_the_first_candidate_nothing_is_kept() -> None:
     def cost(x: np.ndarray) -> np.ndarray:
         raise ZeroDivisionError
