@@ -305,7 +305,7 @@ class PlannedMotion:
         scenario: robot, task, limits and solver.
         motion: the plan itself.
         retiming: the last stage of a search; None where there was none.
-        interrupted: whether Ctrl-C cut the work short.
+        interrupted: whether Ctrl-C, or what was raised meanwhile, cut the work short.
         seconds_timed: that the timing of a given path took; 0 where there was a search.
         name: of the case or the file, for titles; empty where nobody knows one.
     """

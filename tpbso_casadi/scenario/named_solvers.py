@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 from problems.base import number_of, whole_of
@@ -82,9 +84,9 @@ def _setting(place: str, pair: str) -> tuple[str, int | float | str]:
     name, equals, value = (part.strip() for part in pair.partition("="))
     if not (name and equals and value):
         raise ScenarioError(f"{place}: {pair.strip()!r} is not setting=value")
-    for kind in (whole_of, number_of):
-        try:
-            return name, kind(value)
-        except ValueError:
-            continue
+    with suppress(ValueError):
+        return name, whole_of(value)
+    with suppress(ValueError):
+        number = number_of(value)
+        return name, number if isfinite(number) else value  # nan and inf are words, as no setting is one of them
     return name, value

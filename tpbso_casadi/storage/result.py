@@ -79,7 +79,7 @@ class RunResult(StoredTable):
         iterations: of the search.
         seconds: that the search took.
         stop_reason: which criterion ended the search.
-        interrupted: whether Ctrl-C or another signal cut the search or the polish short.
+        interrupted: whether Ctrl-C, another signal, or what a plug-in or a callback raised cut the work short.
         history: of the search.
         versions: of the packages that decide a result.
         files: by name, the SHA-256 digests of the other files of the run; none where it was not written to a folder.

@@ -46,6 +46,8 @@ READ = {
     ),
     "a.b:C(x=1,y=-1.5e-3,z=b)": NamedSolver("a.b:C", {"x": 1, "y": -1.5e-3, "z": "b"}),
     "a.b:C(x=1_0,y=0x2)": NamedSolver("a.b:C", {"x": "1_0", "y": "0x2"}),  # no numbers anywhere else either
+    "a.b:C(x=nan,y=-inf,z=1e999)": NamedSolver("a.b:C", {"x": "nan", "y": "-inf", "z": "1e999"}),
+    f"a.b:C(x=1{'0' * 400},y=1{'0' * 5000})": NamedSolver("a.b:C", {"x": 10**400, "y": f"1{'0' * 5000}"}),
     "a.b:C()+polish": NamedSolver("a.b:C", {}, 1),
 }
 
@@ -94,6 +96,7 @@ UNREAD = {
     "bso+polish0": "'bso+polish0': +polish needs a number of starts from 1 on",
     "bso,pso": "no solver 'bso,pso'; did you mean",
     "bso(c9=1)": "solver.settings.c9: bso has no such setting; did you mean c?",
+    f"bso(c1=1{'0' * 400})": "solver.settings.c1: 1000",
     "bso(c1=1_0)": "solver.settings.c1: a number is needed, not '1_0'",
     "own_plugin:Own(stepp=1)": "solver.settings.stepp: own_plugin:Own has no such setting; did you mean step?",
     "own_plugin:Owns(step=1)": "own_plugin has no Owns; did you mean Own?",

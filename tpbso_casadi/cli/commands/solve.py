@@ -147,7 +147,6 @@ def add_search_options(search: Group) -> None:
     """The options that change how it is searched."""
     search.add_argument(
         "--solver",
-        type=printable_name,
         metavar="NAME",
         help=f"{listed(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; settings and a polish may "
         "follow, as in bso(c1=1.5)+polish; an iteration of ipopt is a start [default: the scenario's, else abso with "
