@@ -6,8 +6,6 @@ import re
 
 DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?"
 NUMBER = re.compile(rf"[-+]?(?:{DIGITS}|inf|infinity|nan)", re.ASCII | re.IGNORECASE)
-
-
 WHOLE = re.compile(r"[-+]?[0-9]+", re.ASCII)
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from problems.base import COORDINATES, MASSES, InvalidProblem, shown
+from problems.base import COORDINATES, MASSES, InvalidProblem, number_of, shown
 from problems.robots.inertia import Inertia, moved_inertia
 from problems.robots.looks import Colour, Visual, colour_of
 from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
@@ -90,7 +90,7 @@ def numbers(element: ET.Element, key: str, count: int, default: Sequence[float],
     if text is None:
         return tuple(default)
     try:
-        values = tuple(float(part) for part in text.replace("_", "?").split())  # for Python, 1_0 is 10
+        values = tuple(map(number_of, text.split()))
     except ValueError:
         raise refused(f"{owner}: {key} of <{element.tag}> is {text[:40]!r}, which are no numbers") from None
     if len(values) != count:
