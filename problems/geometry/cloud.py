@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from pathlib import PurePosixPath
 from typing import Any
@@ -16,6 +17,8 @@ KINDS = ("ply", "xyz", "npy")
 MOST_POINTS = 5_000_000
 MOST_CELLS = 20_000_000  # of the grid that holds them
 LARGEST = 100.0  # m
+ELEMENT = re.compile(rb"^\s*element\s+(\w+)\s+(\d+)", re.MULTILINE)  # of the head of a PLY file
+FORMAT = re.compile(rb"^\s*format\s+ascii", re.MULTILINE)
 
 
 def read_cloud(name: str, content: bytes) -> FloatArray:
@@ -56,7 +59,13 @@ def read_cloud(name: str, content: bytes) -> FloatArray:
 def _of_ply(content: bytes) -> FloatArray:
     import trimesh  # noqa: PLC0415 (half a second)
 
-    return np.asarray(trimesh.load(io.BytesIO(content), file_type="ply", process=False).vertices)
+    points = np.asarray(trimesh.load(io.BytesIO(content), file_type="ply", process=False).vertices)
+    head, _, body = content.partition(b"end_header")
+    counts = {name: int(count) for name, count in ELEMENT.findall(head)}
+    lines = sum(bool(line.strip()) for line in body.splitlines()) if FORMAT.search(head) else sum(counts.values())
+    if len(points) != counts.get(b"vertex") or lines != sum(counts.values()):
+        raise ValueError("its head counts other points and faces than are in it")
+    return points
 
 
 def _of_xyz(content: bytes) -> FloatArray:

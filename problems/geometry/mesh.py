@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import PurePosixPath
-from typing import Any
 
 import numpy as np
 import scipy  # whose parts are loaded when they are used
 
-from problems.base import FloatArray, InvalidProblem
+from problems.base import FloatArray
+from problems.geometry.mesh_files import MOST_TRIANGLES, Content, Part, read_dae, read_obj, read_stl, refused
 
-KINDS = ("stl", "obj", "dae")
-MOST_TRIANGLES = 2_000_000
+READERS: dict[str, Callable[[bytes], Content]] = {"stl": read_stl, "obj": read_obj, "dae": read_dae}
 LARGEST = 10.0  # m: a larger body was stated in other units
 SIDES = 64  # of the prism around a cylinder
 ROUND = 24  # sides of what only looks like a ball
@@ -27,12 +24,16 @@ class Mesh:
     """Triangles of a file.
 
     Attributes:
-        corners: (n, 3, 3), m.
-        notes: what is unusual, a line each.
+        corners: (n, 3, 3), m; of a polygon whose corners lie in no plane, all triangles that it may mean.
+        reading: what of the file was left out or converted, a line each.
+        flaws: what is unusual about its surface, a line each.
+        up: the axis that the file calls up, X, Y or Z; its coordinates are not turned.
     """
 
     corners: FloatArray
-    notes: tuple[str, ...] = ()
+    reading: tuple[str, ...] = ()
+    flaws: tuple[str, ...] = ()
+    up: str = "Z"
 
 
 def read_mesh(name: str, content: bytes, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Mesh:
@@ -44,114 +45,68 @@ def read_mesh(name: str, content: bytes, scale: tuple[float, float, float] = (1.
         scale: of its coordinates along each axis.
 
     Raises:
-        InvalidProblem: ``mesh`` is of no kind that is read, broken, without triangles, or too large.
+        InvalidProblem: ``mesh`` is of no kind that is read, broken, without triangles, or too large, or has an element
+            that is not read.
     """
-    corners, closed, volume = _loaded(_kind_of(name), content)
-    corners = _scaled(corners, scale)
-    notes = []
+    file = _content_of(name, content)
+    surface = _scaled([part.corners for part in file.parts], scale)
+    corners = _scaled([surface, *(part.further * np.array(scale) for part in file.parts)])
+    closed, volume = _closed_volume(surface)
+    flaws: tuple[str, ...] = ()
     if not closed:
-        notes.append("is not watertight: what no way from outside leads to counts as solid")
-    elif volume * float(np.prod(scale)) < 0.0:
-        notes.append("is inside out, which changes nothing")
-    return Mesh(corners, tuple(notes))
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Triangles of one colour.
-
-    Attributes:
-        corners: (n, 3, 3), m.
-        colour: as #rrggbb; empty where the file states none.
-    """
-
-    corners: FloatArray
-    colour: str
+        flaws = ("is not watertight: what no way from outside leads to counts as solid",)
+    elif volume < 0.0:
+        flaws = ("is inside out, which changes nothing",)
+    return Mesh(corners, file.notes, flaws, file.up)
 
 
 def read_parts(name: str, content: bytes, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> list[Part]:
-    """The same triangles by the parts of the file, with the colours that a DAE states.
+    """The same file by its colours, in m, as it is shown.
 
     Raises:
         InvalidProblem: as there.
     """
-    kind = _kind_of(name)
-    with _failures_named():
-        scene = _load(kind, content, force="scene")
-        parts = [(_corners_of(mesh), _colour_of(mesh) if kind == "dae" else "") for mesh in scene.dump()]
-    _scaled(np.concatenate([np.empty((0, 3, 3)), *(corners for corners, _ in parts)]), scale)
-    return [Part(corners * np.array(scale), colour) for corners, colour in parts]
+    parts = _content_of(name, content).parts
+    _scaled([part.corners for part in parts], scale)
+    return [Part(part.corners * np.array(scale), part.further * np.array(scale), part.colour) for part in parts]
 
 
-def _kind_of(name: str) -> str:
+def _content_of(name: str, content: bytes) -> Content:
     kind = PurePosixPath(name).suffix[1:].lower()
-    if kind not in KINDS:
-        raise _refused(f"it ends with {kind!r}; {', '.join(KINDS)} are read")
-    return kind
+    if kind not in READERS:
+        raise refused(f"it ends with {kind!r}; {', '.join(READERS)} are read")
+    return READERS[kind](content)
 
 
-def _scaled(corners: FloatArray, scale: tuple[float, float, float]) -> FloatArray:
-    """Corners in m.
+def _scaled(parts: list[FloatArray], scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> FloatArray:
+    """Corners (n, 3, 3) of all parts in m.
 
     Raises:
         InvalidProblem: ``mesh`` has none, too many, or is too large.
     """
-    if not len(corners):
-        raise _refused("it has no triangles")
-    if len(corners) > MOST_TRIANGLES:
-        raise _refused(f"{len(corners)} triangles, of at most {MOST_TRIANGLES}")
-    corners = corners * np.array(scale)
+    count = sum(map(len, parts))
+    if not count:
+        raise refused("it has no triangles")
+    if count > MOST_TRIANGLES:
+        raise refused(f"{count} triangles, of at most {MOST_TRIANGLES}")
+    with np.errstate(over="ignore"):
+        corners = np.concatenate(parts) * np.array(scale)
     if not np.isfinite(corners).all():
-        raise _refused("a coordinate is no finite number")
+        raise refused("a coordinate is no finite number")
     sizes = np.ptp(corners, axis=(0, 1))
     if sizes.max() > LARGEST:
         shown = " x ".join(f"{size:.4g}" for size in sizes)
-        raise _refused(f"it is {shown} m, of at most {LARGEST:g}: is it in mm, and scale is missing?")
-    return corners
+        raise refused(f"it is {shown} m, of at most {LARGEST:g}: is it in mm, and scale is missing?")
+    return np.asarray(corners)
 
 
-def _load(kind: str, content: bytes, **options: Any) -> Any:
-    """What trimesh reads."""
+def _closed_volume(corners: FloatArray) -> tuple[bool, float]:
+    """Whether each side of triangles (n, 3, 3) belongs to two, and the volume that they enclose in that case, m^3."""
     import trimesh  # noqa: PLC0415 (half a second, for robots with meshes alone)
 
-    if kind == "dae" and b"<!DOCTYPE" in content:
-        raise _refused("a document type (DOCTYPE) is not read")
-    return trimesh.load(io.BytesIO(content), file_type=kind, process=False, **options)
-
-
-@contextmanager
-def _failures_named() -> Iterator[None]:
-    try:
-        yield
-    except InvalidProblem:
-        raise
-    except Exception as error:
-        raise _refused(f"it cannot be read: {type(error).__name__}: {' '.join(str(error).split())[:120]}") from error
-
-
-def _corners_of(loaded: Any) -> FloatArray:
-    return np.asarray(np.asarray(loaded.vertices, dtype=np.float64)[np.asarray(loaded.faces)].reshape(-1, 3, 3))
-
-
-def _colour_of(loaded: Any) -> str:
-    red, green, blue, *_ = (int(part) for part in loaded.visual.material.main_color)
-    return f"#{red:02x}{green:02x}{blue:02x}"
-
-
-def _loaded(kind: str, content: bytes) -> tuple[FloatArray, bool, float]:
-    """Corners of the triangles, whether they are closed, and the volume that they then enclose."""
-    with _failures_named():
-        loaded = _load(kind, content, force="mesh", skip_materials=True)
-        corners = _corners_of(loaded)
-    if not len(corners) or not np.isfinite(corners).all():
-        return corners, True, 0.0
-    loaded.merge_vertices(merge_tex=True, merge_norm=True)
-    closed = bool(loaded.is_watertight)
-    return corners, closed, float(loaded.volume) if closed else 0.0
-
-
-def _refused(reason: str) -> InvalidProblem:
-    return InvalidProblem("mesh", reason)
+    mesh = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), process=False)
+    mesh.merge_vertices()
+    return bool(mesh.is_watertight), float(np.linalg.det(corners - corners.mean(axis=(0, 1))).sum()) / 6.0
 
 
 def box_corners(sizes: tuple[float, float, float]) -> FloatArray:

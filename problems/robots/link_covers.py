@@ -85,7 +85,7 @@ def cover_link(
         with _named(link, file.file):
             mesh = read_mesh(file.file, read(file), file.scale)
         meshes.append(file.placed(mesh.corners))
-        notes += [MeshNote(link, file.file, note) for note in mesh.notes]
+        notes += [MeshNote(link, file.file, note) for note in (*mesh.reading, *mesh.flaws)]
     triangles = [*meshes, *(shape.placed(shape.triangles) for shape in shapes if len(shape.triangles))]
     with _named(link, ", ".join(file.file for file in files)):
         body, exact = (np.concatenate([NO_TRIANGLES, *parts]) for parts in (meshes, triangles))

@@ -20,7 +20,7 @@ from problems.robots.chain import LinkFrame
 from problems.robots.link_covers import MeshNote, ReadFile
 from problems.robots.shapes import Shape
 
-VERSION = "1"  # of how looks are made: another finds none of those kept before
+VERSION = "2"  # of how looks are made: another finds none of those kept before
 MOST_TRIANGLES, FEWEST = 3_000, 12  # of a robot, about; of a part
 Colour: TypeAlias = str  # as #rrggbb; empty where none is stated
 Parts: TypeAlias = tuple[tuple[Colour, Triangles], ...]  # of a link, in its frame

@@ -100,6 +100,10 @@ class MeshSection(ShapeInFile):
         """The corners of its convex parts."""
         scale = self.scale if isinstance(self.scale, tuple) else (self.scale,) * 3
         mesh = read_mesh(name, content, scale)
+        for note in mesh.reading:
+            LOG.warning("%s: the mesh %s", name, note)
+        if mesh.up != "Z":
+            LOG.warning("%s: it calls %s up; its coordinates are not turned, as in ROS", name, mesh.up)
         parts = convex_parts(mesh.corners, self.hull)
         LOG.info("%s: %d triangles in %d convex parts", name, len(mesh.corners), len(parts))
         return [[as_point(corner) for corner in part.corners] for part in parts]

@@ -14,6 +14,7 @@ from problems import InvalidProblem
 from problems.geometry import boxes_around, read_cloud
 
 POINTS = np.random.default_rng(0).uniform(-1.0, 1.0, (50, 3))
+PLY = b"ply\nformat ascii 1.0\nelement vertex %d\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
 
 
 def npy(array: object) -> bytes:
@@ -40,6 +41,10 @@ def test_points_are_read(name: str, content: bytes) -> None:
     np.testing.assert_array_equal(read_cloud(name, content), POINTS)
 
 
+def test_ply_of_text_is_read() -> None:
+    assert read_cloud("cloud.ply", PLY % 2 + b"0 0 0\n1 2 3\n\n").tolist() == [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]
+
+
 def test_ply_is_read() -> None:
     content = trimesh.PointCloud(POINTS).export(file_type="ply")
     np.testing.assert_allclose(read_cloud("cloud.ply", content), POINTS, atol=1e-6)
@@ -56,6 +61,17 @@ def test_pixels_without_depth_are_left_out() -> None:
     [
         ("cloud.pcd", b"", "it ends with 'pcd'; ply, xyz, npy are read"),
         ("cloud.ply", b"ply nonsense", "it cannot be read: "),
+        (
+            "cloud.ply",
+            PLY % 4 + b"0 0 0\n1 0 0\n0 1 0\n",
+            "it cannot be read: ValueError: its head counts other points",
+        ),
+        (
+            "cloud.ply",
+            PLY % 2 + b"0 0 0\n1 0 0\n0 1 0\n",
+            "it cannot be read: ValueError: its head counts other points",
+        ),
+        ("cloud.ply", PLY % 3 + b"0 0 0 1 0 0\n0 1 0\n", "it cannot be read: ValueError: its head counts other points"),
         ("cloud.xyz", b"1 2\n", "it cannot be read: "),
         ("cloud.npy", npy(POINTS[:, :2]), r"not an array \(50, 2\)"),
         ("cloud.npy", npy(np.array([object()])), "it cannot be read: "),

@@ -105,6 +105,36 @@ def test_a_mesh_becomes_convex_parts(folder: Path) -> None:
     assert [part.label(9) for part in (box, wedge)] == ["obstacle 2"] * 2
 
 
+def test_a_wall_of_relative_corners_stands_where_it_is_stated(tmp_path: Path) -> None:
+    """Counted from the file's end, all its faces would be those of the block far away."""
+    texts = []
+    for middle in ([0.4, 0.9, 0.9], [3.0, 3.0, 3.0]):
+        block = trimesh.creation.box([0.2, 0.02, 0.2], translation_matrix(middle))
+        texts += [f"v {' '.join(map(str, place))}" for place in block.vertices]
+        texts += [f"f {' '.join(str(corner - 8) for corner in face)}" for face in block.faces]
+    (tmp_path / "wall.obj").write_text("\n".join(texts))
+    wall, block = obstacles(tmp_path, {"shape": "mesh", "file": "wall.obj"})
+    np.testing.assert_allclose(wall.bounding_box(), [[0.3, 0.89, 0.8], [0.5, 0.91, 1.0]], atol=1e-6)
+    np.testing.assert_allclose(block.bounding_box(), [[2.9, 2.99, 2.9], [3.1, 3.01, 3.1]], atol=1e-6)
+    (tmp_path / "wall.obj").write_text("\n".join([*texts, "surf 0 1 0 1 1 2 3"]))
+    with pytest.raises(
+        ScenarioError, match=r"obstacles\.0\.file: .*wall\.obj: line 41: the element 'surf' is not read"
+    ):
+        obstacles(tmp_path, {"shape": "mesh", "file": "wall.obj"})
+
+
+def test_what_a_dae_says_of_its_unit_and_axis_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    content = trimesh.creation.box([20.0, 40.0, 60.0], translation_matrix([50.0, 90.0, 90.0])).export(file_type="dae")
+    assert b"<up_axis>Y_UP" in content and b"<unit" not in content
+    (tmp_path / "box.dae").write_bytes(content.replace(b"<up_axis>", b'<unit meter="0.01"/><up_axis>'))
+    (box,) = obstacles(tmp_path, {"shape": "mesh", "file": "box.dae"})
+    np.testing.assert_allclose(box.bounding_box(), [[0.4, 0.7, 0.6], [0.6, 1.1, 1.2]], atol=1e-6)
+    assert [record.getMessage() for record in caplog.records if record.levelname == "WARNING"] == [
+        "box.dae: the mesh is in a unit of 0.01 m, as it says: its lengths are converted",
+        "box.dae: it calls Y up; its coordinates are not turned, as in ROS",
+    ]
+
+
 def test_its_hull_is_one_part(folder: Path) -> None:
     table = {"shape": "mesh", "file": "fixture.stl", "scale": [0.001, 0.001, 0.002], "hull": True, "name": "fixture"}
     (hull,) = obstacles(folder, table | {"center": [0.5, 0.9, 0.9]})

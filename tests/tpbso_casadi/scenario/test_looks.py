@@ -57,7 +57,7 @@ def test_visual_meshes_are_shown_and_collision_meshes_of_what_has_none(tmp_path:
     ("name", "content", "note"),
     [
         ("missing.stl", None, "there is no such file"),
-        ("broken.stl", b"solid", "it has no triangles"),
+        ("broken.stl", b"solid", "the solid in line 1 does not end: the file is cut off"),
         ("body.step", b"ISO-10303-21;", "it ends with 'step'; stl, obj, dae are read"),
     ],
 )
