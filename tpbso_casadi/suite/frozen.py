@@ -161,6 +161,20 @@ def folder_of(suite: str) -> Path:
     return Path(__file__).with_name(suite.replace("-", "_"))
 
 
+def with_frozen_spheres(suite: str, tables: dict[str, Any]) -> dict[str, Any]:
+    """Tables of a scenario whose built-in robot has the spheres that it had when the suite was frozen.
+
+    Args:
+        suite: its name.
+        tables: of a scenario file.
+    """
+    robot = tables.get("robot", {})
+    path = folder_of(suite) / f"{robot.get('model')}-spheres.toml"
+    if not path.is_file():
+        return tables
+    return {**tables, "robot": {**robot, "spheres_text": path.read_text(encoding="utf-8")}}
+
+
 @cache
 def descriptions(suite: str) -> tuple[Description, ...]:
     """The functions of a suite, in order.

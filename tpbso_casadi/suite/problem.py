@@ -29,6 +29,7 @@ from tpbso_casadi.suite.frozen import (
     descriptions,
     digest_of,
     folder_of,
+    with_frozen_spheres,
 )
 from tpbso_casadi.suite.kernels import FloatArray, NoCompiler
 
@@ -268,7 +269,7 @@ class SuiteProblem:
         """The scenario that it was made of."""
         from tpbso_casadi.scenario import parse_scenario  # noqa: PLC0415 (CasADi)
 
-        return parse_scenario(self._content.scenarios[self.instance - 1])
+        return parse_scenario(with_frozen_spheres(self.suite, self._content.scenarios[self.instance - 1]))
 
     def decode(self, x: FloatArray) -> SuiteMotion:
         """The motion of a candidate (d,), slowed by the least factor with which its limits hold between samples too.
