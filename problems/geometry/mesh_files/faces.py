@@ -24,7 +24,7 @@ FLAT = 1e-6  # of a polygon's size: corners so near to a plane lie in it
 SINGLE = 2.0**-22  # of the largest coordinate: as near as numbers of single precision are to what they round
 ROUNDED = 1e-4  # of the size, as FLAT, for polygons of more corners than MOST_FREE: places are rounded in the file
 MOST_FREE = 8  # corners of a polygon that need not lie in a plane: 56 triangles
-MOST_CUT = 500  # corners of a polygon whose ears are cut off; larger ones are fans
+MOST_CUT = 200  # corners of a polygon whose ears are cut off; larger ones are fans
 
 Numbers = NDArray[np.int64]
 

@@ -81,7 +81,8 @@ def test_a_time_that_is_long_enough_changes_nothing() -> None:
 def test_the_first_certified_plan_is_enough_where_it_is_asked_for() -> None:
     wall = {"shape": "box", "center": [0.45, 0.25, 0.55], "size": [0.5, 0.02, 0.7]}
     best, first, again = (tp.plan("panda", **ENDS, obstacles=[wall], first=first) for first in (False, True, True))
-    assert first.certified and first.duration >= best.duration
+    near = 1e-4  # relative: so near to each other refinements of one way end
+    assert first.certified and first.duration >= (1.0 - near) * best.duration
     np.testing.assert_array_equal(first.motion.trajectory.coefficients, again.motion.trajectory.coefficients)
     at_bound = tp.plan("panda", **ENDS, first=True)
     assert at_bound.search is not None and at_bound.search.stop_reason == "target"
