@@ -1,14 +1,16 @@
-"""Makes ``arm-motions-1``: its files, frozen, from the definitions; then values that are known of its instances.
+"""Makes ``arm-motions-2``: its files, frozen, from the definitions; then values that are known of its instances.
 
-    python -m benchmarks.suite freeze [NAME ...]           # each function's file and description
+    python -m benchmarks.suite freeze [NAME ...]           # files and descriptions of what is other than in version 1
     python -m benchmarks.suite collect                     # the descriptions in one file
     python -m benchmarks.suite known 1-5,8 [NAME ...]      # best known values of instances, or best known fronts
     python -m benchmarks.suite descents 1-5 [NAME ...]     # to these the best motions that IPOPT descends to
-    python -m benchmarks.suite merge                       # these in one file, with lower bounds
+    python -m benchmarks.suite merge                       # these in one file for each suite, with lower bounds
     python -m benchmarks.suite table                       # the functions, as the manual lists them
+    python -m benchmarks.suite differences                 # how far merits are from what their motions are certified at
     python -m benchmarks.suite speed                       # microseconds an evaluation
 
-What stands in a package is frozen: this is how it came about, and how a next suite would.
+What stands in a package is frozen: this is how it came about, and how a next suite would. Version 1 was made likewise,
+with ``MENDED`` all functions, and instances drawn.
 """
 
 from __future__ import annotations
@@ -29,35 +31,35 @@ from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.cli.commands.suite import numbers
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import SolverSection, find_solver
-from tpbso_casadi.suite import SuiteProblem, suite
-from tpbso_casadi.suite.definitions import DEFINITIONS, SUITE
+from tpbso_casadi.suite import SUITE, SUITES, SuiteProblem, suite
+from tpbso_casadi.suite.definitions import DEFINITIONS, MENDED, NEWEST, Definition, Tables
 from tpbso_casadi.suite.freezing import frozen, has_postures, lower_bound
 from tpbso_casadi.suite.fronts import CORNER
 from tpbso_casadi.suite.frozen import DESCRIPTIONS, Content, content_of, folder_of
-from tpbso_casadi.suite.motions import motion, problem_of
+from tpbso_casadi.suite.motions import problem_of
 from tpbso_casadi.suite.problem import BEST_KNOWN
 from tpbso_casadi.trade_off.front import hypervolume
 
-FOLDER = folder_of(SUITE)
-WORK = Path("runs", SUITE)  # what is collected and merged in the end
-NAMES = [definition.name for definition in DEFINITIONS]
+FOLDER = folder_of(NEWEST)
+RUNS = Path("runs")  # with a folder for each suite of what is collected and merged in the end
+WORK = RUNS / NEWEST
 SEARCHES = ("lshade", "abso", "minion")  # each followed by CMA-ES from what it found
 SEEDS = (1, 2)  # of searches
 SEARCHED, REFINED, STARTS = 30_000, 2_000, 2  # evaluations of both parts; descents of IPOPT
 SAME = 1e-4  # relative
 FRONT, LONGER, SHOWN = 30_000, 60_000, 24  # evaluations of searches for a front, and of the last; candidates stored
 CANDIDATES = 1024
+NOTABLE = 0.01  # of a merit: larger differences from a motion's exact objective are counted
 
 
 def freeze(names: Sequence[str]) -> None:
     FOLDER.mkdir(exist_ok=True)
     WORK.mkdir(parents=True, exist_ok=True)
     for definition in DEFINITIONS:
-        if names and definition.name not in names:
+        if definition.name not in (names or MENDED):
             continue
         began = time.perf_counter()
-        fine = Content.read(path_of(definition.fine).read_bytes()).scenarios if definition.fine else ()
-        description, content = frozen(definition, fine)
+        description, content = frozen(definition, scenarios_of(definition))
         path_of(definition.name).write_bytes(content)
         forget(definition.name)
         (WORK / f"{definition.name}.part").write_text(json.dumps(description.plain))
@@ -68,15 +70,23 @@ def freeze(names: Sequence[str]) -> None:
         )
 
 
+def scenarios_of(definition: Definition) -> Sequence[Tables]:
+    """Those of a function's instances in the suite before, or of the fine function; none where they are drawn."""
+    if definition.name in MENDED:
+        [before] = suite(SUITE, [definition.name], [1])
+        return content_of(SUITE, definition.name, before.function.digest).scenarios
+    return Content.read(path_of(definition.fine).read_bytes()).scenarios if definition.fine else ()
+
+
 def forget(function: str) -> None:
     """What is known of a function's instances, which are others now."""
     known = json.loads((FOLDER / BEST_KNOWN).read_text()) if (FOLDER / BEST_KNOWN).exists() else {}
-    write_known({name: told for name, told in known.items() if name.partition("@")[0] != function})
+    write_known(FOLDER, {name: told for name, told in known.items() if name.partition("@")[0] != function})
 
 
-def write_known(known: Mapping[str, Any]) -> None:
+def write_known(folder: Path, known: Mapping[str, Any]) -> None:
     lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(told)}" for name, told in known.items())
-    (FOLDER / BEST_KNOWN).write_text(f"{{\n{lines}\n}}\n")
+    (folder / BEST_KNOWN).write_text(f"{{\n{lines}\n}}\n" if known else "{}\n")
 
 
 def path_of(function: str) -> Path:
@@ -84,9 +94,10 @@ def path_of(function: str) -> Path:
 
 
 def collect(_: Sequence[str] = ()) -> None:
-    parts = [json.loads((WORK / f"{name}.part").read_text()) for name in NAMES if (WORK / f"{name}.part").exists()]
-    lines = ",\n".join(json.dumps(part) for part in parts)
-    (FOLDER / DESCRIPTIONS).write_text(f'{{"suite": "{SUITE}", "functions": [\n{lines}\n]}}\n')
+    paths = [WORK / f"{definition.name}.part" for definition in DEFINITIONS]
+    lines = ",\n".join(json.dumps(json.loads(path.read_text())) for path in paths if path.exists())
+    head = f'"suite": "{NEWEST}", "extends": "{SUITE}"'
+    (FOLDER / DESCRIPTIONS).write_text(f'{{{head}, "functions": [\n{lines}\n]}}\n')
 
 
 def known(arguments: Sequence[str]) -> None:
@@ -106,7 +117,7 @@ def problems_of(arguments: Sequence[str]) -> Iterator[SuiteProblem]:
     """All functions, or some, of the first of some instances before those of the next."""
     stated, *names = arguments
     for instance in numbers(stated):
-        yield from suite(SUITE, names or None, [instance])
+        yield from suite(NEWEST, names or None, [instance])
 
 
 def descents(arguments: Sequence[str]) -> None:
@@ -129,8 +140,9 @@ def keep(problem: SuiteProblem, runs: Sequence[Way]) -> None:
 
 def known_place(problem: SuiteProblem) -> Path:
     """Where what is found of a problem lies until it is merged; of another instance of that number elsewhere."""
-    check = problem.function.checks[problem.instance - 1]
-    return WORK / f"{problem.function.name}@{problem.instance}-{check[:8]}.known"
+    check, folder = problem.function.checks[problem.instance - 1], RUNS / problem.suite
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{problem.function.name}@{problem.instance}-{check[:8]}.known"
 
 
 Way = tuple[str, float, np.ndarray]  # how a candidate was found, its merit, itself
@@ -141,7 +153,7 @@ def best_of(problem: SuiteProblem, runs: Sequence[Way]) -> dict[str, Any] | None
     _, value, x = min(runs, key=lambda run: run[1])
     if value > problem.feasible_merit:
         return None
-    found, before, least = motion(problem.scenario, x, problem.name), problem.best_known, value + SAME * abs(value)
+    found, before, least = problem.decode(x), problem.best_known, value + SAME * abs(value)
     ways = {way: [0, 0] for way, *_ in runs}
     for way, merit, _ in runs:
         ways[way] = [ways[way][0] + (merit <= least), ways[way][1] + 1]
@@ -182,7 +194,7 @@ def refined(problem: SuiteProblem, way: str, merit: float, x: np.ndarray) -> Way
 
 def descended(problem: SuiteProblem) -> float | None:
     """The objective of the best certified motion of a few descents by IPOPT; None where there is none."""
-    model = problem_of(problem.scenario)
+    model = problem_of(problem.scenario, problem.suite)
     if not model.has_program:
         return None
     solver = SolverSection(name="ipopt", iterations=STARTS)
@@ -252,20 +264,28 @@ def best_front_of(problem: SuiteProblem) -> dict[str, Any]:
 
 
 def merge(_: Sequence[str] = ()) -> None:
-    stored, everything = json.loads((FOLDER / BEST_KNOWN).read_text()), {}
-    for problem in suite(SUITE):
+    for name in SUITES:
+        merge_own([problem for problem in suite(name) if problem.suite == name])
+
+
+def merge_own(problems: Sequence[SuiteProblem]) -> None:
+    """What is known of the problems of a suite that come from no other one."""
+    folder, everything = folder_of(problems[0].suite), {}
+    stored = json.loads((folder / BEST_KNOWN).read_text())
+    for problem in problems:
         name, place = f"{problem.function.name}@{problem.instance}", known_place(problem)
         told = stored.get(name, {})
         best = json.loads(place.read_text()) if place.exists() else None
         if best is not None:
             told |= {"best" if len(problem.objectives) == 1 else "front": best}
-        tables = content_of(SUITE, problem.function.name, problem.function.digest).scenarios[problem.instance - 1]
+        content = content_of(problem.suite, problem.function.name, problem.function.digest)
+        tables = content.scenarios[problem.instance - 1]
         if len(problem.objectives) == 1 and "lower_bound" not in told and has_postures(tables):
-            least = lower_bound(tables, problem_of(problem.scenario))
+            least = lower_bound(tables, problem_of(problem.scenario, problem.suite))
             told |= {} if least is None else {"lower_bound": least}
         if told:
             everything[name] = told
-    write_known(everything)
+    write_known(folder, everything)
 
 
 def table_lines() -> Iterator[str]:
@@ -285,14 +305,47 @@ def table(_: Sequence[str] = ()) -> None:
     print("\n".join(table_lines()))
 
 
+def differences_of(problem: SuiteProblem, every: int = 1) -> np.ndarray:
+    """By how much, relatively, the exact objectives of motions are above the merits of the best known candidates, (n,).
+
+    Of two objectives the one that differs more counts; of a front one candidate in ``every`` is looked at.
+    """
+    known, front = problem.best_known, problem.best_front
+    if known is not None:
+        return np.array([known.motion_value / known.value - 1.0])
+    assert front is not None
+    exact = [[value for *_, value in problem.decode(x).motion.objective_parts] for x in front.x[::every]]
+    apart = np.array(exact) / front.values[::every] - 1.0
+    return apart[np.arange(len(apart)), np.abs(apart).argmax(axis=1)]
+
+
+def difference_line(function: str) -> str:
+    """Of a function the largest difference, and of how many known candidates it is above 1 %, in each suite."""
+    found: dict[str, str] = {}  # by the suite that has it as its own
+    for problems in (suite(name, [function]) for name in SUITES):
+        if problems[0].suite not in found:
+            apart = np.concatenate([differences_of(problem) for problem in problems])
+            worst, many = apart[np.abs(apart).argmax()], int((np.abs(apart) > NOTABLE).sum())
+            found[problems[0].suite] = f"{100.0 * worst:+.2f} %, {many} of {len(apart)}"
+    columns = [found.get(name, "the same") for name in SUITES]
+    return f"| `{function}` | {' | '.join(columns)} |"
+
+
+def differences(names: Sequence[str] = ()) -> None:
+    print("| function | " + " | ".join(f"`{name}`" for name in SUITES) + " |")
+    print("|---|" + "---|" * len(SUITES))
+    for problem in suite(SUITE, names or None, [1]):
+        print(difference_line(problem.function.name), flush=True)
+
+
 def speed(_: Sequence[str] = ()) -> None:
     """Microseconds an evaluation, of 1,024 candidates at once, the best of seven."""
-    for problem in suite(SUITE, instances=[1]):
+    for problem in suite(NEWEST, instances=[1]):
         candidates = np.random.default_rng(0).uniform(*problem.bounds, (CANDIDATES, problem.dimension))
         seconds = min(timeit.repeat(lambda p=problem, x=candidates: p.merit(x), number=1, repeat=7))
         print(f"{problem.function.name:26} {1e6 * seconds / CANDIDATES:6.1f}")
 
 
 if __name__ == "__main__":
-    commands = {each.__name__: each for each in (freeze, collect, known, descents, merge, table, speed)}
+    commands = {each.__name__: each for each in (freeze, collect, known, descents, merge, table, differences, speed)}
     commands[sys.argv[1]](sys.argv[2:])

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Generic, TypeVar
+from typing import ClassVar, Generic, Self, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -132,6 +132,10 @@ class Problem(Criteria, ABC, Generic[P]):
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper corner of the search box, both (d,)."""
         return self.encoding.bounds
+
+    def with_integrals_at_samples(self) -> Self:
+        """The same with integrals over time from the samples alone, as they once were; itself where they always are."""
+        return self
 
     def nearest_candidate(self, trajectory: Trajectory) -> FloatArray | None:
         """The search vector (d,) whose motion is nearest to a given one; None where that is not known, by default."""

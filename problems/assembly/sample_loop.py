@@ -277,8 +277,8 @@ def _contributions(
         parts += [penalty(constraint) for constraint in here]
         parts += [_if(inner, penalty(constraint)) for constraint in steps]
         names += [constraint.name for constraint in (*here, *steps)]
-    sample, step = objective.at(now), objective.between(before, now)
-    added = [total(part) for part in (sample,) if part is not None]
+    sample, step = objective.of_samples(now), objective.between(before, now)
+    added = [part for part in (sample,) if part is not None]
     added += [_if(inner, total(part)) for part in (step,) if part is not None]
     if added:
         parts.append(sum(added, ca.DM(0)))

@@ -2,7 +2,17 @@
 
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
 from problems.motions.path_scan import LEAST_ROOM, Bounds, TorqueSlopes, advance, before, gap, interval_time, limited
-from problems.motions.path_spline import ALONG, SUPPORT, JointPath, PathSpline, Rates, TimedPath, in_time
+from problems.motions.path_spline import (
+    ALONG,
+    GAUSS_SHARES,
+    SUPPORT,
+    JointPath,
+    PathSpline,
+    Rates,
+    TimedPath,
+    in_time,
+    within,
+)
 from problems.motions.rows import MotionRows, RowInterpolation
 from problems.motions.samples import SAMPLED_ORDERS, MotionView, Samples, increasing_choice
 from problems.motions.splines import (
@@ -26,6 +36,7 @@ __all__ = [
     "ALONG",
     "CONTINUOUS_ORDERS",
     "DEGREE",
+    "GAUSS_SHARES",
     "LEAST_ROOM",
     "SAMPLED_ORDERS",
     "SLIVER",
@@ -61,5 +72,6 @@ __all__ = [
     "random_states",
     "read",
     "traced",
+    "within",
     "without_rounding",
 ]

@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import factorial
+from math import factorial, sqrt
 from typing import Self, TypeAlias
 
 import casadi as ca
 import numpy as np
 import scipy  # whose parts are loaded when they are used
 
-from problems.base import FloatArray, InvalidProblem, Matrix, Operand, PiecewisePolynomial, as_array, total
+from problems.base import FloatArray, InvalidProblem, Matrix, Operand, PiecewisePolynomial, as_array, split, total
 from problems.motions.path_scan import TINY, TorqueSlopes, interval_time, limited, scan
 from problems.motions.samples import Samples
 from problems.motions.splines import DEGREE, ClampedSpline
@@ -184,6 +184,8 @@ class PathSpline(Motion[TimedPath]):
         share: of the acceleration limits that the timing makes use of.
         graded: whether steps are shorter near the start, and near the goal, for what counts by time: from rest the
             first of equal steps along the path takes long.
+        integrated: whether samples bring Gauss's points of the interval after them, for integrals over time. Where
+            accelerations jump a rule over the samples alone misses one side, and a search finds what hides there.
     """
 
     robot: Robot
@@ -191,6 +193,7 @@ class PathSpline(Motion[TimedPath]):
     steps: int
     share: float = 1.0
     graded: tuple[bool, bool] = (False, False)
+    integrated: bool = False
 
     @cached_property
     def spline(self) -> ClampedSpline:
@@ -264,14 +267,27 @@ class PathSpline(Motion[TimedPath]):
             for n in self.orders
         }
         b, c = (ca.repmat(column, 1, k) for column in (squared, self.slopes(parameters)))
-        times = interval_time(ca.DM(self.double_steps), squared[:-1], squared[1:])
-        return Samples(
+        taken = interval_time(ca.DM(self.double_steps), squared[:-1], squared[1:])
+        times = ca.cumsum(ca.vertcat(0.0, taken))
+        samples = Samples(
             robot=self.robot,
             derivatives=tuple(in_time(order, along, b, c) for order in self.orders),
             duration=parameters.duration,
-            times=ca.cumsum(ca.vertcat(0.0, times)),
-            weights=(ca.vertcat(0.0, times) + ca.vertcat(times, 0.0)) / 2.0,
+            times=times,
+            weights=(ca.vertcat(0.0, taken) + ca.vertcat(taken, 0.0)) / 2.0,
         )
+        if not self.integrated:
+            return samples
+        passed = [along[n][:-1, :] for n in self.orders], b[:-1, :], b[1:, :], c[:-1, :], ca.repmat(taken, 1, k)
+        points = [within(share, *passed) for share in GAUSS_SHARES]
+        quadrature = Samples(
+            robot=self.robot,
+            derivatives=tuple(ca.vertcat(*(point[n] for point in points)) for n in self.orders),
+            duration=parameters.duration,
+            times=ca.vertcat(*(times[:-1] + share * taken for share in GAUSS_SHARES)),
+            weights=ca.repmat(taken / len(points), len(points), 1),
+        )
+        return replace(samples, quadrature=quadrature)
 
     @cached_property
     def grid(self) -> SampleGrid:
@@ -301,29 +317,42 @@ class PathSpline(Motion[TimedPath]):
         return found
 
     def blocks(self, parameters: TimedPath, orders: tuple[int, ...]) -> Matrix:
-        """The samples one after the other: some derivatives, time, weight."""
+        """The samples one after the other: some derivatives, time, weight; likewise Gauss's points after each."""
         samples = self.samples(parameters)
-        assert samples.times is not None and samples.weights is not None
-        derivatives = [samples.derivative(order) for order in orders]
-        return ca.vec(ca.horzcat(*derivatives, samples.times, samples.weights).T)
+        quadrature = samples.quadrature
+        rows = [_row(samples, orders)]
+        if quadrature is not None:
+            none, found = ca.DM.zeros(1, rows[0].shape[1]), _row(quadrature, orders)
+            rows += [ca.vertcat(part, none) for part in ca.vertsplit(found, samples.count - 1)]
+        return ca.vec(ca.horzcat(*rows).T)
 
     def piece_sizes(self, orders: tuple[int, ...]) -> tuple[int, int]:
-        """A piece is a sample, and so is the window."""
-        size = len(orders) * self.robot.dof + 2
+        """A piece is a sample, with Gauss's points after it, and so is the window."""
+        size = self.instants * (len(orders) * self.robot.dof + 2)
         return size, size
+
+    @property
+    def instants(self) -> int:
+        """Of a piece: the sample and Gauss's points."""
+        return 1 + len(GAUSS_SHARES) * self.integrated
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
         """One sample."""
+        first, *points = split(window, [window.shape[0] // self.instants] * self.instants)
+        sample = self._instants([first], durations, orders)
+        return replace(sample, quadrature=self._instants(points, durations, orders)) if points else sample
+
+    def _instants(self, windows: Sequence[Matrix], durations: Matrix, orders: tuple[int, ...]) -> Samples:
         k = self.robot.dof
         derivatives: list[Matrix | None] = [None] * len(self.orders)
         for place, order in enumerate(orders):
-            derivatives[order] = window[place * k : (place + 1) * k].T
+            derivatives[order] = ca.vertcat(*(window[place * k : (place + 1) * k].T for window in windows))
         return Samples(
             robot=self.robot,
             derivatives=tuple(derivatives),
             duration=durations[0],
-            times=window[-2],
-            weights=window[-1],
+            times=ca.vertcat(*(window[-2] for window in windows)),
+            weights=ca.vertcat(*(window[-1] for window in windows)),
         )
 
     def durations(self, parameters: TimedPath) -> Matrix:
@@ -371,6 +400,39 @@ class PathSpline(Motion[TimedPath]):
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Equal steps in each piece of the finished motion, which has pieces of its own."""
         return trajectory.times(at_least)
+
+
+def _row(samples: Samples, orders: tuple[int, ...]) -> Matrix:
+    """Some derivatives, time and weight of samples (n, ...), beside each other."""
+    assert samples.times is not None and samples.weights is not None
+    return ca.horzcat(*(samples.derivative(order) for order in orders), samples.times, samples.weights)
+
+
+GAUSS_SHARES = (0.5 - sqrt(1.0 / 12.0), 0.5 + sqrt(1.0 / 12.0))  # of an interval's time; they weigh the same
+
+
+def within(
+    share: float, along: Sequence[Matrix], b: Matrix, ahead: Matrix, c: Matrix, taken: Matrix
+) -> tuple[Matrix, ...]:
+    """Joint angles and their derivatives with respect to time at a share of the time of an interval, (n, k) each.
+
+    Args:
+        share: from 0 to 1.
+        along: q(u) and its three derivatives at the beginning of the interval, in which it is a cubic.
+        b: (du/dt)^2 at the beginning; of the shape of the derivatives, or scalar, as the following.
+        ahead: the same at the end.
+        c: d2u/dt2.
+        taken: how long the interval takes, s.
+    """
+    start = ca.sqrt(b)
+    rate = start + share * (ca.sqrt(ahead) - start)
+    ahead_by = share * taken * (start + rate) / 2.0
+    q, first, second, third = along
+    second_there = second + ahead_by * third
+    first_there = first + ahead_by * (second + second_there) / 2.0
+    q_there = q + ahead_by * (first + ahead_by * (second / 2.0 + ahead_by * third / 6.0))
+    there = {0: q_there, 1: first_there, 2: second_there, 3: third}
+    return tuple(in_time(order, there, rate * rate, c) for order in there)
 
 
 def in_time(order: int, along: Mapping[int, Matrix], b: Matrix, c: Matrix) -> Matrix:

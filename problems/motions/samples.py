@@ -133,6 +133,11 @@ class Samples:
         )
 
     @property
+    def for_integrals(self) -> Samples:
+        """The points at which integrals over time are taken: those of the better rule, where there is one."""
+        return self if self.quadrature is None else self.quadrature
+
+    @property
     def is_finished(self) -> bool:
         """Whether these are numbers of a motion of which everything is known."""
         known = (*self.derivatives, self.duration, self.times)

@@ -204,7 +204,7 @@ class TorqueIntegral(Objective):
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The integral without kinks."""
-        points = samples if samples.quadrature is None else samples.quadrature
+        points = samples.for_integrals
         assert points.weights is not None
         return total(points.weights * ca.sum2(self.smooth_rate(points.torque, points.speed, points.moving)))
 

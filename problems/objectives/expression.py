@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, as_array, total
+from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, as_array
 from problems.motions import SAMPLED_ORDERS, SampleFunction, Samples, Trajectory
 from problems.objectives.integrals import Integrand, integral
 from problems.objectives.objective import Objective, usual_state
@@ -99,9 +99,8 @@ class ExpressionObjective(Parametric, Objective):
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
         """The same over Gauss's points, where there are any."""
-        points = samples if samples.quadrature is None else samples.quadrature
-        part = self.at(points)
-        return self.terminal(samples.duration) + (ca.DM(0.0) if part is None else total(part))
+        part = self.of_samples(samples)
+        return self.terminal(samples.duration) + (ca.DM(0.0) if part is None else part)
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
         """To 1e-9 of its size, kinks included."""

@@ -166,10 +166,15 @@ class Objective(ABC):
 
     def value(self, samples: Samples) -> Matrix:
         """The objective of a motion, scalar, in ``unit``."""
-        value = self.terminal(samples.duration)
-        for part in (self.at(samples), self.between(*samples.steps) if samples.count > 1 else None):
-            value = value if part is None else value + total(part)
-        return value
+        value, part = self.terminal(samples.duration), self.of_samples(samples)
+        value = value if part is None else value + part
+        steps = self.between(*samples.steps) if samples.count > 1 else None
+        return value if steps is None else value + total(steps)
+
+    def of_samples(self, samples: Samples) -> Matrix | None:
+        """The contribution of all samples together, scalar: of an integral at the points of the better rule."""
+        part = self.at(samples.for_integrals if self.is_integral else samples)
+        return None if part is None else total(part)
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
         """The value of a finished motion: exact where a subclass knows how, else over samples at times (n,) in s."""
@@ -330,6 +335,10 @@ class WeightedSum(Parametric, Objective):
     def at(self, samples: Samples) -> Matrix | None:
         """Of those that have a contribution of each sample."""
         return _added([(weight, objective.at(samples)) for weight, objective in self.terms])
+
+    def of_samples(self, samples: Samples) -> Matrix | None:
+        """Of those that have a contribution of each sample: of each at the points that suit it."""
+        return _added([(weight, objective.of_samples(samples)) for weight, objective in self.terms])
 
     def between(self, before: Samples, after: Samples) -> Matrix | None:
         """Of those that have a contribution of each step."""

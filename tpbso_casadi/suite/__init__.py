@@ -3,7 +3,7 @@
 What is imported from here loads NumPy and nothing else of size; CasADi is loaded when a problem is asked for motions.
 """
 
-from tpbso_casadi.suite.definitions import SUITE
+from tpbso_casadi.suite.definitions import SUITE, SUITES
 from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import Description, InvalidSuite
 from tpbso_casadi.suite.problem import BestKnown, Suite, SuiteProblem, Values, problem_named, suite
@@ -12,6 +12,7 @@ from tpbso_casadi.suite.recording import HEADER, Recording, keep_falls, read_run
 __all__ = [
     "HEADER",
     "SUITE",
+    "SUITES",
     "BestFront",
     "BestKnown",
     "Description",

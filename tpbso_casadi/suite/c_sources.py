@@ -70,7 +70,7 @@ def _write(path: Path, parts: Iterable[str]) -> None:
 
 def _symbol(problem: SuiteProblem, objective: int) -> str:
     """The name in C of a kernel."""
-    return f"arm_motions_{problem.function.name}_{objective}".replace("-", "_")
+    return f"{problem.suite}_{problem.function.name}_{objective}".replace("-", "_")
 
 
 def _kernel(problems: Sequence[SuiteProblem], objective: int) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The functions of ``arm-motions-1``: how the scenario of an instance is drawn.
+"""The functions of the suites: how the scenario of an instance is drawn.
 
 A function is a kind of task for a kind of robot; its instances differ in robots, postures and obstacles, never in the
 structure of the model. Obstacles are drawn where the arm passes on the straight line between the postures at the ends,
@@ -21,7 +21,10 @@ Tables = dict[str, Any]
 Draw = Callable[[np.random.Generator], Tables]
 Form = Literal["penalised", "constrained", "two objectives"]
 
-SUITE = "arm-motions-1"
+SUITES = ("arm-motions-1", "arm-motions-2")
+SUITE, NEWEST = SUITES[0], SUITES[-1]  # of which results are published, hence the default; and the one that is made now
+INTEGRALS_AT_SAMPLES = (SUITE,)  # suites that count one side alone of every jump of an acceleration
+MENDED = ("energy-3", "time-energy-3")  # functions that are others in the newest suite than in the one before
 INSTANCES = 15  # of each function
 REACH = 2.0  # m, of planar arms, about
 DECIMALS = 4  # of what is drawn

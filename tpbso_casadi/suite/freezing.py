@@ -218,12 +218,12 @@ def frozen(definition: Definition, fine: Sequence[Tables] = ()) -> tuple[Descrip
 
     Args:
         definition: of it.
-        fine: the scenarios of the function whose instances a coarse one has.
+        fine: the scenarios of its instances, where it has those of another function, or of an earlier suite.
 
     Raises:
         NotFrozen: there are not enough instances, or coarse ones of different structure.
     """
-    instances = [instance_of(tables, definition) for tables in fine] if definition.fine else chosen(definition)
+    instances = [instance_of(tables, definition) for tables in fine] if fine else chosen(definition)
     if len({instance.key for instance in instances}) > 1:
         raise NotFrozen(f"{definition.name}: its instances have different structures")
     first = instances[0]

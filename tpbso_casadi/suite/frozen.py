@@ -1,7 +1,8 @@
 """What is stored of a suite: descriptions of its functions, and kernels and numbers of their instances.
 
 ``suite.json`` says what there is, ``FUNCTION.npz.xz`` has the rest: the C++ of each kernel, the numbers of each
-instance, boxes, and the scenarios that they come from.
+instance, boxes, and the scenarios that they come from. A suite that extends another one has files of those functions
+alone that differ.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from tpbso_casadi.suite.definitions import SUITES
 from tpbso_casadi.suite.kernels import FloatArray, Kernel
 
 DESCRIPTIONS = "suite.json"
@@ -176,18 +178,20 @@ def with_frozen_spheres(suite: str, tables: dict[str, Any]) -> dict[str, Any]:
 
 
 @cache
-def descriptions(suite: str) -> tuple[Description, ...]:
-    """The functions of a suite, in order.
+def descriptions(suite: str) -> tuple[tuple[str, Description], ...]:
+    """The functions of a suite, in order, each with the suite that it comes from: this one, or one that this extends.
 
     Raises:
         InvalidSuite: there is no such suite.
     """
-    path = folder_of(suite) / DESCRIPTIONS
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidSuite(f"there is no suite {suite!r:.60}; there is 'arm-motions-1'") from error
-    return tuple(Description.of(each) for each in content["functions"])
+    if suite not in SUITES:
+        raise InvalidSuite(f"there is no suite {suite!r:.60}; there are {' and '.join(SUITES)}")
+    content = json.loads((folder_of(suite) / DESCRIPTIONS).read_text(encoding="utf-8"))
+    own = [(suite, Description.of(each)) for each in content["functions"]]
+    if "extends" not in content:
+        return tuple(own)
+    others = {each.name: (owner, each) for owner, each in own}
+    return tuple(others.get(each.name, (owner, each)) for owner, each in descriptions(content["extends"]))
 
 
 @cache

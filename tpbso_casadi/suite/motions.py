@@ -13,6 +13,7 @@ from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from tpbso_casadi.planning import Motion, PlannedMotion, motion_of
 from tpbso_casadi.scenario import Scenario, parse_scenario
+from tpbso_casadi.suite.definitions import INTEGRALS_AT_SAMPLES
 from tpbso_casadi.suite.freezing import Instance
 
 if TYPE_CHECKING:
@@ -70,23 +71,24 @@ class SuiteMotion:
         return figure_of(self.planned, kind)
 
 
-def motion(scenario: Scenario, x: FloatArray, name: str) -> SuiteMotion:
-    """The motion of a candidate (d,)."""
-    found = motion_of(problem_of(scenario), x)
+def motion(scenario: Scenario, x: FloatArray, suite: str, name: str) -> SuiteMotion:
+    """The motion of a candidate (d,) of a suite's problem, given the problem's name too."""
+    found = motion_of(problem_of(scenario, suite), x)
     return SuiteMotion(PlannedMotion(scenario=scenario, motion=found, name=name))
 
 
-def interpreted(scenario: Scenario, form: str) -> list[Callable[[FloatArray], FloatArray]]:
+def interpreted(scenario: Scenario, form: str, suite: str) -> list[Callable[[FloatArray], FloatArray]]:
     """Functions of merit, objective and violations in CasADi's virtual machine, for each objective."""
-    instance = Instance({}, problem_of(scenario), form)
+    instance = Instance({}, problem_of(scenario, suite), form)
     return [PopulationFunction(program, EvaluationOptions("vm")).of_any for program, _ in instance.programs]
 
 
-def problem_of(scenario: Scenario) -> Problem[Any]:
-    """The problem of a scenario, built once."""
-    return _problem(scenario.model_dump_json())
+def problem_of(scenario: Scenario, suite: str) -> Problem[Any]:
+    """The problem of a scenario as a suite has it, built once."""
+    return _problem(scenario.model_dump_json(), suite in INTEGRALS_AT_SAMPLES)
 
 
 @lru_cache(maxsize=CACHED_PROBLEMS)
-def _problem(scenario: str) -> Problem[Any]:
-    return parse_scenario(json.loads(scenario)).problem()
+def _problem(scenario: str, at_samples: bool) -> Problem[Any]:
+    problem = parse_scenario(json.loads(scenario)).problem()
+    return problem.with_integrals_at_samples() if at_samples else problem

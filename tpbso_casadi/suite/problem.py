@@ -84,7 +84,7 @@ class SuiteProblem:
     """One instance of one function.
 
     Attributes:
-        suite: its name.
+        suite: the name of the one that it comes from; later ones that share it keep the name.
         function: what is told of it.
         instance: from 1 on.
         threads: that share candidates, each at least 512.
@@ -101,7 +101,7 @@ class SuiteProblem:
     @property
     def name(self) -> str:
         """``arm-motions-1/spline-3@1``."""
-        return f"{self.suite}/{self.function.name}@{self.instance}"
+        return f"{self.suite}/{self._key}"
 
     @property
     def group(self) -> str:
@@ -206,7 +206,7 @@ class SuiteProblem:
         """The same from the model itself, if that still gives the bits of the suite."""
         from tpbso_casadi.suite.motions import interpreted  # noqa: PLC0415 (CasADi)
 
-        functions = interpreted(self.scenario, self.form)
+        functions = interpreted(self.scenario, self.form, self.suite)
         points = check_points(*self.bounds)
         if digest_of(np.hstack([function(points) for function in functions])) != self._check:
             raise InvalidSuite(f"{self.name}: without a C++ compiler this version does not give the suite's values")
@@ -284,7 +284,7 @@ class SuiteProblem:
             raise ValueError(f"{self.name}: x of shape {point.shape} where ({self.dimension},) is needed")
         if not self.contains(point):
             raise ValueError(f"{self.name}: x is not in the box")
-        return motion(self.scenario, point, self.name)
+        return motion(self.scenario, point, self.suite, self.name)
 
     def certify(self, x: FloatArray) -> bool:
         """Whether the motion of a candidate (d,) is proven to keep all limits for all t; :meth:`decode` says which.
@@ -348,13 +348,14 @@ class Suite:
             return Suite(self.name, self.problems[which])
         if not isinstance(which, str):
             return self.problems[which]
-        name = f"{self.name}/{which.removeprefix(f'{self.name}/')}"
-        found = next((problem for problem in self.problems if problem.name == name), None)
+        key = which.removeprefix(f"{self.name}/")
+        found = next((each for each in self.problems if each.name in (key, f"{each.suite}/{key}")), None)
         if found is None:
             from tpbso_casadi.plain import nearest  # noqa: PLC0415 (CasADi; for a mistake alone)
 
-            near = nearest(name, [problem.name for problem in self.problems], cutoff=0.0)
-            raise InvalidSuite(f"there is no problem {which!r:.80} in {self!r}; did you mean {near}?")
+            names = {problem._key: problem.name for problem in self.problems}
+            near = nearest(key.rpartition("/")[2], [*names], cutoff=0.0)
+            raise InvalidSuite(f"there is no problem {which!r:.80} in {self!r}; did you mean {names.get(near or '')}?")
         return found
 
     def __len__(self) -> int:
@@ -388,50 +389,71 @@ class Suite:
 
 
 def suite(
-    name: str = SUITE,
+    name: str | None = None,
     functions: Sequence[str] | None = None,
     instances: Sequence[int] | None = None,
     threads: int = 1,
+    *,
+    version: int | None = None,
 ) -> Suite:
     """A suite of problems to judge solvers by.
 
     Args:
-        name: of the suite.
+        name: of the suite; ``arm-motions-1`` where None.
         functions: names of functions or of groups of them; all where None.
         instances: from 1 on; all where None.
         threads: that share the candidates of an evaluation, each at least 512; values have the same bits.
+        version: in place of the name: 2 for ``arm-motions-2``.
 
     Raises:
         InvalidSuite: there is no such suite, function or instance, not even one thread, or more than 256.
-        TypeError: the name is no text, the threads are no whole number, or the others are no lists of names and of
-            whole numbers.
+        TypeError: the name is no text, the threads or the version are no whole number, there are both a name and a
+            version, or the others are no lists of names and of whole numbers.
     """
+    name = _name_of(name, version)
     for argument, value, kind in (("functions", functions, str), ("instances", instances, int)):
         if value is not None and not _are(value, kind):
             raise TypeError(f"{argument}: a list of {'names' if kind is str else 'whole numbers'} is needed")
-    if not isinstance(name, str):
-        raise TypeError("name: that of a suite is needed")
-    if isinstance(threads, bool) or not isinstance(threads, Integral):
-        raise TypeError("threads: a whole number is needed")
+    _check_whole("threads", threads)
     if not 1 <= threads <= MOST_THREADS:
         raise InvalidSuite(f"threads: {threads!r:.60} is not within 1 and {MOST_THREADS}")
     known = descriptions(name)
     wanted = {*(functions or ())}
-    chosen = [each for each in known if functions is None or {each.name, each.group} & wanted]
-    foreign = wanted - {each.name for each in known} - {each.group for each in known}
+    chosen = [(owner, each) for owner, each in known if functions is None or {each.name, each.group} & wanted]
+    foreign = wanted - {each.name for _, each in known} - {each.group for _, each in known}
     if foreign:
         from tpbso_casadi.plain import nearest  # noqa: PLC0415 (CasADi; for a mistake alone)
 
-        groups = list(dict.fromkeys(each.group for each in known))
-        near = nearest(min(foreign), [*groups, *(each.name for each in known)])
+        groups = list(dict.fromkeys(each.group for _, each in known))
+        near = nearest(min(foreign), [*groups, *(each.name for _, each in known)])
         hint = f"did you mean {near}?" if near else f"the groups are {', '.join(groups)}"
         raise InvalidSuite(f"{name}: no function or group {min(foreign)!r:.60}; {hint}")
-    most = min(each.instances for each in known)
+    most = min(each.instances for _, each in known)
     numbers = range(1, most + 1) if instances is None else instances
     wrong = next((number for number in numbers if not 1 <= number <= most), None)
     if wrong is not None:
         raise InvalidSuite(f"{name}: no instance {wrong}; they are 1 to {most}")
-    return Suite(name, tuple(SuiteProblem(name, each, number, int(threads)) for each in chosen for number in numbers))
+    each_problem = ((owner, each, number) for owner, each in chosen for number in numbers)
+    return Suite(name, tuple(SuiteProblem(*which, threads=int(threads)) for which in each_problem))
+
+
+def _name_of(name: str | None, version: int | None) -> str:
+    """The name of the suite that is asked for; the default where nothing is said."""
+    if version is not None:
+        _check_whole("version", version)
+        if name is not None:
+            raise TypeError("name and version: one of them says which suite")
+        return f"{SUITE.rpartition('-')[0]}-{version}"
+    if name is None:
+        return SUITE
+    if not isinstance(name, str):
+        raise TypeError("name: that of a suite is needed")
+    return name
+
+
+def _check_whole(argument: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise TypeError(f"{argument}: a whole number is needed")
 
 
 def _are(values: object, kind: type) -> bool:

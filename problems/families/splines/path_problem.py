@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from itertools import chain
+from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
@@ -17,6 +18,7 @@ from problems.ladder import Integrals
 from problems.limits import SAMPLING_MARGIN, Constraint, looks, stay_constraints, stay_matters
 from problems.motions import (
     ALONG,
+    GAUSS_SHARES,
     SUPPORT,
     Bounds,
     JointPath,
@@ -31,6 +33,7 @@ from problems.motions import (
     in_time,
     interval_time,
     limited,
+    within,
 )
 from problems.robots import JointLimits
 from problems.timing import SpeedProfile, retime
@@ -44,6 +47,16 @@ class SplineProblem(Problem[TimedPath]):
 
     motion: PathSpline
     encoding: PathTiming
+
+    def with_integrals_at_samples(self) -> Self:
+        """The same, whose search counts one side alone of every jump of an acceleration, and does not fix the timing.
+
+        So it was when the first suite of benchmarks was frozen.
+        """
+        if not self.motion.integrated:
+            return self
+        motion = replace(self.motion, integrated=False)
+        return replace(self, motion=motion, encoding=replace(self.encoding, motion=motion))
 
     @cached_property
     def _integrals(self) -> Integrals | None:
@@ -63,7 +76,8 @@ class SplineProblem(Problem[TimedPath]):
     def trajectory(self, x: FloatArray) -> Trajectory:
         """The least time along the path of one candidate (d,), or one near it, in which its limits hold for all t.
 
-        Where an obstacle moves, the timing of the search instead, slower only as far as its limits ask between samples.
+        Where an obstacle moves, or something is integrated over time, the timing of the search instead, slower only as
+        far as its limits ask between samples.
 
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
@@ -80,16 +94,20 @@ class SplineProblem(Problem[TimedPath]):
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
             path, chain = self.motion.path(points), self.robot.rigid_chain
-            least = retime(path, limits, (start, goal), refined, chain, self._ceiling(x))
+            least = retime(path, limits, (start, goal), refined, chain, self._ceiling(x, limits))
         except InvalidProblem:
             return super().trajectory(x)
         if self.encoding.time_scale is None:
             return least
         return least.time_scaled(max(1.0, float(self.parameters_of(x).duration) / least.duration))
 
-    def _ceiling(self, x: FloatArray) -> SpeedProfile | None:
-        """The timing of the search, where an obstacle moves: a faster motion would come too early."""
-        if self.encoding.local_time_scale is None:
+    def _ceiling(self, x: FloatArray, limits: JointLimits) -> SpeedProfile | None:
+        """The timing of the search, where it matters: a faster motion would come too early, or take other torques.
+
+        For torques alone it is not kept under jerk limits, which ask for another one: below it they cost too much time.
+        """
+        kept = self.motion.integrated and limits.jerk is None
+        if self.encoding.local_time_scale is None and not kept:
             return None
         return SpeedProfile(self.motion.parameters_u, as_array(self.parameters_of(x).squared).ravel())
 
@@ -179,7 +197,8 @@ class MoveSteps(CostSteps[TimedPath]):
             durations: the name of the duration.
             zeros: further vectors to begin with.
         """
-        along = sorted({n for held in stacks.values() for order in held for n in ALONG[order]})
+        held_orders = self.motion.orders if self.motion.integrated and stacks else [*chain(*stacks.values())]
+        along = sorted({n for order in held_orders for n in ALONG[order]})
         begin = {
             "ahead": ca.SX.zeros(2 * self.motion.robot.dof),
             durations: ca.SX(0),
@@ -284,9 +303,14 @@ class MoveSteps(CostSteps[TimedPath]):
             state["passed"] = ca.SX.sym("passed", 2)  # c and the duration of the interval before
             c, taken = ca.if_else(inner > 0.5, c, state["passed"][0]), inner * taken
             found = {n: part.T for n, part in zip(along, path, strict=True)}
-            clock = state[durations], (state["passed"][1] + taken) / 2.0
+            here = {order: in_time(order, found, state["squared"], c) for held in stacks.values() for order in held}
+            instants = [(here, state[durations], (state["passed"][1] + taken) / 2.0)]
+            for share in GAUSS_SHARES if motion.integrated else ():
+                there = dict(enumerate(within(share, [*found.values()], state["squared"], squared, c, taken)))
+                instants.append((there, state[durations] + share * taken, taken / len(GAUSS_SHARES)))
             for name, held in stacks.items():
-                outputs[name] = ca.vertcat(*(in_time(order, found, state["squared"], c).T for order in held), *clock)
+                columns = [[*(values[order].T for order in held), *clock] for values, *clock in instants]
+                outputs[name] = ca.vertcat(*chain(*columns))
             outputs["passed"] = ca.vertcat(c, taken)
         grid = np.column_stack([np.append(motion.double_steps, 1.0), np.arange(count) < count - 1])
         loop = Loop(rows=grid, window="scanned", starts=np.arange(count)[::-1] * size)
@@ -304,7 +328,7 @@ class MoveSteps(CostSteps[TimedPath]):
         for name, held in stacks.items():
             size, k = self.motion.piece_sizes(held)[0], self.motion.robot.dof
             window, slower = ca.SX.sym("window", size), ca.SX.sym("slower")
-            powers = [slower**-order for order in held for _ in range(k)] + [slower, slower]
+            powers = ([slower**-order for order in held for _ in range(k)] + [slower, slower]) * self.motion.instants
             loop = Loop(rows=self.motion.grid.rows, window=name, starts=self.motion.grid.pieces * size)
             blocks = name.removeprefix("raw_")
             outputs = {blocks: window * ca.vertcat(*powers)}

@@ -104,7 +104,9 @@ def move(
     local_time_scale = LocalTimeScale.where_needed(task)
     start, goal = (task.is_timed and not velocity.any() for velocity in task.end_velocities)
     share = 1.0 if task.at_rest and not task.is_timed else MOVING_SHARE
-    spline = PathSpline(task.robot, usual_nodes(tasks[0], each), steps, share, (start, goal))
+    spline = PathSpline(
+        task.robot, usual_nodes(tasks[0], each), steps, share, (start, goal), integrated=minimised.is_integral
+    )
     several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
     problem, *branches = (
         MoveProblem(

@@ -170,8 +170,10 @@ def _stated(
     check_at_least("samples", samples, 2)
     check_at_least("redundancy_values", values, 2)
     steps = max(LEAST_STEPS, round(samples / (knots.u.size - 1)))
-    motion = TracedSpline(task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners)
     minimised = objective_named(objective, task.robot)
+    motion = TracedSpline(
+        task.robot, tuple(knots.u.tolist()), steps, corners=knots.corners, integrated=minimised.is_integral
+    )
     kept = limits_of(task.robot, task.obstacles, limits)
     scales = SearchedTimeScale.where_needed(minimised, task), LocalTimeScale.where_needed(task)
     return (

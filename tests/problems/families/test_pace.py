@@ -196,6 +196,50 @@ def test_the_cost_is_that_of_the_slower_motion(kind: str) -> None:
             assert problem.trajectory(x).duration == pytest.approx(float(ca.DM(samples.duration)), rel=0.05)
 
 
+def candidates_of(problem: Problem[Any], count: int) -> np.ndarray:
+    """Paths that wind, a little slower than they could be run."""
+    found = np.random.default_rng(2).uniform(*problem.bounds, (count, len(problem.variables)))
+    found[:, -1] = 0.1
+    return found
+
+
+@pytest.mark.parametrize(("kind", "most"), [("tracing", 2e-3), ("move", 5e-3)])
+def test_an_integral_is_that_of_the_motion_itself(kind: str, most: float) -> None:
+    """Both sides of every jump of an acceleration count, and the finished motion keeps the timing of the search."""
+    problem, robot = made(kind, "energy"), MASSIVE
+    for x in candidates_of(problem, 4):
+        value = float(problem.objective.value(problem.motion.samples(problem.parameters_of(x))))
+        own = problem.motion.trajectory(problem.parameters_of(x))
+        for motion in (own, problem.trajectory(x)):
+            assert problem.objective.of_motion(motion, robot, motion.breakpoints) == pytest.approx(value, rel=most)
+            assert motion.duration == pytest.approx(own.duration, rel=1e-3)
+
+
+def test_one_side_of_the_jumps_alone_is_another_number() -> None:
+    """What the first suite of benchmarks has: out by a tenth, with another timing of the finished motion."""
+    problem = made("move", "energy").with_integrals_at_samples()
+    value, of_motion = problem.objective.value, problem.objective.of_motion
+    apart = []
+    for x in candidates_of(problem, 4):
+        parameters = problem.parameters_of(x)
+        own, finished = problem.motion.trajectory(parameters), problem.trajectory(x)
+        exact = of_motion(own, MASSIVE, own.breakpoints)
+        searched = float(value(problem.motion.samples(parameters)))
+        apart.append([searched / exact - 1.0, of_motion(finished, MASSIVE, finished.breakpoints) / exact - 1.0])
+    assert (np.abs(apart).max(axis=0) > 0.05).all()
+    assert made("knots", "energy").with_integrals_at_samples() is made("knots", "energy")
+
+
+@pytest.mark.slow
+def test_under_a_jerk_limit_a_motion_has_a_timing_of_its_own() -> None:
+    """It is the fastest smooth one, run in the search's duration where that is longer, and not one below it."""
+    robot = replace(MASSIVE, max_jerk=(200.0,) * 3)
+    ends = Joints((0.1, 0.2, 0.3)), (Joints((0.9, -0.4, 0.6)),)
+    energy, time = (move(Move(robot, *ends), objective, 20) for objective in ("energy", "time"))
+    x = np.append(candidates_of(time, 1)[0], 0.0)
+    assert energy.trajectory(x).duration == pytest.approx(time.trajectory(x[:-1]).duration, rel=1e-9)
+
+
 def test_none_between_moving_ends() -> None:
     task = Move(MASSIVE, Joints((0.1, 0.2, 0.3)), (Joints((0.9, -0.4, 0.6)),), goal_velocity=(0.5, 0.0, 0.0))
     assert "time_scale" not in [variable.name for variable in move(task, "energy", 20).variables]

@@ -33,8 +33,8 @@ def spline(knots: Sequence[float], steps: int, time: float) -> tuple[KnotSpline,
     return motion, SplineShape(shape, ca.DM(time))
 
 
-def path(nodes: Sequence[float], steps: int, slower: float) -> tuple[PathSpline, TimedPath]:
-    motion = PathSpline(ROBOT, tuple(nodes), steps)
+def path(nodes: Sequence[float], steps: int, slower: float, integrated: bool = False) -> tuple[PathSpline, TimedPath]:
+    motion = PathSpline(ROBOT, tuple(nodes), steps, integrated=integrated)
     points = ca.DM(RNG.normal(size=(motion.spline.size, 3)))
     return motion, motion.timed(points, (ca.DM(0.0), None)).time_scaled(slower, 0.0)
 
@@ -52,6 +52,7 @@ MOTIONS: dict[str, tuple[Motion[Any], Any]] = {
     "spline of two knots": spline((0.0, 1.0), 2, 2.0),
     "path": path(np.linspace(0.0, 1.0, 5).tolist(), 6, 1.0),
     "path, uneven nodes, slowly": path(UNEVEN, 5, 1.7),
+    "path, with points for integrals": path(UNEVEN, 5, 1.3, integrated=True),
     "spline in time": time_spline(4, 13, 1.9),
     "spline in time of two pieces": time_spline(2, 5, 0.4),
 }
@@ -114,6 +115,27 @@ def test_weights_are_those_of_the_trapezoidal_rule(motion: Motion[Any], paramete
     assert weights @ times == pytest.approx(end**2 / 2.0)
     assert weights @ (3.0 - 2.0 * times) == pytest.approx(3.0 * end - end**2)
     assert weights @ times**2 == pytest.approx(end**3 / 3.0 + (steps**3).sum() / 6.0)
+
+
+def test_points_for_integrals_are_the_exact_motion_and_integrate_cubics() -> None:
+    """Two of Gauss's in each interval: inside of it, so that no jump of an acceleration is seen from one side alone."""
+    motion, parameters = MOTIONS["path, with points for integrals"]
+    samples, trajectory = motion.samples(parameters), motion.trajectory(parameters)
+    points = samples.for_integrals
+    assert points is samples.quadrature is not None
+    times, weights = (as_array(part).ravel() for part in (points.times, points.weights))
+    assert times.size == 2 * (samples.count - 1)
+    for order in motion.orders:
+        exact = trajectory.at(times, order)
+        assert as_array(points.derivatives[order]) == pytest.approx(exact, abs=1e-8 * max(1.0, np.abs(exact).max()))
+    for power in range(4):
+        assert weights @ times**power == pytest.approx(trajectory.duration ** (power + 1) / (power + 1), rel=1e-12)
+    rows = [row.quadrature for row in row_by_row(motion, parameters, (0, 1, 2))]
+    of_rows = [[as_array(part).ravel() for part in (row.times, row.weights)] for row in rows if row is not None]
+    assert len(of_rows) == samples.count and of_rows[-1][1].tolist() == [0.0, 0.0]
+    for column, expected in enumerate((times, weights)):
+        each = np.array([row[column] for row in of_rows[:-1]])
+        assert each.T.ravel().tolist() == expected.tolist()
 
 
 @each_motion

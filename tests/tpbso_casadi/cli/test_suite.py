@@ -54,6 +54,23 @@ def test_check(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPat
     assert lines[0] == "arm-motions-1/spline-2@3: other values than those of the suite"
 
 
+def test_another_version(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    second = ("--suite", "arm-motions-2", "--functions", "spline-2,energy-3", "--instances", "1")
+    assert run("check", *second) == 0
+    assert capsys.readouterr().out == "2 of 2 problems give the bits of arm-motions-2\n"
+    assert run("list", *second) == 0
+    assert "arm-motions-2: 2 problems" in capsys.readouterr().out
+    assert run("run", *second, "--solvers", "pso,ga", "--budget", "5", "--workers", "1", "--out", "two", "--quiet") == 0
+    names = {each.problem.name for each in read_runs("two/runs.csv")}
+    assert names == {"arm-motions-1/spline-2@1", "arm-motions-2/energy-3@1"}
+    capsys.readouterr()
+    assert run("report", "two", "--no-plots") == 0  # what both have counts in the first, the other's energy does not
+    assert "2 runs on 1 problems" in capsys.readouterr().out
+    assert run("report", "two", "--suite", "arm-motions-2", "--no-plots") == 0
+    assert "4 runs on 2 problems" in capsys.readouterr().out
+
+
 def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("run", *FEW, "--workers", "1", "--out", "judged") == 0
     printed = capsys.readouterr().out
@@ -108,6 +125,7 @@ def test_the_same_search_wherever_it_is_done() -> None:
     [
         (("run", "--functions", "nope"), "no function or group 'nope'"),
         (("run", "--instances", "16"), "no instance 16; they are 1 to 15"),
+        (("list", "--suite", "arm-motions-3"), "invalid choice: 'arm-motions-3'"),
         (("run", "--instances", "3-1"), "'3-1' is not a number or a range such as 1-3"),
         (("run", "--solvers", "ipopt", "--functions", "spline-2"), "ipopt: IPOPT needs the derivatives"),
         (("run", "--solvers", "nope", "--functions", "spline-2"), "nope"),

@@ -117,7 +117,7 @@ def test_what_is_written_replaces_nothing(tmp_path: Path, capsys: pytest.Capture
     assert f"written: arm-motions-1/paper-time-3@2; `make -C {folder}` builds a library" in capsys.readouterr().out
     written = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     own = {"Makefile", "arm_motions.cpp", "arm_motions.h", "example.c", "problem.hpp"}
-    assert written == own | {"problems/arm_motions_paper_time_3_0.cpp", "problems/table.cpp"}
+    assert written == own | {"problems/arm_motions_1_paper_time_3_0.cpp", "problems/table.cpp"}
     assert "arm-motions-1/paper-time-3@2" in (folder / "problems" / "table.cpp").read_text()
     assert main(["export", str(folder), "--functions", "paper-time-3"]) == 2
     assert capsys.readouterr().err.strip().endswith(f"{folder}: holds something already; name a new folder")
@@ -138,8 +138,17 @@ def test_several_libraries_of_one_process_are_apart(tmp_path: Path) -> None:
 
 def test_instances_of_a_function_need_not_be_together_nor_differ(tmp_path: Path) -> None:
     folder = only("paper-time-3@2", "spline-2@1", "paper-time-3@1", "paper-time-3@2").export(str(tmp_path / "c"))
-    kernel = (folder / "problems" / "arm_motions_paper_time_3_0.cpp").read_text()
+    kernel = (folder / "problems" / "arm_motions_1_paper_time_3_0.cpp").read_text()
     assert [f"numbers_{k}[]" in kernel for k in (1, 2, 3)] == [True, True, False]
+
+
+def test_versions_of_a_function_have_kernels_of_their_own(tmp_path: Path) -> None:
+    both = tuple(tp.suite(version=version)["energy-3@1"] for version in (1, 2))
+    folder = Suite("both", both).export(tmp_path / "c")
+    kernels = [(folder / "problems" / f"arm_motions_{version}_energy_3_0.cpp").read_text() for version in (1, 2)]
+    assert kernels[0].replace("motions_1", "motions_2") != kernels[1]
+    table = (folder / "problems" / "table.cpp").read_text()
+    assert all(f'"{each.name}"' in table for each in both)
 
 
 def test_a_failure_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

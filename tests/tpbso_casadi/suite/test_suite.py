@@ -21,12 +21,14 @@ from tpbso_casadi.suite.freezing import Instance, instance_of, lower_bound
 from tpbso_casadi.suite.frozen import check_points, content_of, descriptions
 from tpbso_casadi.suite.motions import problem_of
 
-SUITE = tp.suite()
+SUITE, SECOND = tp.suite(), tp.suite(version=2)
+EVERY = [*SUITE, *(each for each in SECOND if each.suite == SECOND.name)]
+PAGE = Path(__file__).parents[3] / "docs/reference/suite.md"
 LIGHT = ("spline-2@1", "star-time@2", "constrained-3@1", "time-length-4@3")
-FIRST = [each.name for each in SUITE if each.instance == 1]
-ALL = [pytest.param(name.partition("/")[2], marks=pytest.mark.slow) for name in FIRST]
-FRONTS = [each.name for each in SUITE if len(each.objectives) > 1]
-KNOWN = [each.name for each in SUITE if each.best_known is not None]
+FIRST = [each.name for each in EVERY if each.instance == 1]
+ALL = [pytest.param(name, marks=pytest.mark.slow) for name in FIRST]
+FRONTS = [each.name for each in EVERY if len(each.objectives) > 1]
+KNOWN = [each.name for each in EVERY if each.best_known is not None]
 
 
 def points_of(problem: SuiteProblem, rows: int = 200) -> np.ndarray:
@@ -51,8 +53,7 @@ def test_all_functions_and_instances_in_order() -> None:
 
 
 def test_the_manual_lists_the_functions() -> None:
-    page = Path(__file__).parents[3] / "docs/reference/suite.md"
-    assert "\n".join(table_lines()) in page.read_text()
+    assert "\n".join(table_lines()) in PAGE.read_text()
 
 
 def test_some_of_it() -> None:
@@ -65,7 +66,13 @@ def test_some_of_it() -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: tp.suite("arm-motions-9"), "there is no suite 'arm-motions-9'; there is 'arm-motions-1'"),
+        (
+            lambda: tp.suite("arm-motions-9"),
+            "there is no suite 'arm-motions-9'; there are arm-motions-1 and arm-motions-2",
+        ),
+        (lambda: tp.suite(version=3), "there is no suite 'arm-motions-3'; there are arm-motions-1 and arm-motions-2"),
+        (lambda: tp.suite("../suite"), "there is no suite '../suite'"),
+        (lambda: SECOND["arm-motions-1/energy-3@1"], r"did you mean arm-motions-2/energy-3@1\?"),
         (lambda: tp.suite(functions=["nope"]), "no function or group 'nope'; the groups are paper, path, spline"),
         (lambda: tp.suite(functions=["splin-2"]), r"no function or group 'splin-2'; did you mean spline-2\?"),
         (lambda: tp.suite(instances=[1, 16]), "no instance 16; they are 1 to 15"),
@@ -96,9 +103,9 @@ def test_threads_are_a_whole_number() -> None:
 @pytest.mark.parametrize("name", [*LIGHT, *ALL])
 def test_the_bits_are_those_of_the_frozen_suite_and_of_the_models(name: str) -> None:
     """The kernels give what they gave, and what the scenario's problem gives today in CasADi's virtual machine."""
-    each = SUITE[name]
+    each = SUITE[name] if "/" not in name else problem_named(name)
     assert each.is_intact()
-    instance = Instance({}, problem_of(each.scenario), each.form)
+    instance = Instance({}, problem_of(each.scenario, each.suite), each.form)
     candidates = points_of(each, 60)
     found = each.values(candidates)
     for number, part in enumerate(instance.problems):
@@ -112,7 +119,7 @@ def test_the_bits_are_those_of_the_frozen_suite_and_of_the_models(name: str) -> 
 @needs_compiler
 @pytest.mark.parametrize("function", [definition.name for definition in DEFINITIONS])
 def test_every_instance_is_intact(function: str) -> None:
-    assert all(each.is_intact() for each in tp.suite(functions=[function]))
+    assert all(each.is_intact() for each in EVERY if each.function.name == function)
 
 
 @needs_compiler
@@ -245,7 +252,7 @@ def test_other_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_descriptions_and_contents_are_read_as_they_were_written() -> None:
-    [described] = [each for each in descriptions("arm-motions-1") if each.name == "spline-2"]
+    [described] = [each for owner, each in descriptions("arm-motions-1") if each.name == "spline-2"]
     assert frozen.Description.of(json.loads(json.dumps(described.plain))) == described
     content = content_of("arm-motions-1", "spline-2", described.digest)
     again = frozen.Content.read(content.written())
@@ -264,10 +271,12 @@ def test_check_points_lie_in_the_box_and_differ() -> None:
 # How it was made
 
 
-def test_an_instance_is_made_of_its_scenario() -> None:
+@pytest.mark.parametrize("name", ["arm-motions-1/spline-2@5", "arm-motions-2/energy-3@5"])
+def test_an_instance_is_made_of_its_scenario(name: str) -> None:
     """What is stored follows from the tables alone; the last digits may be those of another CasADi."""
-    [definition] = [each for each in DEFINITIONS if each.name == "spline-2"]
-    content = content_of("arm-motions-1", "spline-2", SUITE["spline-2@1"].function.digest)
+    each = problem_named(name)
+    [definition] = [found for found in DEFINITIONS if found.name == each.function.name]
+    content = content_of(each.suite, each.function.name, each.function.digest)
     instance = instance_of(content.scenarios[4], definition)
     [(numbers, indices)] = instance.scenes()
     np.testing.assert_allclose(numbers, content.numbers[0][4], rtol=1e-13)
@@ -284,7 +293,7 @@ def test_the_straight_motion_is_no_answer_where_something_stands() -> None:
 
 def test_lower_bounds_are_those_of_joints_by_themselves() -> None:
     each = SUITE["spline-2@1"]
-    tables, model = each._content.scenarios[0], problem_of(each.scenario)
+    tables, model = each._content.scenarios[0], problem_of(each.scenario, each.suite)
     arm, task = tables["arm"], tables["task"]
     way = np.abs(np.subtract(task["goal"]["joints"], task["start"]["joints"]))
     speed, acceleration = np.array(arm["max_speed"]), np.array(arm["max_acceleration"])
@@ -293,7 +302,10 @@ def test_lower_bounds_are_those_of_joints_by_themselves() -> None:
     assert lower_bound(tables, model) == pytest.approx(ramps.max(), rel=1e-12)
     assert each.lower_bound == pytest.approx(ramps.max(), rel=1e-12)
     paper = SUITE["paper-time-3@1"]
-    assert lower_bound(paper._content.scenarios[0], problem_of(paper.scenario)) is None and paper.lower_bound is None
+    assert (
+        lower_bound(paper._content.scenarios[0], problem_of(paper.scenario, paper.suite)) is None
+        and paper.lower_bound is None
+    )
 
 
 # What is known
@@ -301,7 +313,7 @@ def test_lower_bounds_are_those_of_joints_by_themselves() -> None:
 
 def test_of_two_objectives_a_front_is_known() -> None:
     assert KNOWN
-    for each in SUITE:
+    for each in EVERY:
         front = each.best_front
         assert (front is None) == (len(each.objectives) == 1)
         assert front is None or (each.best_known is None and each.best_merit == 0.0)

@@ -41,7 +41,7 @@ from tpbso_casadi.cli.options import (
 from tpbso_casadi.cli.progress import phase
 from tpbso_casadi.referee import Referee, on_common_problems
 from tpbso_casadi.referee.page import PAGE, RANKS, RUNS, SUMMARY, write_report, write_table
-from tpbso_casadi.suite import SUITE, InvalidSuite, Suite, read_runs, suite
+from tpbso_casadi.suite import SUITE, SUITES, InvalidSuite, Suite, read_runs, suite
 
 USUAL_SOLVERS = "bso,pso,ga,abso,lshade"
 USUAL_BUDGET, USUAL_RUNS = 500, 1
@@ -104,7 +104,10 @@ def parser() -> OneLineParser:
 
 
 def add_problems(group: Group) -> None:
-    """Which problems of the suite."""
+    """Which problems of which suite."""
+    group.add_argument(
+        "--suite", choices=SUITES, default=SUITE, help="which version: later ones mend what is wrong in earlier ones"
+    )
     group.add_argument(
         "--functions", metavar="A,B,...", help=defaulting("names of functions or of groups of them", "all")
     )
@@ -165,13 +168,16 @@ def chosen(options: argparse.Namespace) -> Suite:
         InvalidSuite: there is no such function or instance.
     """
     stated = getattr(options, "functions", None)
-    return suite(SUITE, None if stated is None else stated.split(","), getattr(options, "instances", None))
+    name, instances = getattr(options, "suite", SUITE), getattr(options, "instances", None)
+    return suite(name, None if stated is None else stated.split(","), instances)
 
 
 def list_functions(options: argparse.Namespace) -> int:
     """Print the functions; returns the exit status."""
     problems = chosen(options)
-    table = Table("function", "variables", "best known", "what it is", title=f"{SUITE}: {len(problems)} problems")
+    table = Table(
+        "function", "variables", "best known", "what it is", title=f"{problems.name}: {len(problems)} problems"
+    )
     table.columns[0].no_wrap = True
     for group in dict.fromkeys(function.group for function in problems.functions):
         table.add_section()
@@ -190,7 +196,7 @@ def check(options: argparse.Namespace) -> int:
     wrong = [problem.name for problem in problems if not problem.is_intact()]
     for name in wrong:
         print(f"{name}: other values than those of the suite")
-    print(f"{len(problems) - len(wrong)} of {len(problems)} problems give the bits of {SUITE}")
+    print(f"{len(problems) - len(wrong)} of {len(problems)} problems give the bits of {problems.name}")
     return Exit.INFEASIBLE if wrong else Exit.FEASIBLE
 
 
