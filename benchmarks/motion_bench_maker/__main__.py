@@ -15,7 +15,7 @@ from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.run_limit import limited
 from benchmarks.motion_bench_maker.table import by_kind, printed, rows
 from problems.evaluation import BACKENDS
-from tpbso_casadi.campaign import Outcome, parse_solvers, run_campaign
+from tpbso_casadi.campaign import Outcome, Run, parse_solvers, run_campaign
 from tpbso_casadi.cli.campaign import CAMPAIGN_FAILURES, INTERRUPTED, executors_of, stored
 from tpbso_casadi.cli.command import exit_code_of
 
@@ -81,7 +81,7 @@ def run(options: argparse.Namespace, question: Question, problems: list[MotionPr
     return 0
 
 
-def tell(outcome: Outcome) -> None:
+def tell(run: Run, outcome: Outcome) -> None:
     """One line of progress on standard error."""
     print(outcome.error or f"planned in {outcome.seconds:.1f} s", file=sys.stderr, flush=True)
 

@@ -24,12 +24,12 @@ from tpbso_casadi.campaign.grid import (
     parse_solver,
     parse_solvers,
 )
-from tpbso_casadi.campaign.measures import PLANS, gap
+from tpbso_casadi.campaign.measures import PLANS, expected_running_time, gap
 from tpbso_casadi.campaign.polishing import HEADER as POLISH_HEADER
 from tpbso_casadi.campaign.polishing import PolishedRun, PolishGain
 from tpbso_casadi.campaign.results import Best, Results, best_runs, results_of
 from tpbso_casadi.campaign.run import AnyRun, Outcome, Record, Run
-from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign
+from tpbso_casadi.campaign.runner import campaign_seconds, run_campaign, searches_of
 from tpbso_casadi.campaign.statistics import (
     FEWEST_SOLVERS,
     SIGNIFICANCE_LEVEL,
@@ -101,6 +101,7 @@ __all__ = [
     "check_export",
     "cluster",
     "compare_summaries",
+    "expected_running_time",
     "export",
     "files_of",
     "function_grid",
@@ -121,6 +122,7 @@ __all__ = [
     "results_of",
     "rows",
     "run_campaign",
+    "searches_of",
     "smallest_p",
     "suite_grid",
     "summarise",

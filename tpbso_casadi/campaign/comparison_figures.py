@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from problems.base import FloatArray
@@ -21,7 +22,18 @@ from tpbso_casadi.campaign.polishing import PolishGain, percent
 from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, GapCurve, Results, gap_curve, gaps_of, shares_reached
 from tpbso_casadi.campaign.statistics import Ranking, Summary, p_text, ranking
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
-from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends
+from tpbso_casadi.figures.style import (
+    RC,
+    SMALL,
+    TWO_COLUMNS,
+    EndLabel,
+    fitted,
+    in_print,
+    label_ends,
+    legend_columns,
+    title_figure,
+    width_of,
+)
 from tpbso_casadi.plain import one_line
 
 
@@ -47,6 +59,8 @@ def draw_runs(axes: Axes, place: float, summary: Summary, colour: str, width: fl
 
 
 COLUMNS = 2
+COURSE, FINAL, PER_SOLVER, AROUND = 2.7, 1.3, 0.36, 1.1  # inches: of a left and a right panel; of axes around both
+PANEL, LEGEND_LINE, LONGEST_LABEL = 2.5, 0.16, 3.2  # inches: of a case; of the legend
 EQUAL = "0.92"  # behind gaps within which statistics count plans as equal
 ROOM = 2.5  # factor of the y axis above the largest gap, for runs without a plan
 
@@ -56,30 +70,34 @@ def comparison_figure(results: Results) -> Figure:
     """A pair of panels a case: the median gap of each solver over evaluations with its quartiles, and final plans."""
     columns = min(COLUMNS, len(results.cases))
     rows = ceil(len(results.cases) / columns)
-    figure = Figure(figsize=(5.4 * columns, 0.3 + 2.5 * rows), layout="constrained")
-    grid = figure.add_gridspec(rows, 2 * columns, width_ratios=[3.0, 2.0] * columns)
-    panels = []
+    final = max(FINAL, PER_SOLVER * len(results.solvers))
+    width = columns * (COURSE + final + AROUND)
+    labels = [fitted(solver, LONGEST_LABEL) for solver in results.solvers]
+    beside = legend_columns(labels, width)
+    lines = ceil(len(labels) / beside) * max(label.count("\n") + 1 for label in labels)
+    figure = Figure(figsize=(width, 0.4 + PANEL * rows + LEGEND_LINE * lines), layout="constrained")
+    grid = figure.add_gridspec(rows, 2 * columns, width_ratios=[COURSE, final] * columns)
     for index, case in enumerate(results.cases):
         row, column = divmod(index, columns)
         left = figure.add_subplot(grid[row, 2 * column])
         right = figure.add_subplot(grid[row, 2 * column + 1], sharey=left)
-        panels.append((left, draw_case(left, right, results, case)))
-    figure.suptitle(f"Gap to {results.measure.reference}: median run and quartiles")
-    figure.draw_without_rendering()  # panels get their places, which labels need
-    for left, ends in panels:
-        label_ends(left, ends)
+        draw_case(left, right, results, case)
+    title_figure(figure, f"Gap to {results.measure.reference}: median run and quartiles")
+    lines_of = [Line2D([], [], **line_of(index), marker=marker_of(index)) for index in range(len(labels))]
+    for text in figure.legend(lines_of, labels, loc="outside lower center", ncols=beside).get_texts():
+        text.set_parse_math(False)
     return figure
 
 
-def draw_case(left: Axes, right: Axes, results: Results, case: str) -> list[EndLabel]:
-    """The two panels of a case; returns what is to be written at the ends of the lines."""
+def draw_case(left: Axes, right: Axes, results: Results, case: str) -> None:
+    """The two panels of a case."""
     reference, summaries, measure = results.references[case], results.of_case(case), results.measure
-    left.set_title(case, loc="left")
+    left.set_title(fitted(case, COURSE, RC["axes.titlesize"]), loc="left", parse_math=False)
     if reference is None:
         left.text(0.5, 0.5, measure.none, ha="center", transform=left.transAxes)
         left.set_axis_off()
         right.set_axis_off()
-        return []
+        return
     curves = [gap_curve(results, case, summary.solver) for summary in summaries]
     finals = [np.maximum(gaps_of(summary.objectives, reference), measure.drawn) for summary in summaries]
     set_scales(left, curves, finals, measure)
@@ -87,12 +105,6 @@ def draw_case(left: Axes, right: Axes, results: Results, case: str) -> list[EndL
         draw_curve(left, index, curve, measure.drawn)
         draw_final(right, index, gaps, summary)
     finish(left, right, summaries, measure.axis(reference, summaries[0].unit))
-    top = left.get_ylim()[1]
-    ends = [min(max(float(curve.median[-1]), measure.drawn), top) for curve in curves]
-    return [
-        EndLabel(summary.solver, end, colour_of(index))
-        for index, (summary, end) in enumerate(zip(summaries, ends, strict=True))
-    ]
 
 
 def set_scales(axes: Axes, curves: list[GapCurve], finals: list[FloatArray], measure: Measure) -> None:
@@ -139,10 +151,10 @@ def draw_final(axes: Axes, index: int, gaps: FloatArray, summary: Summary) -> No
         axes.vlines(index + 0.36, lower, upper, color=colour, linewidth=1.2)
     if missing:
         axes.plot(index, top, "x", color=colour, markersize=6)
-        note = f"{missing} of {runs}\nno {summary.measure.result}"
         axes.text(
-            index, 1.01, note, color=colour, fontsize=SMALL - 1, ha="center", transform=axes.get_xaxis_transform()
-        )
+            index, 1.01, f"{missing}/{runs}", color=colour, fontsize=SMALL - 1, ha="center",
+            transform=axes.get_xaxis_transform(),
+        )  # fmt: skip
 
 
 def finish(left: Axes, right: Axes, summaries: list[Summary], gap: str) -> None:
@@ -156,16 +168,13 @@ def finish(left: Axes, right: Axes, summaries: list[Summary], gap: str) -> None:
         axis.set_minor_formatter(NullFormatter())
     right.tick_params(labelleft=False)
     right.set_xlim(-0.6, len(summaries) - 0.4)
-    names = [wrapped(summary.solver) for summary in summaries]
-    right.set_xticks(range(len(summaries)), names, rotation=35, ha="right", fontsize=SMALL)
+    right.set_xticks([])
+    right.set_xlabel(f"{measure.final}s")
+    if any(summary.infeasible + summary.failed for summary in summaries):
+        right.set_title(f"runs without a {measure.result}:", loc="left", fontsize=SMALL - 1, pad=SMALL + 3.0)
     for axes in (left, right):
         axes.axhspan(measure.drawn / 10.0, measure.equal, color=EQUAL, zorder=0)
         axes.grid(visible=False, axis="x")
-
-
-def wrapped(label: str) -> str:
-    """A solver's label with each of its settings on a line."""
-    return label.replace("(", "(\n").replace(",", ",\n")
 
 
 LONGEST_NAME = 30  # characters of a solver's label
@@ -244,6 +253,9 @@ def draw_solver(axes: Axes, found: Ranking, index: int, name: str, rank: float, 
     axes.annotate(text, (side, y), (offset, 0), textcoords="offset points", ha="right" if left else "left", va="center")
 
 
+LONGEST_END = 2.2  # inches of a label behind a line
+
+
 @in_print
 def ecdf_figure(results: Results) -> Figure:
     """A line a solver over all cases, runs and targets; a cross where its longest run ended."""
@@ -263,7 +275,7 @@ def ecdf_figure(results: Results) -> Figure:
         evaluations, shares = shares_reached(reached)
         first = min([first, *evaluations[:1]])
         last = draw_shares(axes, index, evaluations, shares, max(run.done for run in runs), longest)
-        ends.append(EndLabel(solver, last, colour_of(index)))
+        ends.append(EndLabel(fitted(solver, LONGEST_END), last, colour_of(index)))
     axes.set_xlim(max(1.0, first / 1.1), longest)
     figure.draw_without_rendering()  # the panel gets its place, which labels need
     label_ends(axes, ends)
@@ -281,6 +293,7 @@ def draw_shares(axes: Axes, index: int, evaluations: FloatArray, shares: FloatAr
 
 
 MATRIX_COLUMNS = 3
+CELL, LONGEST_SIDE = 0.42, 1.7  # inches: of a cell, with room for three lines beside it; of a name beside a matrix
 WORSE, BETTER = "#c14a07", "#085692"  # those of lines but for a bit: pages lighten lines on a dark ground, not cells
 WORSE_TO_BETTER = LinearSegmentedColormap.from_list("worse to better", [WORSE, "#f7f7f7", BETTER])
 DARK_BLUE = 0.8  # from there on numbers are white
@@ -294,14 +307,18 @@ def effect_sizes_figure(results: Results) -> Figure:
     matrices = by_case if len(by_case) == 1 else {"mean over cases": np.mean(list(by_case.values()), axis=0), **by_case}
     columns = min(MATRIX_COLUMNS, len(matrices))
     rows = ceil(len(matrices) / columns)
-    size = 1.0 + 0.42 * len(results.solvers)
-    figure = Figure(figsize=(max(5.0, (size + 0.3) * columns), 0.5 + size * rows), layout="constrained")
+    names = [fitted(solver, LONGEST_SIDE) for solver in results.solvers]
+    side = max(map(width_of, "\n".join(names).split("\n")))
+    size = max(5.0 / columns, 0.4 + CELL * len(names) + side)
+    titles = [fitted(title, size - 0.3, RC["axes.titlesize"]) for title in matrices]
+    above = 0.2 * max(title.count("\n") + 1 for title in titles)
+    figure = Figure(figsize=(size * columns, 0.4 + (size + above) * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, (title, matrix) in zip(panels, matrices.items(), strict=False):
-        draw_matrix(axes, title, matrix, results.solvers)
+    for axes, title, matrix in zip(panels, titles, matrices.values(), strict=False):
+        draw_matrix(axes, title, matrix, names)
     for axes in panels[len(matrices) :]:
         axes.set_axis_off()
-    figure.suptitle("A12: how probably a run of the row is better than one of the column")
+    title_figure(figure, "A12: how probably a run of the row is better than one of the column")
     return figure
 
 
@@ -316,14 +333,14 @@ def draw_matrix(axes: Axes, title: str, matrix: FloatArray, solvers: list[str]) 
             colour = "white" if value >= DARK_BLUE else ON_LIGHT
             axes.text(column, row, f"{value:.2f}", ha="center", va="center", color=colour, fontsize=SMALL)
     places = range(len(solvers))
-    axes.set_xticks(places, solvers, rotation=35, ha="right", rotation_mode="anchor", fontsize=SMALL)
-    axes.set_yticks(places, solvers, fontsize=SMALL)
+    axes.set_xticks(places, solvers, rotation=90, fontsize=SMALL, parse_math=False)
+    axes.set_yticks(places, solvers, fontsize=SMALL, parse_math=False)
     axes.tick_params(length=0)
     axes.grid(visible=False)
-    axes.set_title(title)
+    axes.set_title(title, loc="right", parse_math=False)
 
 
-POLISH_COLUMNS = 3
+POLISH_COLUMNS, PER_GAIN = 3, 1.2  # inches of a label below and above a solver
 DISCARDED = "0.6"  # of a refined motion that is not kept
 
 
@@ -335,11 +352,12 @@ def polish_figure(results: Results) -> Figure:
     columns = min(POLISH_COLUMNS, len(cases))
     rows = ceil(len(cases) / columns)
     widest = max(sum(gain.case == case for gain in gains) for case in cases)
-    figure = Figure(figsize=(max(TWO_COLUMNS / 2.0, columns * (1.0 + 1.3 * widest)), 3.0 * rows), layout="constrained")
+    panel = max(TWO_COLUMNS / 2.0 / columns, 1.0 + 1.4 * widest)
+    figure = Figure(figsize=(columns * panel, 3.0 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, case in zip(panels, cases, strict=False):
         draw_gains(axes, [gain for gain in gains if gain.case == case])
-        axes.set_title(case, parse_math=False)
+        axes.set_title(fitted(case, panel - 0.9, RC["axes.titlesize"]), parse_math=False)
     for axes in panels[len(cases) :]:
         axes.set_axis_off()
     return figure
@@ -354,7 +372,8 @@ def draw_gains(axes: Axes, gains: list[PolishGain]) -> None:
             drawn = np.isfinite(values)
             shade = colour if run.kept else DISCARDED
             axes.plot(ends[drawn], values[drawn], marker_of(place), linestyle="-", color=shade, alpha=0.7, markersize=4)
-        words = f"kept {gain.kept} of {len(gain.runs)}\n{percent(gain.gains[1])} less"
+        less = f"{percent(gain.gains[1])}{' less' * bool(np.isfinite(gain.gains[1]))}"
+        words = fitted(f"kept {gain.kept} of {len(gain.runs)}\n{less}", PER_GAIN)
         axes.annotate(
             words,
             (place, 1.0),
@@ -367,7 +386,7 @@ def draw_gains(axes: Axes, gains: list[PolishGain]) -> None:
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.3 * (high - low))  # room for the words
     axes.set_xlim(-0.6, len(gains) - 0.4)
-    labels = [f"{wrapped(gain.solver)}\nbefore, after" for gain in gains]
-    axes.set_xticks(range(len(gains)), labels, fontsize=SMALL)
+    labels = [f"{fitted(gain.solver, PER_GAIN)}\nbefore, after" for gain in gains]
+    axes.set_xticks(range(len(gains)), labels, fontsize=SMALL, parse_math=False)
     axes.set_ylabel(f"[{gains[0].unit}]")
     axes.grid(visible=False, axis="x")

@@ -153,7 +153,8 @@ FIGURES = (
         reading="A12 of Vargha and Delaney: the probability that a run of the solver of the row is better than one of"
         " the solver of the column, ties half. 0.5 is no difference; from 0.56 on the effect is called small,"
         " from 0.64 medium, from 0.71 large, and below 0.5 likewise for the other solver. Blue: the row is "
-        "better; vermillion: it is worse. Runs that failed are not counted here.",
+        "better; vermillion: it is worse. Of a search and its polish it is the share of the ranks, seed by seed, that "
+        "speaks for the row. Runs that failed are not counted here.",
         draw=effect_sizes_figure,
         left_out=lambda results: (
             no_plan(results) or too_few_solvers(results, 2) or too_few_runs(results) or too_many_panels(results)

@@ -44,7 +44,8 @@ class ExecutorFactory:
     Attributes:
         start: makes an executor for all runs, and another when one is broken.
         alone: makes an executor for a single run that may have broken another.
-        width: runs submitted at a time, including those that wait for a worker.
+        width: searches submitted at a time, including those that wait for a worker.
+        workers: that work at a time.
         backend: evaluates populations there; None for that of a worker's environment. It changes no result.
         check: called now and then while no run ends; raises :class:`LostExecutor` if none can end any more.
     """
@@ -52,6 +53,7 @@ class ExecutorFactory:
     start: Callable[[], Executor]
     alone: Callable[[], Executor]
     width: int
+    workers: int = 1
     backend: str | None = None
     check: Callable[[], None] = _nothing_to_check
 
@@ -65,7 +67,7 @@ def processes(workers: int, backend: str | None = None) -> ExecutorFactory:
     most = WORKERS_PER_PROCESSOR * processors()
     if workers > most:
         raise ExecutorError(f"--workers: more than {most}, {WORKERS_PER_PROCESSOR} a processor, only take memory")
-    return ExecutorFactory(lambda: _pool(workers), lambda: _pool(1), 2 * workers, backend)
+    return ExecutorFactory(lambda: _pool(workers), lambda: _pool(1), 2 * workers, workers, backend)
 
 
 def _pool(workers: int) -> Executor:
@@ -141,7 +143,7 @@ class InProcess(Executor):
 
 def in_process(interruption: Interruption, backend: str | None = None) -> ExecutorFactory:
     """One run after the other, in this process."""
-    return ExecutorFactory(lambda: InProcess(interruption), lambda: InProcess(interruption), 1, backend)
+    return ExecutorFactory(lambda: InProcess(interruption), lambda: InProcess(interruption), 1, backend=backend)
 
 
 T = TypeVar("T")
@@ -181,9 +183,10 @@ def cluster(address: str, backend: str | None = None) -> Iterator[ExecutorFactor
     except Exception as error:
         raise _refused(address, "the scheduler does not take clients", error) from error
     with client:
-        check_versions(address, _versions_there(address, client))
+        installed = _versions_there(address, client)
+        check_versions(address, installed)
         start = partial(client.get_executor, pure=False)
-        yield ExecutorFactory(start, start, QUEUE_LENGTH, backend, _watch(address))
+        yield ExecutorFactory(start, start, QUEUE_LENGTH, max(1, len(installed)), backend, _watch(address))
 
 
 def check_address(address: str) -> None:

@@ -210,6 +210,11 @@ class FunctionRun:
         return json.dumps(self.statement), versions()
 
     @property
+    def search(self) -> str:
+        """Its own key: nothing is polished."""
+        return self.key
+
+    @property
     def measure(self) -> Measure:
         """Values are measured from the minimum."""
         return VALUES

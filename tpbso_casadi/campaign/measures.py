@@ -1,4 +1,8 @@
-"""What is measured of runs: quantiles, gaps, best values."""
+"""What is measured of runs: quantiles, gaps, expected running times, best values.
+
+[1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
+    Optimization Methods and Software 36, 2021.
+"""
 
 from __future__ import annotations
 
@@ -35,6 +39,17 @@ def gap(values: FloatArray, reference: float) -> FloatArray:
     return (values - reference) / (abs(reference) or 1.0)
 
 
+def expected_running_time(needed: FloatArray, done: FloatArray) -> float:
+    """Evaluations of all runs until they reached a target, over how many did; inf where none did [1].
+
+    Args:
+        needed: evaluations until each run reached it, (n,); inf where it never did.
+        done: evaluations of each run, (n,).
+    """
+    reached = np.isfinite(needed)
+    return float(np.where(reached, needed, done).sum() / reached.sum()) if reached.any() else inf
+
+
 TIE_TOLERANCE = 1e-4  # relative: objectives this close to the best of two samples count as equal to it
 PRECISE = 1e-8  # above a minimum: values below count as equal to it, as COCO's last target
 
@@ -48,6 +63,7 @@ class Measure:
         equal: gaps up to which statistics count as none.
         reached: objectives up to it count as equal to each other, however far apart.
         targets: gaps (n,), descending, for the share of them that is reached.
+        aim: the gap whose expected running time is listed.
         scale: of gaps where they are written.
         unit: likewise, behind the number.
         case: what is searched.
@@ -67,6 +83,7 @@ class Measure:
     equal: float
     reached: float
     targets: FloatArray
+    aim: float
     scale: float
     unit: str
     case: str
@@ -115,6 +132,7 @@ PLANS = Measure(
     equal=TIE_TOLERANCE,
     reached=-inf,
     targets=np.logspace(1.0, -4.0, 51),  # ten a decade
+    aim=0.01,
     scale=100.0,
     unit=" %",
     case="scenario",
@@ -136,6 +154,7 @@ VALUES = Measure(
     equal=PRECISE,
     reached=PRECISE,
     targets=np.logspace(2.0, -8.0, 51),  # COCO's
+    aim=0.001,
     scale=1.0,
     unit="",
     case="function",

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
 
@@ -16,10 +16,10 @@ from pydantic import ValidationError
 
 from problems.base import FloatArray
 from tpbso_casadi.campaign.functions import StoredPart
-from tpbso_casadi.campaign.measures import PLANS, Measure, gap, quantile
+from tpbso_casadi.campaign.measures import PLANS, Measure, expected_running_time, gap, quantile
 from tpbso_casadi.campaign.polishing import PolishedRun, PolishGain, gains_of
 from tpbso_casadi.campaign.run import AnyRun, Record, RunFinding
-from tpbso_casadi.campaign.statistics import Summary, a12, summarise, with_ties
+from tpbso_casadi.campaign.statistics import Summary, compare_summaries, summarise
 from tpbso_casadi.campaign.store import Store, StoreError
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.storage import Contradiction, HistoryResult, InvalidResult
@@ -244,6 +244,19 @@ class Results:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "summaries", summarise(self.records, self.measure))
+        runs: dict[tuple[str, str], list[Convergence]] = {}
+        for run in self.convergences:
+            if run.done:
+                runs.setdefault((run.case, run.solver), []).append(run)
+        timed = [self._timed(each, runs.get((each.case, each.solver), [])) for each in self.summaries]
+        object.__setattr__(self, "summaries", timed)
+
+    def _timed(self, summary: Summary, runs: Sequence[Convergence]) -> Summary:
+        """With the evaluations until a run is expected to be within the measure's aim, from runs that did not fail."""
+        aim, reference = np.array([self.measure.aim]), self.references[summary.case]
+        needed = np.array([evaluations_needed(run, reference, aim)[0] for run in runs])
+        time = expected_running_time(needed, np.array([run.done for run in runs])) if runs else float("nan")
+        return replace(summary, expected_running_time=time)
 
     @cached_property
     def polish_gains(self) -> list[PolishGain]:
@@ -292,9 +305,8 @@ class Results:
 
     def effect_sizes(self, case: str) -> FloatArray:
         """A12 of each solver (row) against each (column) on a case: how probably a run of the row is better."""
-        objectives = [summary.objectives for summary in self.of_case(case)]
-        reached = self.measure.reached
-        return np.array([[a12(*with_ties(one, other, reached)) for other in objectives] for one in objectives])
+        summaries = self.of_case(case)
+        return np.array([[compare_summaries(one, other).a12 for other in summaries] for one in summaries])
 
 
 def results_of(runs: Sequence[AnyRun], store: Store) -> Results:

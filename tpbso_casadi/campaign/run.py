@@ -6,8 +6,8 @@ import json
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, lru_cache
 from hashlib import sha256
 from typing import Annotated, Any, Protocol, TypeAlias, TypeVar
@@ -23,7 +23,7 @@ from solvers import Box
 from tpbso_casadi.campaign.functions import KEY, SUITE_KEY, search_text, suite_text
 from tpbso_casadi.campaign.measures import PLANS, Measure
 from tpbso_casadi.plain import one_line, settings_of, versions, visible
-from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, plan
+from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, SharedSearches, plan
 from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.storage import Contradiction, RunResult, checked, result_of
 
@@ -44,9 +44,10 @@ class Record:
         objective: of the plan, in ``unit``.
         unit: of the objective.
         cost: of the search's best candidate.
-        evaluations: of the search.
+        evaluations: of the search and its polish.
         iterations: of the search.
         stop_reason: of the search.
+        search: a digest of what decides the search: runs that differ in their polish alone have it in common.
     """
 
     case: StrictStr
@@ -61,6 +62,7 @@ class Record:
     evaluations: StrictInt | None = None
     iterations: StrictInt | None = None
     stop_reason: StrictStr = ""
+    search: StrictStr = ""
 
 
 RECORD = TypeAdapter(Record)
@@ -146,6 +148,10 @@ class AnyRun(Protocol):
         """The arguments of :func:`run_one`: plain data, which any executor can transport."""
 
     @property
+    def search(self) -> str:
+        """A digest of what decides the search: runs that differ in their polish alone have it in common."""
+
+    @property
     def section(self) -> SolverSection:
         """Solver, budget and seed."""
 
@@ -222,6 +228,15 @@ class Run:
         """The arguments of :func:`run_one`: plain data, which any executor can transport."""
         return self.scenario.model_dump_json(), versions()
 
+    @cached_property
+    def search(self) -> str:
+        """Its own key, unless it is a polished search with a budget of its own."""
+        solver = self.scenario.solver
+        if not solver.polish_starts or solver.within is not None or not self.scenario.task.is_searched:
+            return self.key
+        unpolished = self.scenario.model_copy(update={"solver": solver.model_copy(update={"polish_starts": 0})})
+        return replace(self, scenario=unpolished).key
+
     @property
     def section(self) -> SolverSection:
         """Solver, budget and seed."""
@@ -275,39 +290,57 @@ class Outcome:
 
     Attributes:
         result: the text of its ``result.json``, compact; None where it failed.
-        seconds: wall-clock time of the whole run.
+        seconds: wall-clock time of the whole run, as if it had been alone.
         error: why it failed, one line of at most 300 characters.
         details: the traceback.
+        seconds_saved: those of ``seconds`` that were not spent, because another run had made the same search.
     """
 
     result: str | None
     seconds: float
     error: str = ""
     details: str = ""
+    seconds_saved: float = 0.0
 
 
 class OtherVersions(RuntimeError):
     """A worker has other versions of the packages that decide a result."""
 
 
-def run_one(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
-    """Do one run; whatever is raised within it becomes a failed outcome, an exit by a plug-in too. Ctrl-C passes.
+def run_together(scenarios: Sequence[str], expected: dict[str, str], backend: str | None = None) -> list[Outcome]:
+    """Do runs that differ in their polish alone: the search that they have in common is made once.
 
-    BLAS has one thread meanwhile: other runs have the other processors.
+    Each gives what it would give alone. Whatever is raised within one becomes its failed outcome, an exit by a plug-in
+    too; Ctrl-C passes. BLAS has one thread meanwhile: other runs have the other processors.
 
     Args:
-        scenario: JSON, or the statement of the search of a benchmark function or of a suite's problem.
+        scenarios: JSON; or one statement of the search of a benchmark function or of a suite's problem.
         expected: versions that the campaign is made with.
         backend: evaluates populations; None for that of the environment. It changes no result.
     """
     with RUN_LOCK, threadpool_limits(1, user_api="blas"):
-        began = time.perf_counter()
-        try:
-            return Outcome(_result(scenario, expected, backend), time.perf_counter() - began)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            return failed(error, time.perf_counter() - began)
+        contents = [json.loads(scenario) for scenario in scenarios]
+        starts = [content.get("solver", {}).get("polish_starts", 0) for content in contents]
+        shared = SharedSearches(archived=max(starts) > 1)
+        return [_outcome(content, expected, backend, shared) for content in contents]
+
+
+def run_one(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
+    """Do one run, as :func:`run_together` does."""
+    [outcome] = run_together([scenario], expected, backend)
+    return outcome
+
+
+def _outcome(content: dict[str, Any], expected: dict[str, str], backend: str | None, shared: SharedSearches) -> Outcome:
+    began, saved = time.perf_counter(), shared.seconds_saved
+    try:
+        result = _result(content, expected, backend, shared)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        return failed(error, time.perf_counter() - began)
+    saved = shared.seconds_saved - saved
+    return Outcome(result, time.perf_counter() - began + saved, seconds_saved=saved)
 
 
 def failed(error: BaseException, seconds: float = 0.0) -> Outcome:
@@ -320,18 +353,18 @@ def failed(error: BaseException, seconds: float = 0.0) -> Outcome:
     return Outcome(None, seconds, one_line(f"{type(error).__name__}: {reason}"), visible(details, keep="\n\t"))
 
 
-def _result(scenario: str, expected: dict[str, str], backend: str | None) -> str:
+def _result(content: dict[str, Any], expected: dict[str, str], backend: str | None, shared: SharedSearches) -> str:
     ours = versions()
     if ours != expected:
         raise OtherVersions(f"{difference(ours, expected)} on this worker")
-    content = json.loads(scenario)
     if KEY in content:
         return search_text(content)
     if SUITE_KEY in content:
         return suite_text(content)
     stated = parse_scenario(content)
     problem = problem_of(stated)
-    finished = plan(stated, evaluation=None if backend is None else EvaluationOptions(backend), problem=problem)
+    evaluation = None if backend is None else EvaluationOptions(backend)
+    finished = plan(stated, evaluation=evaluation, problem=problem, shared=shared)
     if finished.interrupted:
         raise InterruptedError("the run was interrupted")
     return result_of(finished).to_json(indent=None)

@@ -5,28 +5,32 @@ from __future__ import annotations
 import logging
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager, suppress
+from itertools import chain
+from typing import TypeVar
 
 import numpy as np
 
 from solvers import AnySolver, Budget
 from tpbso_casadi.campaign.executors import ExecutorFactory, LostExecutor
-from tpbso_casadi.campaign.run import AnyRun, Outcome, failed, run_one
+from tpbso_casadi.campaign.run import AnyRun, Outcome, failed, run_together
 from tpbso_casadi.campaign.run import AnyRunT as Run
 from tpbso_casadi.campaign.store import Store
 
 POPULATION = BATCH = 32  # candidates; where a solver chooses its population itself, too
-DESCENT_CANDIDATES = 4_000  # as many as a descent by IPOPT takes the time of: measured 2,100 to 8,900 on seven cases
-PROCESS_SECONDS = 2.0  # until a process works: modules, models
+DESCENT_CANDIDATES = (2_000, 9_000)  # of which a descent by IPOPT takes the time: measured on seven cases
+PROCESS_SECONDS = (1.0, 4.0)  # until a process works: modules, models
 SOLVER_SECONDS = 5e-6  # that a solver itself takes for a candidate
 MEASURED: dict[tuple[str, str | None], float] = {}  # seconds of a candidate, by what is searched and the backend
 ITERATION_CANDIDATES = 3  # of each member of a population, at most: a beetle has two antennae
 
 
-def campaign_seconds(runs: Sequence[AnyRun], workers: int, backend: str | None = None) -> float:
-    """About how many seconds runs take on so many workers; fewer, if code is not compiled yet but will be.
+def campaign_seconds(runs: Sequence[AnyRun], workers: int, backend: str | None = None) -> tuple[float, float]:
+    """At least and at most about how many seconds runs take on so many workers, which do nothing else.
+
+    Fewer, if code is not compiled yet but will be.
 
     Args:
         runs: to be done.
@@ -36,21 +40,40 @@ def campaign_seconds(runs: Sequence[AnyRun], workers: int, backend: str | None =
     Raises:
         Exception: whatever a plug-in raises.
     """
-    return PROCESS_SECONDS + sum(run_seconds(run, backend) for run in runs) / max(1, min(workers, len(runs)))
+    searches = searches_of(runs)
+    together = max(1, min(workers, len(searches)))
+    least, most = (
+        process + sum(seconds_of(search, descent, backend) for search in searches) / together
+        for process, descent in zip(PROCESS_SECONDS, DESCENT_CANDIDATES, strict=True)
+    )
+    return least, most
 
 
-def run_seconds(run: AnyRun, backend: str | None = None) -> float:
-    """About how many seconds one run takes."""
-    section = run.section
-    solver, budget = section.build(), section.budget()
-    if section.within is not None:
-        return section.within
-    descent = candidate_seconds(run, "vm") * DESCENT_CANDIDATES
+def seconds_of(search: Sequence[AnyRun], descent_candidates: int, backend: str | None = None) -> float:
+    """About how many seconds runs take that have a search in common.
+
+    Args:
+        search: the runs.
+        descent_candidates: as many as a descent by IPOPT takes the time of.
+        backend: evaluates populations; None for that of the environment.
+
+    Raises:
+        Exception: whatever a plug-in raises.
+    """
+    run, descent = search[0], candidate_seconds(search[0], "vm") * descent_candidates
+    if run.section.within is not None:
+        return run.section.within
+    return search_seconds(run, descent, backend) + sum(each.seconds_after(descent) for each in search)
+
+
+def search_seconds(run: AnyRun, descent: float, backend: str | None = None) -> float:
+    """About how many seconds the search of a run takes, where a descent by IPOPT takes so many."""
+    solver, budget = run.section.build(), run.section.budget()
     if solver.solves_program:
         seconds = np.inf if budget.iterations is None else budget.iterations * descent
     else:
         seconds = _candidates(solver, budget) * (SOLVER_SECONDS + candidate_seconds(run, backend))
-    return float(min(seconds, budget.seconds or np.inf)) + run.seconds_after(descent)
+    return float(min(seconds, budget.seconds or np.inf))
 
 
 def _candidates(solver: AnySolver, budget: Budget) -> float:
@@ -76,6 +99,7 @@ def _seconds_of(call: Callable[[], object]) -> float:
 
 
 LOG = logging.getLogger(__name__)
+T = TypeVar("T")
 SOLO_ATTEMPTS = 2  # of a run that was in progress when a worker died
 CHECK_SECONDS = 5.0  # between looks at the workers while no run ends
 GRACE_SECONDS = 5.0  # after Ctrl-C, for the runs that have begun
@@ -86,41 +110,50 @@ def run_campaign(
     store: Store,
     executors: ExecutorFactory,
     retry_failed: bool = False,
-    progress: Callable[[Outcome], object] = lambda outcome: None,
+    progress: Callable[[Run, Outcome], object] = lambda run, outcome: None,
 ) -> None:
     """Do the runs that are not in the store yet.
 
-    A run that raises is stored as failed. When a worker dies, the runs in progress are repeated one by one: the one
-    that killed the worker is identified and stored as failed, and the campaign continues.
+    Runs that differ in their polish alone are done together: their search is made once. A run that raises is stored as
+    failed. When a worker dies, the runs in progress are repeated one by one: the one that killed the worker is
+    identified and stored as failed, and the campaign continues.
 
     Args:
         runs: the campaign.
         store: of the results.
         executors: that do the runs.
         retry_failed: repeat the runs that are stored as failed.
-        progress: called after each run.
+        progress: called after each run, with its outcome.
 
     Raises:
         LostExecutor: the executor cancelled its runs, or has no workers any more.
         StoreError: a run could not be stored.
     """
     done = store.done(failed_too=not retry_failed)
-    pending = deque({run.key: run for run in runs if run.key not in done}.values())
+    pending = deque(searches_of(run for run in runs if run.key not in done))
 
     def keep(run: Run, outcome: Outcome) -> None:
         store.add(run, outcome)
         ending = outcome.error or "done"
         LOG.info("run: %s, %s, seed %d: %s in %.3f s", run.case, run.solver, run.seed, ending, outcome.seconds)
-        progress(outcome)
+        progress(run, outcome)
 
     while pending:
         before = len(pending)
         with _opened(executors.start) as executor:
             suspects = _work(pending, executor, executors, keep)
-        for run in suspects:
+        for run in chain.from_iterable(suspects):
             keep(run, _alone(run, executors))
         if len(pending) == before:
             raise LostExecutor("no worker can be started; completed runs are stored")
+
+
+def searches_of(runs: Iterable[Run]) -> list[list[Run]]:
+    """The runs, each once, together with those that have the same search; in the order of the first of these."""
+    found: dict[str, dict[str, Run]] = {}
+    for run in runs:
+        found.setdefault(run.search, {})[run.key] = run
+    return [list(together.values()) for together in found.values()]
 
 
 @contextmanager
@@ -136,29 +169,35 @@ def _opened(start: Callable[[], Executor]) -> Iterator[Executor]:
 
 
 def _work(
-    pending: deque[Run], executor: Executor, executors: ExecutorFactory, keep: Callable[[Run, Outcome], None]
-) -> list[Run]:
+    pending: deque[list[Run]], executor: Executor, executors: ExecutorFactory, keep: Callable[[Run, Outcome], None]
+) -> list[list[Run]]:
     """Work until nothing is pending or the executor breaks; returns the runs that were in progress then."""
-    in_progress: dict[Future[Outcome], Run] = {}
-    suspects: list[Run] = []
+    in_progress: dict[Future[list[Outcome]], list[Run]] = {}
+    suspects: list[list[Run]] = []
+
+    def keep_all(future: Future[list[Outcome]], together: list[Run]) -> None:
+        for run, outcome in zip(together, _outcomes(future, len(together)), strict=True):
+            keep(run, outcome)
+
     try:
         while (pending and not suspects) or in_progress:
             while pending and not suspects and len(in_progress) < executors.width:
-                future = executor.submit(run_one, *pending[0].task, executors.backend)
+                statements, versions = zip(*(run.task for run in pending[0]), strict=True)
+                future = executor.submit(run_together, statements, versions[0], executors.backend)
                 in_progress[future] = pending.popleft()
             for future in _wait(in_progress, executors):
-                run = in_progress.pop(future)
+                together = in_progress.pop(future)
                 try:
-                    keep(run, _outcome(future))
+                    keep_all(future, together)
                 except BrokenExecutor:
-                    suspects.append(run)
+                    suspects.append(together)
     except BrokenExecutor:  # on submission: the runs in progress are suspects too
         suspects.extend(in_progress.values())
     except KeyboardInterrupt:  # runs that have begun may be completed
         begun = [future for future in in_progress if not future.cancel()]
         for future in wait(begun, timeout=GRACE_SECONDS).done:
             with suppress(BrokenExecutor, LostExecutor):
-                keep(in_progress[future], _outcome(future))
+                keep_all(future, in_progress[future])
         raise
     finally:
         for future in in_progress:
@@ -166,7 +205,7 @@ def _work(
     return suspects
 
 
-def _wait(in_progress: Collection[Future[Outcome]], executors: ExecutorFactory) -> set[Future[Outcome]]:
+def _wait(in_progress: Collection[Future[T]], executors: ExecutorFactory) -> set[Future[T]]:
     """The next runs to end.
 
     Raises:
@@ -179,8 +218,8 @@ def _wait(in_progress: Collection[Future[Outcome]], executors: ExecutorFactory) 
         executors.check()
 
 
-def _outcome(future: Future[Outcome]) -> Outcome:
-    """The outcome of a run that has ended; an exception within a run is one already, the executor's own become one."""
+def _outcomes(future: Future[list[Outcome]], runs: int) -> list[Outcome]:
+    """The outcomes of runs that have ended; an exception within a run is one already, the executor's own become one."""
     try:
         error = future.exception()
     except CancelledError as cancelled:
@@ -191,7 +230,7 @@ def _outcome(future: Future[Outcome]) -> Outcome:
         raise error
     if isinstance(error, (CancelledError, OSError)):  # the workers are gone, or do not answer
         raise LostExecutor("the workers are gone; completed runs are stored") from error
-    return failed(error)
+    return [failed(error)] * runs
 
 
 def _alone(run: Run, executors: ExecutorFactory) -> Outcome:
@@ -199,9 +238,11 @@ def _alone(run: Run, executors: ExecutorFactory) -> Outcome:
     for _ in range(SOLO_ATTEMPTS):
         with _opened(executors.alone) as executor:
             try:
-                future = executor.submit(run_one, *run.task, executors.backend)
+                statement, versions = run.task
+                future = executor.submit(run_together, [statement], versions, executors.backend)
                 _wait([future], executors)
-                return _outcome(future)
+                [outcome] = _outcomes(future, 1)
+                return outcome
             except BrokenExecutor:
                 continue
     return Outcome(None, 0.0, f"WorkerDied: {SOLO_ATTEMPTS} times in a row while nothing else ran")

@@ -1,4 +1,7 @@
-"""Statistics of runs: summaries, rank-sum tests, effect sizes, Holm's correction, ranks over cases.
+"""Statistics of runs: summaries, tests of pairs, effect sizes, Holm's correction, ranks over cases.
+
+Runs of two solvers on one case are independent samples, which a rank-sum test compares, unless they have their searches
+in common: a search and its polish are compared seed by seed, by Wilcoxon's signed-rank test.
 
 The procedure is Demsar's [1]: a Friedman test in the form of Iman and Davenport; where that rejects, each pair of
 solvers is compared. Pairs are compared by Wilcoxon's signed-rank test, corrected by Holm, rather than by Nemenyi's
@@ -42,6 +45,8 @@ class Summary:
         evaluations: of a run, mean.
         seconds: of a run, median.
         measure: that the runs are judged by.
+        searches: digests of the searches of the runs that did not fail, in the order of ``objectives``; or none.
+        expected_running_time: evaluations until a plan within the measure's aim is expected; NaN where unknown.
     """
 
     case: str
@@ -52,6 +57,8 @@ class Summary:
     evaluations: float
     seconds: float
     measure: Measure = PLANS
+    searches: tuple[str, ...] = ()
+    expected_running_time: float = float("nan")
 
     @property
     def feasible_objectives(self) -> FloatArray:
@@ -126,6 +133,7 @@ def _summary(case: str, solver: str, records: Sequence[Record], measure: Measure
         evaluations=evaluations,
         seconds=seconds,
         measure=measure,
+        searches=tuple(record.search for record in done),
     )
 
 
@@ -148,9 +156,12 @@ class PairComparison:
         other: the label of the other.
         ahead: whether the one ranks before the other: fewer runs without a plan, then the lower mean.
         a12: effect size of Vargha and Delaney, the probability that a run of the one is better than one of the other,
-            ties half; from 0 to 1, 0.5 where they are alike.
-        p: of the two-sided rank-sum test (Mann and Whitney), infeasible runs last.
+            ties half; of pairs the share of the ranks of their differences that speaks for the one. From 0 to 1, 0.5
+            where they are alike.
+        p: of the two-sided test, infeasible runs last.
         smallest_p: that this test can give with so many runs.
+        paired: whether the runs have their searches in common, so that the test is Wilcoxon's of pairs (signed ranks)
+            rather than Mann and Whitney's of independent runs (rank sum).
     """
 
     case: str
@@ -160,6 +171,12 @@ class PairComparison:
     a12: float
     p: float
     smallest_p: float
+    paired: bool = False
+
+    @property
+    def test(self) -> str:
+        """The name of the test."""
+        return "signed rank" if self.paired else "rank sum"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,8 +210,17 @@ def _relation(comparison: PairComparison, p: float, tests: int) -> Relation:
 
 
 def compare_summaries(first: Summary, second: Summary) -> PairComparison:
-    """Compare two solvers on a case. Objectives within 0.01 % of the best of both count as equal to it."""
-    effect, p = rank_sum(*with_ties(first.objectives, second.objectives, first.measure.reached))
+    """Compare two solvers on a case, run by run where these have their searches in common.
+
+    Objectives within 0.01 % of the best of both count as equal to it.
+    """
+    one, other = with_ties(first.objectives, second.objectives, first.measure.reached)
+    pairs = pairs_of(first, second)
+    if pairs:
+        one, other = one[[place for place, _ in pairs]], other[[place for _, place in pairs]]
+        effect, p, least = share_of_ranks(one, other), signed_rank(one, other), min(1.0, 2.0 ** (1 - len(pairs)))
+    else:
+        (effect, p), least = rank_sum(one, other), smallest_p(one.size, other.size)
     return PairComparison(
         case=first.case,
         solver=first.solver,
@@ -202,8 +228,15 @@ def compare_summaries(first: Summary, second: Summary) -> PairComparison:
         ahead=first.rank_key < second.rank_key,
         a12=effect,
         p=p,
-        smallest_p=smallest_p(first.objectives.size, second.objectives.size),
+        smallest_p=least,
+        paired=bool(pairs),
     )
+
+
+def pairs_of(first: Summary, second: Summary) -> list[tuple[int, int]]:
+    """Of two solvers on a case, the places of runs that have their search in common."""
+    places = {search: place for place, search in enumerate(second.searches) if search}
+    return [(place, places[search]) for place, search in enumerate(first.searches) if search in places]
 
 
 def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], Judgement]:
@@ -323,14 +356,25 @@ def friedman(scores: FloatArray) -> float:
     return float(scipy.stats.f.sf((n - 1) * chi_squared / freedom, k - 1, (k - 1) * (n - 1)))
 
 
-def signed_rank(a: FloatArray, b: FloatArray) -> float:
-    """P of Wilcoxon's two-sided test of paired scores (n,), exact with ties too; equal pairs count for both sides.
-
-    An infinite score is worse than any finite one, by more than those differ anywhere.
-    """
+def differences_of(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Of paired scores (n,), (n,); an infinite score is worse than any finite one, by more than those differ."""
     finite = np.concatenate([a[np.isfinite(a)], b[np.isfinite(b)]])
     worst = 1.0 + 2.0 * float(np.ptp(finite)) + float(finite.max()) if finite.size else 0.0
-    differences = np.where(np.isfinite(a), a, worst) - np.where(np.isfinite(b), b, worst)
+    return np.asarray(np.where(np.isfinite(a), a, worst) - np.where(np.isfinite(b), b, worst))
+
+
+def share_of_ranks(a: FloatArray, b: FloatArray) -> float:
+    """Of the ranks of the differences of paired scores (n,), the share of those in which ``a`` is lower, ties half."""
+    differences = differences_of(a, b)
+    ranks = scipy.stats.rankdata(np.abs(differences))
+    return float((ranks @ ((differences < 0.0) + 0.5 * (differences == 0.0))) / ranks.sum())
+
+
+def signed_rank(a: FloatArray, b: FloatArray) -> float:
+    """P of Wilcoxon's two-sided test of paired scores (n,), exact with ties too; equal pairs count for both sides."""
+    differences = differences_of(a, b)
+    if not differences.any():
+        return 1.0
     if differences.size > MOST_EXACT:
         return float(scipy.stats.wilcoxon(differences, zero_method="zsplit", method="approx").pvalue)
     doubled = np.rint(2.0 * scipy.stats.rankdata(np.abs(differences))).astype(int)  # whole numbers with ties too

@@ -22,7 +22,7 @@ from tpbso_casadi.storage import InvalidResult, RunResult
 
 STORE = "runs.sqlite"  # the file in the folder of a campaign
 APPLICATION = 0x7450_4253  # SQLite's "application id" of our files
-FORMAT = 2
+FORMAT = 3
 BUSY_SECONDS = 10.0  # to wait for others that write to the file
 LOCK_SECONDS = 1.0  # to wait for a campaign that is ending
 SCHEMA = """
@@ -38,7 +38,7 @@ CREATE VIEW records AS SELECT
     json_extract(result, '$.objective.value') AS objective,
     json_extract(result, '$.objective.unit') AS unit,
     json_extract(result, '$.cost') AS cost,
-    json_extract(result, '$.evaluations') AS evaluations,
+    json_extract(result, '$.evaluations') + ifnull(json_extract(result, '$.polish.evaluations'), 0) AS evaluations,
     json_extract(result, '$.iterations') AS iterations,
     json_extract(result, '$.stop_reason') AS stop_reason
 FROM runs;
@@ -172,7 +172,7 @@ class Store:
         return [self._record(run, rows[run.key]) for run in runs if run.key in rows]
 
     def _record(self, run: Run, row: list[Any]) -> Record:
-        labels = {"case": run.case, "solver": run.solver, "seed": run.seed}
+        labels = {"case": run.case, "solver": run.solver, "seed": run.seed, "search": run.search}
         try:
             return read_record(labels | dict(zip(COLUMNS, row, strict=True)))
         except ValueError as error:

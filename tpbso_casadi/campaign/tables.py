@@ -28,8 +28,8 @@ from tpbso_casadi.storage import OutputError, check_file, check_writable, write_
 
 COUNTS = ("runs", "failed", "infeasible")
 NUMBERS = ("mean", "std", "best", "median", "evaluations")
-AGAINST_FIRST = ("a12", "p", "p_corrected", "against_first")
-SPREAD = ("lower_quartile", "upper_quartile", "median_gap")
+AGAINST_FIRST = ("a12", "p", "p_corrected", "against_first", "test")
+SPREAD = ("lower_quartile", "upper_quartile", "median_gap", "expected_running_time")
 HEADER = ("case", "solver", "unit", *COUNTS, *NUMBERS, *AGAINST_FIRST, *SPREAD)
 WIDEST = 10_000  # columns, more than any table needs
 LABEL_WIDTH = 22  # columns of a solver's label, which goes on in the next line after a bracket, comma or plus
@@ -43,7 +43,7 @@ def rows(summaries: Sequence[Summary]) -> list[list[object]]:
         counts = s.objectives.size + s.failed, s.failed, s.infeasible
         numbers = [_cell(number) for number in (s.mean, s.std, s.best, s.median, s.evaluations)]
         gap = float(gaps_of(np.array(s.median), lowest[s.case]))
-        spread = [_cell(number) for number in (*s.quartiles, gap)]
+        spread = [_cell(number) for number in (*s.quartiles, gap, s.expected_running_time)]
         test = _test(judgements.get((s.case, s.solver)))
         table.append([s.case, s.solver, s.unit, *counts, *numbers, *test, *spread])
     return table
@@ -52,7 +52,8 @@ def rows(summaries: Sequence[Summary]) -> list[list[object]]:
 def _test(judgement: Judgement | None) -> tuple[float | str | None, ...]:
     if judgement is None:
         return (None,) * len(AGAINST_FIRST)
-    return judgement.comparison.a12, judgement.comparison.p, judgement.p, str(judgement.relation)
+    comparison = judgement.comparison
+    return comparison.a12, comparison.p, judgement.p, str(judgement.relation), comparison.test
 
 
 def _cell(number: float) -> float | None:
@@ -97,13 +98,14 @@ def _print(table: RenderableType, console: Console) -> None:
 def _numbers(summaries: Sequence[Summary]) -> Table:
     """What the runs of each solver on one case gave."""
     unit = next((summary.unit for summary in summaries if summary.unit), "")
-    table = _table(
-        f"{summaries[0].case} [{unit}]", ("mean", "std", f"{summaries[0].measure.result}s", "evals", "seconds")
-    )
+    measure = summaries[0].measure
+    table = _table(f"{summaries[0].case} [{unit}]", ("median", f"{measure.result}s", "evals", "ERT", "seconds"))
+    table.caption = f"ERT: evaluations until a {measure.result} within {measure.written(measure.aim)} is expected"
+    table.caption_justify, table.caption_style = "left", "dim"
     for s in summaries:
-        numbers = _short(s.mean, ".5g"), _short(s.std, ".1e")
         plans = f"{s.feasible_objectives.size} of {s.objectives.size + s.failed}"
-        table.add_row(_label(s.solver), *numbers, plans, _short(s.evaluations, ".0f"), _short(s.seconds, ".2f"))
+        effort = (f"{number:.0f}" if isfinite(number) else "-" for number in (s.evaluations, s.expected_running_time))
+        table.add_row(_label(s.solver), _short(s.median, ".5g"), plans, *effort, _short(s.seconds, ".2f"))
     return table
 
 
@@ -111,11 +113,13 @@ def _tests(summaries: Sequence[Summary], judgements: dict[tuple[str, str], Judge
     """How each solver on one case compares with the first."""
     table = _table(f"against {summaries[0].solver}", ("A12", "p"))
     table.add_column("is", no_wrap=True)
+    table.add_column("test", no_wrap=True)
     for s in summaries[1:]:
         judgement = judgements[s.case, s.solver]
         colour = COLOURS.get(judgement.relation, "default")
         relation = f"[{colour}]{judgement.relation}[/]"
-        table.add_row(_label(s.solver), f"{judgement.comparison.a12:.2f}", p_text(judgement.p), relation)
+        comparison = judgement.comparison
+        table.add_row(_label(s.solver), f"{comparison.a12:.2f}", p_text(judgement.p), relation, comparison.test)
     return table
 
 

@@ -24,6 +24,7 @@ from tpbso_casadi.campaign import (
     cluster,
     processes,
     run_campaign,
+    searches_of,
 )
 from tpbso_casadi.campaign.logs import WRITERS
 from tpbso_casadi.cli.command import FAILURES, Exit, OneLineParser, print_error, run_command
@@ -150,15 +151,15 @@ def stored(options: argparse.Namespace) -> Iterator[Store]:
         yield store
 
 
-def local(options: argparse.Namespace, runs: int | None = None) -> ExecutorFactory:
-    """Processes of this machine, no more of them than runs.
+def local(options: argparse.Namespace, searches: int | None = None) -> ExecutorFactory:
+    """Processes of this machine, no more of them than searches.
 
     Raises:
         ExecutorError: too many are asked for.
     """
     workers = options.workers or processors()
     executors = processes(workers, options.backend)
-    return executors if runs is None or runs >= workers else processes(runs, options.backend)
+    return executors if searches is None or searches >= workers else processes(searches, options.backend)
 
 
 def run_with_progress(runs: Sequence[AnyRun], store: Store, options: argparse.Namespace) -> None:
@@ -172,22 +173,23 @@ def run_with_progress(runs: Sequence[AnyRun], store: Store, options: argparse.Na
     pending = list({run.key: run for run in runs if run.key not in done}.values())
     if not pending:
         return
-    with executors_of(options, len(pending)) as executors:
-        estimate = None if options.quiet else announced(runs, pending, options)
-        state = State(len(pending), len({(run.case, run.solver) for run in pending}), estimate)
+    with executors_of(options, len(searches_of(pending))) as executors:
+        if not options.quiet:
+            announce(runs, pending, executors.workers, options)
+        state = State(pending, executors.workers)
         with campaign_progress(state, is_silent(options)) as progress:
             run_campaign(runs, store, executors, options.retry_failed, progress)
 
 
 @contextmanager
-def executors_of(options: argparse.Namespace, runs: int) -> Iterator[ExecutorFactory]:
+def executors_of(options: argparse.Namespace, searches: int) -> Iterator[ExecutorFactory]:
     """The executors that the options state.
 
     Raises:
         ExecutorError: there are none.
     """
     if options.dask is None:
-        yield local(options, runs)
+        yield local(options, searches)
         return
     with ExitStack() as connected:
         with phase(f"connecting to {options.dask}", options.quiet):
@@ -195,29 +197,24 @@ def executors_of(options: argparse.Namespace, runs: int) -> Iterator[ExecutorFac
         yield executors
 
 
-def announced(runs: Sequence[AnyRun], pending: Sequence[AnyRun], options: argparse.Namespace) -> float | None:
-    """Say how large a campaign is.
+def announce(runs: Sequence[AnyRun], pending: Sequence[AnyRun], workers: int, options: argparse.Namespace) -> None:
+    """Say how large a campaign is, and from how many seconds to how many it may take.
 
     Args:
         runs: all of it.
         pending: what remains to be done.
+        workers: that do it.
         options: of the command line.
-
-    Returns:
-        About how many seconds it takes; None if unknown.
     """
     size = size_of(runs, stored=len({run.key for run in runs}) - len(pending))
-    workers = 1 if options.dask is not None else min(len(pending), options.workers or processors())
     try:
-        seconds = campaign_seconds(pending, workers, options.backend)
+        least, most = campaign_seconds(pending, workers, options.backend)
     except Exception:  # of a plug-in, which the runs will report
-        seconds = inf
-    if not isfinite(seconds):
-        say(size)
-        return None
-    where = "of work" if options.dask is not None else f"on {workers} process{'es' * (workers != 1)}"
-    say(f"{size}: about {duration(seconds)} {where}")
-    return None if options.dask is not None else seconds
+        least = most = inf
+    if isfinite(most):
+        seconds = " to ".join(dict.fromkeys((duration(least), duration(most))))
+        size += f": {seconds} on {workers} process{'es' * (workers != 1)}"
+    say(size)
 
 
 def failures(records: Sequence[Record]) -> Exit:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from threading import Event, Thread
@@ -111,28 +112,39 @@ def size_of(runs: Sequence[AnyRun], stored: int) -> str:
 class State:
     """How far a campaign is.
 
+    The first search of a case in each worker builds and compiles the model, so these say nothing about the time of the
+    others; the last one of a solver on a case says how long its next ones take.
+
     Args:
-        runs: to be done.
-        round_size: runs after which the time that they took says something about the others.
-        estimate: seconds for all of them; None if unknown.
+        pending: runs to be done.
+        workers: that do them, a run at a time each.
     """
 
-    def __init__(self, runs: int, round_size: int, estimate: float | None) -> None:
-        self.runs, self.round_size, self.estimate = runs, round_size, estimate
+    def __init__(self, pending: Sequence[AnyRun], workers: int) -> None:
+        self.runs, self.workers = len(pending), workers
         self.done = self.failed = 0
         self.began = time.perf_counter()
+        self._remaining = Counter((run.case, run.solver) for run in pending)
+        self._searches: dict[str, set[str]] = {}  # by case, those that have ended
+        self._seconds: dict[tuple[str, str], float] = {}  # of a run of a case by a solver
 
-    def advance(self, outcome: Outcome) -> None:
+    def advance(self, run: AnyRun, outcome: Outcome) -> None:
         """Count a run that has ended."""
         self.done += 1
         self.failed += bool(outcome.error)
+        kind, ended = (run.case, run.solver), self._searches.setdefault(run.case, set())
+        self._remaining[kind] -= 1
+        ended.add(run.search)
+        if len(ended) > self.workers:
+            self._seconds[kind] = outcome.seconds - outcome.seconds_saved
 
     def left(self) -> float | None:
-        """Seconds that the rest may take; None if unknown."""
-        remaining = self.runs - self.done
-        if self.done >= self.round_size:
-            return (time.perf_counter() - self.began) / self.done * remaining
-        return None if self.estimate is None else self.estimate * remaining / self.runs
+        """Seconds that the rest may take; None before there was a run of each kind in a worker that knew the model."""
+        remaining = {kind: number for kind, number in self._remaining.items() if number}
+        if not remaining.keys() <= self._seconds.keys():
+            return None
+        work = sum(number * self._seconds[kind] for kind, number in remaining.items())
+        return work / max(1, min(self.workers, sum(remaining.values())))
 
     def words(self) -> str:
         """Failures, and the remaining time."""
@@ -147,7 +159,7 @@ class State:
 
 
 @contextmanager
-def campaign_progress(state: State, quiet: bool) -> Iterator[Callable[[Outcome], object]]:
+def campaign_progress(state: State, quiet: bool) -> Iterator[Callable[[AnyRun, Outcome], object]]:
     """Progress over all runs; yields the callback that advances it."""
     console = Console(stderr=True, quiet=quiet)
     if quiet:
@@ -161,13 +173,13 @@ def campaign_progress(state: State, quiet: bool) -> Iterator[Callable[[Outcome],
 
 
 @contextmanager
-def _campaign_bar(state: State, console: Console) -> Iterator[Callable[[Outcome], object]]:
+def _campaign_bar(state: State, console: Console) -> Iterator[Callable[[AnyRun, Outcome], object]]:
     columns = TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}", markup=False)
     with Bars(*columns, console=console, transient=True) as progress:
         bar = progress.add_task("runs", total=state.runs, words=state.words())
 
-        def advance(outcome: Outcome) -> None:
-            state.advance(outcome)
+        def advance(run: AnyRun, outcome: Outcome) -> None:
+            state.advance(run, outcome)
             progress.update(bar, advance=1, words=state.words())
 
         yield advance

@@ -19,7 +19,16 @@ from problems import CertificateStatus
 from problems.base import FloatArray, Matrix, as_array
 from problems.tasks import BoundedCurve, ProgressMeasure
 from tpbso_casadi.figures.palette import BLUE, GIVEN, GREEN, LIMIT, ORANGE, PATH, PURPLE, VERMILLION, colour_of, line_of
-from tpbso_casadi.figures.style import LINE_HEIGHT, ONE_COLUMN, SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends
+from tpbso_casadi.figures.style import (
+    LINE_HEIGHT,
+    ONE_COLUMN,
+    SMALL,
+    TWO_COLUMNS,
+    EndLabel,
+    in_print,
+    label_ends,
+    title_figure,
+)
 from tpbso_casadi.plain import visible
 from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, first_feasible, step_name
 
@@ -133,7 +142,7 @@ def joints_figure(plan: PlannedMotion) -> Figure:
     ends = as_array(rows[0].values)[-1]
     label_ends(panels[0], [EndLabel(names[j], float(end), colour_of(j)) for j, end in enumerate(ends)])
     panels[-1].set_xlabel("time [s]")
-    figure.suptitle(headline(plan).replace("\n", ", ", 1))
+    title_figure(figure, headline(plan).replace("\n", ", ", 1))
     return figure
 
 

@@ -32,7 +32,7 @@ from tpbso_casadi.figures.scene import (
 )
 from tpbso_casadi.figures.space import Posture, Way, space_figure
 from tpbso_casadi.figures.space_scene import Scene
-from tpbso_casadi.figures.style import ONE_COLUMN, PlaceLabel, in_print, label_places
+from tpbso_casadi.figures.style import ONE_COLUMN, PlaceLabel, in_print, label_places, legend_columns, title_figure
 from tpbso_casadi.planning import Motion, PlannedMotion
 
 COUNT = 9
@@ -205,8 +205,9 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     nearest = nearest_of(motion)
     if nearest is not None:
         draw_nearest(axes, nearest)
-    figure.suptitle(headline(plan))
-    figure.legend(loc="outside lower center", ncols=2 if right - left > 0.7 * (top - bottom) else 1)
+    title_figure(figure, headline(plan))
+    labels = axes.get_legend_handles_labels()[1]
+    figure.legend(loc="outside lower center", ncols=min(2, legend_columns(labels, figure.get_figwidth())))
     figure.draw_without_rendering()  # so that places are final
     outlines = [obstacle.outline() for obstacle in problem.scenery if not obstacle.moves]
     ways = [joints[:, -1], *motion.joint_positions(times_of(shown)), *outlines, *(c.middles for c in courses)]
@@ -272,7 +273,7 @@ def path_in_space(plan: PlannedMotion) -> Figure:
     )
     scene = Scene(problem.robot, problem.scenery, problem.markers(), courses_of(problem.scenery, plan.times))
     figure = space_figure(scene, postures, way, motion.trajectory.at(plan.times))
-    figure.suptitle(headline(plan).replace("\n", ", ", 1))
+    title_figure(figure, headline(plan).replace("\n", ", ", 1))
     return figure
 
 

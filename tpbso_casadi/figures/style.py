@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial, wraps
 from pathlib import Path
@@ -92,6 +93,60 @@ def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str]
         ]
 
 
+WORD = re.compile(r"\S*\s?")
+PART = re.compile(r"[^-_/.,;:(+]*[-_/.,;:(+]?\s?")  # of a word that is wider than a line
+MARGIN = 0.1  # inches beside a title
+
+
+def title_figure(figure: Figure, text: str) -> None:
+    """Give a figure a title whose lines, broken where needed, are no wider than the figure."""
+    figure.suptitle(fitted(text, figure.get_figwidth() - 2.0 * MARGIN, RC["figure.titlesize"]))
+
+
+def fitted(text: str, inches: float, size: float = SMALL) -> str:
+    """A text in lines of at most so many inches: broken between words, within one only where that alone is wider.
+
+    Args:
+        text: of one line or more.
+        inches: of a line.
+        size: of the letters, points.
+    """
+    return "\n".join(line for given in text.split("\n") for line in _lines(given, inches, size))
+
+
+def _lines(text: str, inches: float, size: float) -> Iterator[str]:
+    line = ""
+    for word in WORD.findall(text):
+        for part in [word] if _fits(word, inches, size) else PART.findall(word):
+            for piece in [part] if _fits(part, inches, size) else part:
+                if line and not _fits(line + piece, inches, size):
+                    yield line.rstrip()
+                    line = ""
+                line += piece
+    yield line.rstrip()
+
+
+def _fits(text: str, inches: float, size: float) -> bool:
+    return width_of(text.rstrip(), size) <= inches
+
+
+def width_of(text: str, size: float = SMALL) -> float:
+    """The width of one line, inches, in letters of so many points."""
+    return float(TextPath((0.0, 0.0), text.replace("$", "S"), size=size).get_extents().x1) / 72.0 if text else 0.0
+
+
+HANDLE = 0.65  # inches beside a label of a legend: what is drawn, and space
+
+
+def legend_columns(labels: Sequence[str], inches: float) -> int:
+    """In how many columns a legend is no wider than so many inches; 1 where it is in any case."""
+    widths = [max(map(width_of, label.split("\n"))) + HANDLE for label in labels]
+    for columns in range(len(widths), 1, -1):
+        if sum(max(column) for column in np.array_split(widths, columns)) <= inches:
+            return columns
+    return 1
+
+
 LINE_HEIGHT = 1.2  # of the size of its letters
 LEADER = 8.0  # points from the end of a line to its label
 
@@ -128,7 +183,7 @@ def label_ends(axes: Axes, labels: Sequence[EndLabel]) -> None:
         leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 0.0}
         axes.annotate(
             label.text, (1.0, place), (LEADER, away), xycoords=axes.get_yaxis_transform(),
-            textcoords="offset points", color=label.colour, fontsize=SMALL, va="center", ha="left",
+            textcoords="offset points", color=label.colour, fontsize=SMALL, va="center", ha="left", linespacing=1.0,
             arrowprops=leader | {"relpos": (0.0, 0.5)}, annotation_clip=False, parse_math=False,
         )  # fmt: skip
 
@@ -157,7 +212,8 @@ DIRECTIONS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -
 DISTANCES = (6.0, 11.0, 20.0, 32.0)  # points from the place to the label
 MARKER = 4.0  # points: half the size of what marks a place
 JOINED = 15.0  # points, from which on a line joins the two
-COVERED, OUTSIDE, FAR = 100.0, 60.0, 0.15  # penalties: of another label, beyond the axes, for each point of distance
+CUT, COVERED, OUTSIDE, FAR = 1e4, 150.0, 120.0, 0.15  # penalties: beyond the figure, of another label, beyond
+# the axes, for each point of distance
 SPACING = 3.0  # points between two looks along a line
 
 
@@ -186,11 +242,11 @@ def label_places(axes: Axes, labels: Sequence[PlaceLabel], lines: Sequence[Float
     """
     scale = 72.0 / axes.get_figure(root=True).dpi  # type: ignore[union-attr]
     ink = np.vstack([np.empty((0, 2)), *(dense(scale * axes.transData.transform(line)) for line in lines)])
-    frame = scale * axes.get_window_extent().get_points()
+    frame, page = (scale * box.get_points() for box in (axes.get_window_extent(), axes.figure.bbox))
     places = [scale * axes.transData.transform(label.place) for label in labels]
     taken = [np.array([place - MARKER, place + MARKER]) for place in places]  # lower and upper corners, (2, 2), points
     for label, place in zip(labels, places, strict=True):
-        middle, box = _best(place, size_of(label.text), ink, frame, taken)
+        middle, box = _best(place, size_of(label.text), ink, (frame, page), taken)
         taken.append(box)
         far = float(np.linalg.norm(middle - place)) > JOINED
         leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 1.0, "shrinkB": 2.0}
@@ -200,13 +256,13 @@ def label_places(axes: Axes, labels: Sequence[PlaceLabel], lines: Sequence[Float
             parse_math=False,
             bbox={"boxstyle": "square,pad=0.08", "facecolor": "white", "alpha": 0.75, "linewidth": 0.0},
             arrowprops=leader if far else None,
-        )  # fmt: skip
+        ).set_in_layout(False)  # fmt: skip
 
 
 def _best(
-    place: FloatArray, size: FloatArray, ink: FloatArray, frame: FloatArray, taken: Sequence[FloatArray]
+    place: FloatArray, size: FloatArray, ink: FloatArray, frames: Sequence[FloatArray], taken: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """The middle of the best box of a size around a place, and its corners, all in points."""
+    """The middle of the best box of a size around a place, and its corners, all in points; frames: of axes, figure."""
     found: list[tuple[float, int, FloatArray, FloatArray]] = []
     for distance in DISTANCES:
         for direction in DIRECTIONS:
@@ -214,16 +270,16 @@ def _best(
             box = np.array([middle - size / 2.0, middle + size / 2.0])
             inside = ((ink > box[0]) & (ink < box[1])).all(axis=1).sum()
             covered = sum(bool(((box[0] < other[1]) & (other[0] < box[1])).all()) for other in taken)
-            outside = bool((box[0] < frame[0]).any() or (box[1] > frame[1]).any())
-            found.append((inside + COVERED * covered + OUTSIDE * outside + FAR * distance, len(found), middle, box))
+            off, cut = (bool((box[0] < frame[0]).any() or (box[1] > frame[1]).any()) for frame in frames)
+            penalty = inside + COVERED * covered + OUTSIDE * off + CUT * cut + FAR * distance
+            found.append((penalty, len(found), middle, box))
     _, _, middle, box = min(found)
     return middle, box
 
 
 def size_of(text: str) -> FloatArray:
     """Width and height of a label, (2,), points."""
-    extents = TextPath((0.0, 0.0), text.replace("$", "S"), size=SMALL).get_extents()
-    return np.array([extents.width + 2.0, 1.15 * SMALL])
+    return np.array([72.0 * width_of(text) + 2.0, 1.15 * SMALL])
 
 
 def dense(line: FloatArray) -> FloatArray:

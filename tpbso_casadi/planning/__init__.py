@@ -13,7 +13,7 @@ from tpbso_casadi.planning.finishing import (
 )
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, alternatives, motion_of, shares_of_limits, torques_of
 from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feasible, may_start_again, plan, step_name
-from tpbso_casadi.planning.progress import Progress
+from tpbso_casadi.planning.progress import Progress, SharedSearches
 from tpbso_casadi.planning.sequence import BOUND, NoMotion
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "Progress",
     "Retiming",
     "SearchedMotion",
+    "SharedSearches",
     "alternatives",
     "convergence",
     "first_feasible",

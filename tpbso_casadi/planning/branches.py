@@ -116,11 +116,7 @@ def _in_time(branch: Problem[Any]) -> float:
 
 
 def _raced(branch: Problem[Any], planning: Planning, budget: Budget) -> RacedBranch:
-    solver = planning.solver
-    assert isinstance(solver, Solver)
-    evaluate, box = planning.evaluator(branch), Box(*branch.bounds)
-    search = partial(minimize, evaluate, box, solver, budget, planning.settings.seed, planning.progress.status)
-    return RacedBranch(branch, planning.searched(search))
+    return RacedBranch(branch, planning.search(branch, budget).result)
 
 
 def _as_plan(raced: RacedBranch, planning: Planning, rounds: int) -> SearchedMotion:

@@ -15,7 +15,7 @@ from problems import InvalidProblem, Problem, Trajectory, Verdict
 from problems.assembly import Criteria
 from problems.base import FloatArray, as_array
 from problems.timing import least_time_move, rest_to_rest, retime
-from solvers import IPOPT, Archive, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
+from solvers import IPOPT, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
 from tpbso_casadi.planning.progress import Progress, log_search
 from tpbso_casadi.scenario import Scenario
@@ -104,19 +104,17 @@ class Polish:
 def polish(
     problem: Problem[Any],
     before: Motion,
-    best: FloatArray,
-    archive: Archive,
+    candidates: Sequence[FloatArray],
     starts: int,
     progress: Progress,
     first: Sequence[Trajectory] = (),
 ) -> Polish:
-    """Refine the best candidate (d,) of a search, and ``starts - 1`` others that differ from it.
+    """Refine the best candidate of a search, and ``starts - 1`` others that differ from it.
 
     Args:
         problem: that has been searched.
         before: the motion of the best.
-        best: the candidate.
-        archive: of the search.
+        candidates: of the search, each (d,), the best first.
         starts: how many to refine.
         progress: is told the status after every start.
         first: motions to refine before any candidate; they count among the starts.
@@ -124,7 +122,7 @@ def polish(
     began = time.perf_counter()
     progress.phase("polishing")
     refinement = Refinement(problem, IPOPT())
-    chosen = distinct(problem, [best, *archive.x], max(0, starts - len(first)))
+    chosen = distinct(problem, candidates, max(0, starts - len(first)))
     given = map(refinement.program.from_trajectory, first)
     program_starts = chain(given, map(refinement.program.from_search, chosen))
     polished = refine(before, program_starts, refinement, Budget(iterations=starts), progress)

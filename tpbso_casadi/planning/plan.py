@@ -18,14 +18,10 @@ from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import (
     IPOPT,
-    Archive,
-    Box,
     Interruption,
     Result,
-    Solver,
     deferred_interrupt,
     keep_best,
-    minimize,
 )
 from tpbso_casadi.planning.branches import best_of_branches, best_within
 from tpbso_casadi.planning.finishing import (
@@ -37,7 +33,7 @@ from tpbso_casadi.planning.finishing import (
     retimed,
 )
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
-from tpbso_casadi.planning.progress import Planning, Progress, log_search
+from tpbso_casadi.planning.progress import Planning, Progress, SharedSearches, log_search
 from tpbso_casadi.planning.sequence import planned_sequence
 from tpbso_casadi.planning.unsearched import without_search
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
@@ -56,6 +52,7 @@ def plan(
     problem: Problem[Any] | None = None,
     starts: Sequence[Trajectory] = (),
     warm_start: PlannedMotion | Motion | None = None,
+    shared: SharedSearches | None = None,
 ) -> PlannedMotion:
     """Plan a scenario; a :class:`SearchedMotion` where there is something to search.
 
@@ -68,6 +65,7 @@ def plan(
             starts that the scenario asks for. Not where a scenario gives a time (``within``), nor in space where
             sequential programs refine.
         warm_start: a plan of a similar scenario, or its motion: the search begins with it, a descent too.
+        shared: searches that plans of the same scenario and problem, but for the polish, have in common.
 
     Returns:
         The plan. After Ctrl-C too, once there is a candidate: the best so far.
@@ -95,6 +93,7 @@ def plan(
             interruption=interruption,
             starts=starts,
             deadline=deadline,
+            shared=shared,
         )
         if not scenario.task.is_searched:
             return interruption.breakable(partial(_whole_sequence, scenario, planning))
@@ -193,7 +192,7 @@ def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion |
     elif within:
         found = best_within(problem, planning, planning.solver, candidates_of(problem, warm_start))
     else:
-        found = _searched(problem, planning, planning.solver, candidates_of(problem, warm_start))
+        found = _searched(problem, planning, candidates_of(problem, warm_start))
     return finished(found, planning) if planning.scenario.model.retime else found
 
 
@@ -216,21 +215,18 @@ def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT, first: 
     )
 
 
-def _searched(problem: Problem[Any], planning: Planning, solver: Solver, known: FloatArray | None) -> SearchedMotion:
+def _searched(problem: Problem[Any], planning: Planning, known: FloatArray | None) -> SearchedMotion:
     """A plan by a metaheuristic, polished if the scenario says so; the search begins with known candidates (m, d)."""
-    settings, progress, box = planning.settings, planning.progress, Box(*problem.bounds)
-    archive = Archive(box) if settings.polish_starts and problem.is_descended else None
-    evaluate = planning.evaluator(problem)
+    settings, progress = planning.settings, planning.progress
     progress.phase("searching")
-    budget, status = settings.budget(), progress.status
-    search = planning.searched(
-        partial(minimize, evaluate, box, solver, budget, settings.seed, status, archive, known)
-    )  # fmt: skip
+    found = planning.search(problem, settings.budget(), known)
+    search = found.result
     log_search("search", search)
     motion = motion_of(problem, search.x)
     refined = None
-    if archive is not None:
-        work = partial(polish, problem, motion, search.x, archive, settings.polish_starts, progress, planning.starts)
+    if settings.polish_starts and problem.is_descended:
+        good = [search.x] if found.archive is None else [search.x, *found.archive.x]
+        work = partial(polish, problem, motion, good, settings.polish_starts, progress, planning.starts)
         refined = planning.breakable_attempt(work)
     return SearchedMotion(
         scenario=planning.scenario,

@@ -10,9 +10,24 @@ from functools import partial
 from math import inf
 from typing import Any, Self, TypeVar
 
+import numpy as np
+
 from problems import Problem, Trajectory
+from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import AnySolver, Interruption, Result, Status, best_so_far
+from solvers import (
+    AnySolver,
+    Archive,
+    Box,
+    Budget,
+    Interruption,
+    Result,
+    Solver,
+    Status,
+    StopReason,
+    best_so_far,
+    minimize,
+)
 from tpbso_casadi.scenario import Scenario, SolverSection
 
 LOG = logging.getLogger(__name__)
@@ -38,6 +53,48 @@ class Progress:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Search:
+    """What a metaheuristic found in a problem.
+
+    Attributes:
+        problem: that was searched.
+        result: the best, and the effort.
+        archive: good candidates that differ from it; None where nobody needs them.
+    """
+
+    problem: Problem[Any]
+    result: Result
+    archive: Archive | None
+
+
+class SharedSearches:
+    """Searches of several plans that differ in their polish alone: each is run once and serves all of them.
+
+    Args:
+        archived: whether any of the plans refines more than the best candidate.
+
+    Attributes:
+        seconds_saved: by searches that were not run again.
+    """
+
+    def __init__(self, archived: bool) -> None:
+        self.archived = archived
+        self.seconds_saved = 0.0
+        self._known: dict[tuple[Any, ...], Search] = {}
+
+    def known(self, key: tuple[Any, ...]) -> Search | None:
+        """An earlier search; None where there is none that ended by itself."""
+        search = self._known.get(key)
+        self.seconds_saved += 0.0 if search is None else search.result.seconds
+        return search
+
+    def keep(self, key: tuple[Any, ...], search: Search) -> None:
+        """Keep a search for other plans."""
+        if search.result.stop_reason not in (StopReason.INTERRUPTED, StopReason.ERROR):
+            self._known[key] = search
+
+
+@dataclass(frozen=True, kw_only=True)
 class Planning:
     """One plan as it is asked for; every stage of it is given the same.
 
@@ -51,6 +108,7 @@ class Planning:
         starts: motions that a descent begins with, before any candidate.
         deadline: when it has to be done, as of ``time.perf_counter``, s; infinite where nobody says.
         failures: what a callback or a solver has raised; the first is raised again, with the best plan so far.
+        shared: searches that other plans have in common with this one; None where it is planned alone.
     """
 
     scenario: Scenario
@@ -61,6 +119,7 @@ class Planning:
     interruption: Interruption
     starts: Sequence[Trajectory] = ()
     deadline: float = inf
+    shared: SharedSearches | None = None
     failures: list[BaseException] = field(default_factory=list)
 
     @property
@@ -119,6 +178,32 @@ class Planning:
     def breakable_attempt(self, work: Callable[[], T]) -> T | None:
         """The same of work that Ctrl-C breaks off at once."""
         return self.attempt(partial(self.interruption.attempt, work))
+
+    def search(self, problem: Problem[Any], budget: Budget, known: FloatArray | None = None) -> Search:
+        """Search a problem by the metaheuristic of this plan, unless another plan has done just that.
+
+        Args:
+            problem: to search.
+            budget: of the search.
+            known: candidates (m, d) to begin with.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C, before there was a candidate.
+        """
+        key = id(problem), self.settings.seed, budget, None if known is None else np.asarray(known).tobytes()
+        earlier = None if self.shared is None else self.shared.known(key)
+        if earlier is not None:
+            return earlier
+        solver, box, evaluate = self.solver, Box(*problem.bounds), self.evaluator(problem)
+        assert isinstance(solver, Solver)
+        needed = self.settings.polish_starts > 1 if self.shared is None else self.shared.archived
+        archive = Archive(box) if needed else None
+        seed, status = self.settings.seed, self.progress.status
+        result = self.searched(partial(minimize, evaluate, box, solver, budget, seed, status, archive, known))
+        search = Search(problem=problem, result=result, archive=archive)
+        if self.shared is not None:
+            self.shared.keep(key, search)
+        return search
 
 
 def log_search(what: str, search: Result) -> None:

@@ -15,7 +15,15 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign import FEWEST_SOLVERS, PLANS, Ranking, cases_needed, gap, ranking
+from tpbso_casadi.campaign import (
+    FEWEST_SOLVERS,
+    PLANS,
+    Ranking,
+    cases_needed,
+    expected_running_time,
+    gap,
+    ranking,
+)
 from tpbso_casadi.campaign.logs import Trace
 from tpbso_casadi.html import number
 from tpbso_casadi.suite import Recording, SuiteProblem
@@ -227,13 +235,11 @@ class Referee:
             solver: its label.
             targets: the gap by problem.
         """
-        spent, reached = 0.0, 0
-        for problem, target in targets.items():
-            for run in self.of(problem, solver):
-                [needed] = self.needed(run, np.array([target]))
-                spent += (needed if isfinite(needed) else run.done) / run.problem.dimension
-                reached += isfinite(needed)
-        return spent / reached if reached else inf
+        runs = [(run, target) for problem, target in targets.items() for run in self.of(problem, solver)]
+        dimensions = np.array([run.problem.dimension for run, _ in runs], dtype=np.float64)
+        needed = np.array([self.needed(run, np.array([target]))[0] for run, target in runs])
+        done = np.array([run.done for run, _ in runs])
+        return expected_running_time(needed / dimensions, done / dimensions)
 
     def shares(self, solver: str, problems: Iterable[SuiteProblem]) -> tuple[FloatArray, FloatArray]:
         """The share of runs and targets reached, (n,), after so many evaluations by dimension, (n,)."""

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from helpers.running import line_of
 from helpers.waiting import wait_until
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from solvers import Result, minimize
 from solvers.budget import Interruption
 from tpbso_casadi import builtin
 from tpbso_casadi.campaign import (
@@ -31,7 +35,7 @@ from tpbso_casadi.campaign import (
     run_campaign,
 )
 from tpbso_casadi.campaign.run import PLAN_SECONDS, run_one
-from tpbso_casadi.campaign.runner import PROCESS_SECONDS, run_seconds
+from tpbso_casadi.campaign.runner import DESCENT_CANDIDATES, PROCESS_SECONDS, seconds_of
 from tpbso_casadi.cli.campaign import State, duration
 
 LIMIT = {"evaluations": 100}
@@ -65,9 +69,9 @@ def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
     runs = runs_of("bso")
     outcomes: list[Outcome] = []
     with Store(tmp_path / "store") as store:
-        run_campaign(runs[:3], store, threads(), progress=outcomes.append)
-        run_campaign(runs, store, threads(), progress=outcomes.append)
-        run_campaign([*runs, *runs], store, threads(), progress=outcomes.append)
+        run_campaign(runs[:3], store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
+        run_campaign(runs, store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
+        run_campaign([*runs, *runs], store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
         assert len(outcomes) == len(runs) == len(store.records(runs))
 
 
@@ -81,9 +85,9 @@ def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path
         assert 0 < len(failed) < 8
         assert {record.error for record in failed} == {"ArithmeticError: this one fails"}
         outcomes: list[Outcome] = []
-        run_campaign(runs, store, threads(), progress=outcomes.append)
+        run_campaign(runs, store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
         assert not outcomes
-        run_campaign(runs, store, threads(), retry_failed=True, progress=outcomes.append)
+        run_campaign(runs, store, threads(), retry_failed=True, progress=lambda _, outcome: outcomes.append(outcome))
         assert len(outcomes) == len(failed)
 
 
@@ -129,10 +133,67 @@ def test_an_executor_that_is_gone_is_said_in_one_line(tmp_path: Path) -> None:
             run_campaign(runs_of("bso"), store, ExecutorFactory(gone, gone, 2))
 
 
+@pytest.mark.parametrize("case", ["time-2", pytest.param("obstacle-3", marks=pytest.mark.slow)])
+def test_a_search_and_its_polishes_are_one_search_with_the_results_of_three(
+    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searched: list[tuple[object, ...]] = []
+
+    def counted(*arguments: object, **options: object) -> Result:
+        searched.append(arguments)
+        return minimize(*arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("tpbso_casadi.planning.progress.minimize", counted)
+    runs = runs_of("pso,pso+polish,pso+polish3,bso", (1, 2), case)
+    alone = [comparable(run_one(*run.task)) for run in runs]
+    assert len(searched) == 8
+    outcomes: dict[str, Outcome] = {}
+    with Store(tmp_path / "store") as store:
+        run_campaign(
+            runs, store, in_process(Interruption()), progress=lambda run, outcome: outcomes.update({run.key: outcome})
+        )
+        records = store.records(runs)
+    assert len(searched) == 8 + 4
+    assert [comparable(outcomes[run.key]) for run in runs] == alone
+    assert [bool(outcomes[run.key].seconds_saved) for run in runs] == 2 * [False, True, True, False]
+    for record, content in zip(records, alone, strict=True):
+        polish = content["polish"]["evaluations"] if "polish" in record.solver else 0
+        assert record.evaluations == content["evaluations"] + polish and bool(polish) == ("polish" in record.solver)
+    assert [record.search for record in records] == [runs[index].key for index in (0, 0, 0, 3, 4, 4, 4, 7)]
+
+
+def comparable(outcome: Outcome) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(outcome.result or "")
+    for table in (content, content.get("polish") or {}, content.get("retiming") or {}):
+        table.pop("seconds", None)
+    content.pop("seal")  # which holds for the seconds too
+    return content
+
+
+def test_a_search_that_its_polish_finds_stored_is_not_shared(tmp_path: Path) -> None:
+    runs = runs_of("pso,pso+polish", (1,))
+    outcomes: list[Outcome] = []
+    with Store(tmp_path / "store") as store:
+        run_campaign(runs[:1], store, threads())
+        run_campaign(runs, store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
+        assert len(store.records(runs)) == 2
+    assert [outcome.seconds_saved for outcome in outcomes] == [0.0]
+
+
+def test_a_polish_within_a_time_has_a_search_of_its_own() -> None:
+    runs = runs_of("pso,pso+polish", (1,))
+    within = [run.section.model_copy(update={"within": 1.0}) for run in runs]
+    timed = [
+        replace(run, scenario=run.scenario.model_copy(update={"solver": solver}))
+        for run, solver in zip(runs, within, strict=True)
+    ]
+    assert runs[0].search == runs[1].search != timed[1].search != timed[0].search
+
+
 def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
     runs = runs_of("bso", range(1, 20))
 
-    def interrupt(_: Outcome) -> None:
+    def interrupt(_: Run, outcome: Outcome) -> None:
         if not interrupted:
             interrupted.append(1)
             raise KeyboardInterrupt
@@ -155,7 +216,7 @@ def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, mon
     mark = tmp_path / "mark"
     runs = runs_of(f"helpers.campaign:Endless(mark={mark})", (1,)) + runs_of("bso", (1,))
 
-    def interrupt(_: Outcome) -> None:
+    def interrupt(_: Run, outcome: Outcome) -> None:
         wait_until(lambda: mark.exists() and mark.read_text())
         raise KeyboardInterrupt
 
@@ -251,13 +312,22 @@ def test_estimates(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, table in tables.items():
         spec = replace(parse_solver(name), table=table)
         [run] = grid({"time-2": builtin("time-2")}, [spec], (1,))
-        seconds[name] = run_seconds(run)
+        seconds[name] = seconds_of([run], 4_000)
     descent = 4_000 * (1e-4 - 5e-6)
     expected = {"bso": 2.0, "pso": 0.3, "ga": 7.0, "abso": 9.0, "bso+polish3": 0.1 + 3 * descent, "ipopt": 2 * descent}
     assert seconds == pytest.approx({name: each + PLAN_SECONDS * (name != "abso") for name, each in expected.items()})
-    one = 2 * descent + PLAN_SECONDS
-    assert campaign_seconds([run] * 10, 4) == pytest.approx(PROCESS_SECONDS + 10 * one / 4)
-    assert campaign_seconds([run], 4) == pytest.approx(PROCESS_SECONDS + one)
+    both = [seconds_of([run], candidates) for candidates in DESCENT_CANDIDATES]
+    ten = [replace_seed(run, seed) for seed in range(10)]
+    expected = [process + 10 * one / 4 for process, one in zip(PROCESS_SECONDS, both, strict=True)]
+    assert campaign_seconds(ten, 4) == pytest.approx(expected)
+    assert campaign_seconds([run, run], 4) == pytest.approx(np.add(PROCESS_SECONDS, both))
+    searches = runs_of("bso,bso+polish,bso+polish2", (1,))
+    assert seconds_of(searches, 4_000) == pytest.approx(100 * 1e-4 + 3 * PLAN_SECONDS + 3 * descent)
+
+
+def replace_seed(run: Run, seed: int) -> Run:
+    solver = run.scenario.solver.model_copy(update={"seed": seed})
+    return replace(run, scenario=run.scenario.model_copy(update={"solver": solver}))
 
 
 def test_durations() -> None:
@@ -266,14 +336,23 @@ def test_durations() -> None:
 
 
 def test_how_far_a_campaign_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.cli.progress.time.perf_counter", clock := iter([0.0, *[30.0] * 9]).__next__)
-    state = State(runs=10, round_size=2, estimate=100.0)
-    assert state.left() == 100.0
-    state.advance(Outcome("{}", 1.0))
-    assert state.left() == 90.0  # one solver has been seen, not the other
-    state.advance(Outcome(None, 1.0, "ValueError: no"))
-    assert state.line() == "2 of 10 runs after 30 s, 1 failed, about 2 min left"
-    assert clock() == 30.0
+    monkeypatch.setattr("tpbso_casadi.cli.progress.time.perf_counter", iter([0.0, *[30.0] * 9]).__next__)
+    runs = runs_of("bso,bso+polish,pso")  # of four seeds
+    state = State(runs, workers=1)
+    for run in runs[:3]:  # the first search compiles; the second is that of another solver
+        state.advance(run, Outcome("{}", 50.0))
+    assert state.line() == "3 of 12 runs after 30 s"
+    for run, seconds, saved in zip(runs[3:6], (3.0, 7.0, 9.0), (0.0, 2.0, 0.0), strict=True):
+        state.advance(run, Outcome("{}", seconds, seconds_saved=saved))
+    assert state.left() == 2 * (3.0 + 5.0 + 9.0)
+    state.advance(runs[6], Outcome(None, 1.0, "ValueError: no"))
+    assert state.line() == "7 of 12 runs after 30 s, 1 failed, about 29 s left"  # 1 + 2 * 5 + 2 * 9
+    two = State(runs, workers=2)
+    for run in runs[:5]:
+        two.advance(run, Outcome("{}", 4.0))
+    assert two.left() is None  # nothing of pso, in a worker that had been at work
+    two.advance(runs[5], Outcome("{}", 4.0))
+    assert two.left() == 6 * 4.0 / 2
 
 
 def test_the_grid_is_a_fair_sample_at_any_time() -> None:

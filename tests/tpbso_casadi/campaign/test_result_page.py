@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import combinations
 from math import inf
 from pathlib import Path
 from xml.etree import ElementTree
@@ -15,6 +16,8 @@ from helpers.comparisons import convergence, final, random_results, record, resu
 from helpers.running import campaigns_here
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 from oracles.colour_vision import VISIONS, differences
 
 from tpbso_casadi import builtin
@@ -247,15 +250,51 @@ def test_the_comparison_shows_gaps_and_says_who_has_no_plan() -> None:
             ("empty", "b"): final([None]),
         }
     )
-    left, right, empty, _ = comparison_figure(found).axes
+    figure = comparison_figure(found)
+    left, right, empty, _ = figure.axes
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["a", "b"]
     a = next(line for line in left.lines if line.get_color() == colour_of(0))
     x, y = np.array(a.get_data(), dtype=np.float64)
     assert np.nanmin(y) == PLANS.drawn and np.nanmax(y) == pytest.approx(0.5)  # 3 and 2 over the best, 2
     assert x[np.isfinite(y)][0] == pytest.approx(10.0, rel=0.05)
     assert left.get_ylabel() == "gap to 2 s" and left.get_title(loc="left") == "x"
-    assert texts(left) == ["a", "b"]  # at the ends of the lines
-    assert texts(right) == ["1 of 4\nno plan"]
+    assert texts(right) == ["1/4"] and right.get_title(loc="left") == "runs without a plan:"
     assert texts(empty) == ["no run has a certified plan"]
+
+
+LONG = (
+    "bso", "bso(lambda_=0.4,antenna_sign=printed)+polish12", "abso+polish", "ipopt",
+    "my_package.my_module:MyVeryOwnSolver(rate=0.25)", "lshade(memory_size=6,archive_rate=1.4)",
+)  # fmt: skip
+CASE = "pick-and-place-with-a-very-long-name_of_a_scenario_file-2026-11-26"
+
+
+def boxes(figure: Figure) -> dict[tuple[str, int], Bbox]:
+    """Where each text of a figure is drawn, pixels."""
+    figure.draw_without_rendering()
+    every = [axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
+    ticks = [(tick, *sorted(axis.get_view_interval())) for axis in every for tick in axis.get_major_ticks()]
+    off = {tick.label1 for tick, low, high in ticks if not low <= tick.get_loc() <= high}
+    texts = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
+    drawn = [text for text in texts if text not in off and not (text.axes is not None and not text.axes.axison)]
+    return {(text.get_text(), number): Text.get_window_extent(text) for number, text in enumerate(drawn)}
+
+
+@pytest.mark.parametrize("cases", [("time-3",), (CASE,), ("time-3", CASE, f"{CASE}-2")], ids=["one", "long", "three"])
+@pytest.mark.parametrize("solvers", [LONG[:2], LONG], ids=["two", "six"])
+def test_no_title_is_cut_and_no_label_covers_another(solvers: tuple[str, ...], cases: tuple[str, ...]) -> None:
+    plans = {solver: final([1.0 + rank, 1.1, 1.2, None]) for rank, solver in enumerate(solvers)}
+    found = results({(case, solver): plans[solver] for case in cases for solver in solvers}, done=30_000)
+    for draw in (comparison_figure, ecdf_figure, effect_sizes_figure):
+        figure = draw(found)
+        where = boxes(figure)
+        shown = " ".join(text for text, _ in where).replace("\n", "")
+        assert all(name in shown for name in solvers), draw
+        low, high = figure.bbox.padded(1.0).get_points()
+        cut = [text for text, box in where.items() if (box.min < low).any() or (box.max > high).any()]
+        assert not cut, draw
+        over = [(a, b) for (a, one), (b, other) in combinations(where.items(), 2) if one.padded(-1).overlaps(other)]
+        assert not over, draw
 
 
 def test_the_ecdf_ends_at_the_share_of_targets_reached() -> None:
@@ -285,7 +324,7 @@ def test_effect_sizes_are_written_in_the_cells() -> None:
     [axes] = effect_sizes_figure(found).axes
     assert texts(axes) == ["0.83", "0.17"]  # (3 + 2.5 + 2) / 9
     two = results({(case, solver): final([1.0 + (solver == "b")] * 4) for case in "xy" for solver in "ab"})
-    assert [axes.get_title() for axes in effect_sizes_figure(two).axes] == ["mean over cases", "x", "y"]
+    assert [axes.get_title(loc="right") for axes in effect_sizes_figure(two).axes] == ["mean over cases", "x", "y"]
 
 
 def test_files_are_written_and_old_ones_of_what_is_left_out_removed(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -28,9 +29,18 @@ from tpbso_casadi.campaign import (
     rows,
     summarise,
 )
-from tpbso_casadi.campaign.measures import PLANS, TIE_TOLERANCE, VALUES, gap, quantile
+from tpbso_casadi.campaign.measures import PLANS, TIE_TOLERANCE, VALUES, expected_running_time, gap, quantile
 from tpbso_casadi.campaign.results import evaluations_needed, gap_curve, shares_reached
-from tpbso_casadi.campaign.statistics import cases_needed, friedman, groups_of, holm, ranking, signed_rank, with_ties
+from tpbso_casadi.campaign.statistics import (
+    cases_needed,
+    friedman,
+    groups_of,
+    holm,
+    pairs_of,
+    ranking,
+    signed_rank,
+    with_ties,
+)
 
 INF = np.inf
 
@@ -60,6 +70,49 @@ def test_comparisons_by_hand() -> None:
     assert compare_summaries(*same).p == 1.0
 
 
+def searched(solver: str, objectives: Sequence[float | None], seeds: Sequence[int]) -> list[Record]:
+    return [
+        replace(record(solver, value), search=f"search {seed}") for value, seed in zip(objectives, seeds, strict=True)
+    ]
+
+
+def test_runs_of_the_same_searches_are_compared_pair_by_pair() -> None:
+    """Five searches far apart, each a little better after its polish: no rank sum shows that, signed ranks do."""
+    before = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    after = [0.9, 1.9, 2.8, 3.7, 4.6, 5.5]
+    search, polished = summarise([*searched("s", before, range(6)), *searched("s+polish", after, range(6))])
+    pair = compare_summaries(polished, search)
+    assert pair.paired and pair.test == "signed rank"
+    assert pair.p == pytest.approx(wilcoxon(after, before).pvalue) == pair.smallest_p == 2.0**-5
+    assert pair.a12 == 1.0 and compare_summaries(search, polished).a12 == 0.0
+    independent = compare_summaries(*(replace(each, searches=()) for each in (polished, search)))
+    assert not independent.paired and independent.test == "rank sum" and independent.p > 0.5
+
+
+def test_pairs_are_of_runs_that_both_have_in_whatever_order() -> None:
+    search = summarise([*searched("s", [2.0, 3.0, None], (1, 2, 3)), record("s", None, "E: x")])[0]
+    [polished] = summarise(searched("s+polish", [None, 2.5, 9.0, 2.0], (3, 2, 4, 1)))
+    assert pairs_of(polished, search) == [(0, 2), (1, 1), (3, 0)]
+    pair = compare_summaries(polished, search)  # no plan twice, better, the same: ranks 1.5, 3 and 1.5
+    assert (pair.a12, pair.p, pair.smallest_p) == ((1.5 / 2 + 3.0 + 1.5 / 2) / 6.0, 1.0, 0.25)
+    alike = compare_summaries(search, search)
+    assert (alike.paired, alike.a12, alike.p) == (True, 0.5, 1.0)
+
+
+def test_expected_running_times_by_hand() -> None:
+    needed, done = np.array([100.0, INF, 300.0]), np.array([1000.0, 500.0, 1000.0])
+    assert expected_running_time(needed, done) == (100.0 + 500.0 + 300.0) / 2.0
+    assert expected_running_time(np.array([INF]), np.array([10.0])) == INF
+    steps = [[(10.0, 2.0), (40.0, 1.005)], [(10.0, 1.0)], [(10.0, 1.02)], []]  # 1 % of the best is 1.01
+    found = results({("x", "a"): steps, ("x", "b"): final([5.0])}, done=100)
+    a, b = found.summaries
+    assert (a.expected_running_time, b.expected_running_time) == ((40.0 + 10.0 + 100.0 + 100.0) / 2.0, INF)
+    table = [dict(zip(HEADER, row, strict=True)) for row in rows(found.summaries)]
+    assert [row["expected_running_time"] for row in table] == [125.0, None]
+    assert [row["test"] for row in table] == [None, "rank sum"]
+    assert np.isnan(summarise([record("c", 1.0)])[0].expected_running_time)
+
+
 def test_what_a_family_of_comparisons_shows() -> None:
     low, high, same = (
         [record(name, start + seed / 100.0) for seed in range(10)]
@@ -86,17 +139,18 @@ def test_three_runs_show_nothing_not_even_with_ties(runs: int, relation: Relatio
 def test_a_table_fits_80_columns_whatever_the_labels(capsys: pytest.CaptureFixture[str]) -> None:
     labels = ("bso", "bso(lambda_=0.4,antenna_sign=printed)+polish12", "pso+polish", "bso(printed,lambda_=0.4)")
     records = [
-        replace(record(label, 123456.7 + seed + 0.001 * index), evaluations=1_000_000, seconds=1234.5)
+        replace(record(label, 123456.7 + 0.001 * index), evaluations=1_000_000, seconds=1234.5, search=f"{index}")
         for index, label in enumerate(labels)
         for seed in range(20)
     ]
     for columns in (80, 20):
-        print_tables(summarise(records), Console(file=sys.stdout, width=columns))
+        timed = [replace(each, expected_running_time=7_654_321.0) for each in summarise(records)]
+        print_tables(timed, Console(file=sys.stdout, width=columns))
         text = capsys.readouterr().out
         lines = text.splitlines()
         assert max(map(len, lines)) <= 80
-        numbers = ("1.2347e+05", "1000000", "1234.50", "20 of 20")
-        assert [text.count(number) for number in numbers] == [4] * 4
+        numbers = ("1.2346e+05", "1000000", "7654321", "1234.50", "20 of 20")
+        assert [text.count(number) for number in numbers] == [4] * 5
         for part in ("lambda_=0.4", "antenna_sign=printed", "+polish12", "no difference shown", "against bso"):
             assert any(part in line for line in lines), part
         assert "…" not in text

@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from tpbso_casadi.campaign import HEADER, Store, export, rows, summarise
+from tpbso_casadi.campaign import HEADER, Store, export, results_of, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     failures,
@@ -75,9 +75,10 @@ def reproduce(options: argparse.Namespace) -> int:
         evidence = gather(runs, store, **measurements(store, size, options))
         with local(options).start() as executor:
             drawn = illustrations(runs, store, executor)
+        summaries = results_of(runs, store).summaries
     page = render(evidence, drawn, size, command_of(options), sum(record.seconds for record in evidence.records))
     with writing(options.out):
-        write_csv(options.out / "summary.csv", HEADER, rows(summarise(evidence.records)))
+        write_csv(options.out / "summary.csv", HEADER, rows(summaries))
         write_text(options.out / "report.html", lambda file: file.write(page))
     if options.table is not None:
         export(evidence.records, options.table)
