@@ -105,7 +105,7 @@ class Size:
 
 
 FULL = Size(runs=20, iterations=200, population=50, evaluations=30_000, extensions=True)
-QUICK = Size(runs=3, iterations=20, population=50, evaluations=3_000, extensions=False)
+QUICK = Size(runs=1, iterations=10, population=50, evaluations=1_500, extensions=False)
 
 ITERATIONS, EVALUATIONS = "equal iterations", "equal evaluations"
 BASES = (ITERATIONS, EVALUATIONS)

@@ -311,7 +311,7 @@ def test_exponents_of_growth(power: float, fixed: float, scale: float) -> None:
     assert scaling.exponent_above(sizes, [fixed] * 3) == 0.0
 
 
-WHOLE = pytest.mark.process  # half a minute of processor time
+WHOLE = pytest.mark.process  # some seconds of processor time
 TINY = Size(runs=1, iterations=2, population=6, evaluations=40, extensions=False)
 
 

@@ -57,7 +57,7 @@ def parser() -> OneLineParser:
         examples=["--quick", "--workers 4 --out runs/reproduction"],
     )
     search_group(command_line).add_argument(
-        "--quick", action="store_true", help="few and short runs, in under a minute"
+        "--quick", action="store_true", help="one short run of each kind: about 80 s of processor time"
     )
     add_campaign_options(command_line, Path("runs/reproduction"))
     return command_line
