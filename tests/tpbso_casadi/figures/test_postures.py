@@ -27,7 +27,7 @@ from tpbso_casadi.figures.curves import (
 )
 from tpbso_casadi.figures.path import COUNT, Nearest, fan_of, nearest_of, path_figure, projected
 from tpbso_casadi.figures.scene import capsule, draw_band, draw_bodies, outlines, wide_bodies
-from tpbso_casadi.figures.style import PlaceLabel, label_places
+from tpbso_casadi.figures.style import PlaceLabel, label_places, width_of
 from tpbso_casadi.planning import SearchedMotion, plan
 
 ZIGZAG = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.3, 0.2]])
@@ -71,6 +71,7 @@ def test_each_posture_of_the_fan_is_drawn() -> None:
     assert f"9 postures, every {solution.trajectory.duration / 8:.3g} s, light to dark" in legend
     assert legend.count("obstacle") == 1
     assert figure.get_suptitle().split() == headline(solution).split()
+    assert all(width_of(line, 9.5) < figure.get_figwidth() for line in figure.get_suptitle().split("\n"))
 
 
 def test_the_nearest_points_in_the_plane_are_as_near_as_dense_ones() -> None:

@@ -17,7 +17,18 @@ from oracles.colour_vision import VISIONS, differences, lab, seen
 from scipy.optimize import minimize
 
 from tpbso_casadi.figures.palette import DASHES, FORMATS, MARKERS, SERIES, colour_of, line_of, marker_of, shade_of
-from tpbso_casadi.figures.style import ONE_COLUMN, SMALL, EndLabel, in_print, label_ends, spread, write_figure
+from tpbso_casadi.figures.style import (
+    ONE_COLUMN,
+    SMALL,
+    EndLabel,
+    fitted,
+    in_print,
+    label_ends,
+    legend_columns,
+    spread,
+    width_of,
+    write_figure,
+)
 
 PLACES = st.lists(st.floats(0.0, 1.0), max_size=8).map(np.array)
 
@@ -130,3 +141,33 @@ def test_postures_get_darker_with_time() -> None:
     shades = np.array([shade_of(share) for share in np.linspace(0.0, 1.0, 9)])
     for vision in VISIONS:
         assert (np.diff(lab(seen(shades, vision))[:, 0]) < -5.0).all()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "one",
+        "T = 1.219 s, certified for all t",
+        "a-name-of_parts/of(many=kinds,even=0.5)+polish12",
+        "x" * 60,
+        "two\nlines of it",
+    ],
+)
+@pytest.mark.parametrize("inches", [0.05, 0.5, 1.0, 20.0])
+def test_lines_are_broken_where_they_have_to_be_and_nothing_is_lost(text: str, inches: float) -> None:
+    lines = fitted(text, inches).split("\n")
+    assert "".join("".join(lines).split()) == "".join(text.split())
+    assert all(width_of(line) <= inches or len(line) <= 1 for line in lines)
+    assert inches < 20.0 or "\n".join(lines) == text
+
+
+def test_words_stay_whole_where_they_fit() -> None:
+    assert fitted("clearance 9.1 mm", width_of("clearance 9.1")) == "clearance 9.1\nmm"
+    assert fitted("at 1.219 s", width_of("1.219")) == "at\n1.219\ns"
+    assert fitted("long-name", width_of("long-n")) == "long-\nname"
+
+
+def test_a_legend_has_as_many_columns_as_fit() -> None:
+    labels = ["a", "b", "a label of some length"]
+    assert [legend_columns(labels, inches) for inches in (0.1, 2.0, 3.0, 30.0)] == [1, 1, 2, 3]
