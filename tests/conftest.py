@@ -43,7 +43,7 @@ def plans_are_not_compared_with_an_optimum(request: pytest.FixtureRequest, monke
     """Audits neither descend to an optimum nor judge by its conditions, but in tests with the mark ``optimum``."""
     if request.node.get_closest_marker("optimum") is None:
         for name in ("nearest_optimum", "optimality_of"):
-            monkeypatch.setattr(f"tpbso_casadi.audit_report.{name}", lambda problem, motion: None)
+            monkeypatch.setattr(f"tpbso_casadi.audit_report.{name}", lambda *arguments: None)
 
 
 @pytest.fixture

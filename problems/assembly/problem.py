@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import ClassVar, Generic, Self, TypeVar
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from problems.assembly.criteria import Criteria
 from problems.assembly.encoding import CostWeights, Decoded, Encoding, Variable
-from problems.base import FloatArray, InvalidProblem, Matrix
+from problems.base import FloatArray, InvalidProblem, Matrix, Relaxation
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, peaks_of
 from problems.motions import JointPath, Motion, Trajectory
@@ -184,6 +184,18 @@ class Problem(Criteria, ABC, Generic[P]):
     @abstractmethod
     def nlp(self) -> NonlinearProgram:
         """The same problem for solvers that follow gradients."""
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The stated numbers that may hold a motion back: of limits, of the task, and what the robot carries."""
+        of_limits = [relaxation for limit in self.limits for relaxation in limit.relaxations]
+        return (*of_limits, *self.task.relaxations, *self.robot.relaxations)
+
+    def relaxed(self, relaxation: Relaxation, step: float) -> Self:
+        """The same problem with one of its numbers looser by a step, in its unit; tighter where that is negative."""
+        replacement = relaxation.replacement(step)
+        parts = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(self, **{name: replacement.copied(part) for name, part in parts.items()})
 
     @abstractmethod
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:

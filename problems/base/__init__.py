@@ -1,7 +1,7 @@
 """Foundations: matrices, symbolic or numeric; arguments of compiled code; the error for impossible statements."""
 
 from problems.base import cache
-from problems.base.arguments import Arguments, Parametric, Reading, is_zero
+from problems.base.arguments import Arguments, Parametric, Reading, Replacement, is_zero
 from problems.base.errors import (
     ACCELERATIONS,
     ANGLES,
@@ -59,6 +59,7 @@ from problems.base.polynomials import (
     product,
     unproven_part,
 )
+from problems.base.relaxation import STEP, Relaxation, entry_changed
 
 __all__ = [
     "ACCELERATIONS",
@@ -69,6 +70,7 @@ __all__ = [
     "LENGTHS",
     "MASSES",
     "RATES",
+    "STEP",
     "TIMES",
     "TORQUES",
     "Angle",
@@ -86,6 +88,8 @@ __all__ = [
     "PiecewisePolynomial",
     "Quantity",
     "Reading",
+    "Relaxation",
+    "Replacement",
     "as_array",
     "bernstein",
     "bounded_minimum",
@@ -97,6 +101,7 @@ __all__ = [
     "conformed",
     "constant",
     "derivative",
+    "entry_changed",
     "in_bernstein_form",
     "is_of_length_one",
     "is_zero",

@@ -7,7 +7,8 @@ in which every number is a symbol. Code compiled from the symbolic copy serves e
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any, ClassVar, TypeVar
@@ -41,18 +42,58 @@ def is_zero(value: Any) -> bool:
     return isinstance(value, (int, float)) and value == 0.0
 
 
-class Arguments:
-    """Symbols in the place of numbers, and the numbers themselves in the same order.
+class Copies(ABC):
+    """Copies of statements in which some fields differ; a statement that occurs twice has one copy."""
+
+    def __init__(self) -> None:
+        self._copies: dict[int, tuple[object, object]] = {}
+
+    def copied(self, statement: S) -> S:
+        """The copy of a statement, or of a tuple of them; anything else is itself."""
+        if isinstance(statement, tuple):
+            return tuple(self.copied(entry) for entry in statement)  # type: ignore[return-value]
+        if not (isinstance(statement, Parametric) and is_dataclass(statement)):
+            return statement
+        if id(statement) not in self._copies:
+            self._copies[id(statement)] = statement, self._made(statement)
+        return self._copies[id(statement)][1]
+
+    def _made(self, statement: Parametric) -> Parametric:
+        copy = object.__new__(type(statement))
+        for field in fields(statement):  # type: ignore[arg-type]
+            object.__setattr__(copy, field.name, self._value(statement, field.name))
+        return copy
+
+    @abstractmethod
+    def _value(self, statement: Parametric, field: str) -> Any:
+        """What the copy of a statement has in a field."""
+
+
+class Replacement(Copies):
+    """Copies of statements in which fields of one of them have other values, which nothing checks.
 
     Args:
-        chosen: which fields of which statements become symbols; all that can where None.
+        statement: that has them.
+        values: by the names of its fields.
     """
 
-    def __init__(self, chosen: Callable[[Parametric, str], bool] | None = None) -> None:
-        self._chosen = chosen
+    def __init__(self, statement: Parametric, values: Mapping[str, Any]) -> None:
+        super().__init__()
+        self._statement, self._values = statement, values
+
+    def _value(self, statement: Parametric, field: str) -> Any:
+        if statement is self._statement and field in self._values:
+            return self._values[field]
+        return self.copied(getattr(statement, field))
+
+
+class Arguments(Copies):
+    """Symbols in the place of numbers, and the numbers themselves in the same order."""
+
+    def __init__(self) -> None:
+        super().__init__()
         self._symbols: list[ca.SX] = []
         self._values: list[float] = []
-        self._copies: dict[int, tuple[object, object]] = {}
 
     @property
     def symbols(self) -> ca.SX:
@@ -76,29 +117,15 @@ class Arguments:
         return symbol
 
     def symbolic_copy(self, statement: S) -> S:
-        """The statement with symbols for its numbers and those of every statement in it.
+        """The statement with symbols for its numbers and those of every statement in it."""
+        return self.copied(statement)
 
-        A statement that occurs twice has one copy.
-        """
-        if isinstance(statement, tuple):
-            return tuple(self.symbolic_copy(entry) for entry in statement)  # type: ignore[return-value]
-        if not (isinstance(statement, Parametric) and is_dataclass(statement)):
-            return statement
-        if id(statement) not in self._copies:
-            self._copies[id(statement)] = statement, self._made(statement)
-        return self._copies[id(statement)][1]
-
-    def _made(self, statement: Parametric) -> Parametric:
-        symbolic_copy = object.__new__(type(statement))
-        for field in fields(statement):  # type: ignore[arg-type]
-            value = getattr(statement, field.name)
-            structural = field.name in statement.zero_is_structure and is_zero(value)
-            chosen = self._chosen is None or self._chosen(statement, field.name)
-            is_number = field.name in statement.numbers and chosen and not structural
-            inert = field.name in statement.inert
-            lifted = self.symbol(value) if is_number else value if inert else self.symbolic_copy(value)
-            object.__setattr__(symbolic_copy, field.name, lifted)
-        return symbolic_copy
+    def _value(self, statement: Parametric, field: str) -> Any:
+        value = getattr(statement, field)
+        structural = field in statement.zero_is_structure and is_zero(value)
+        if field in statement.numbers and not structural:
+            return self.symbol(value)
+        return value if field in statement.inert else self.copied(value)
 
 
 class Reading:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem, Matrix, Parametric, largest
+from problems.base import STEP, FloatArray, InvalidProblem, Matrix, Parametric, Relaxation, entry_changed, largest
 from problems.limits.limit import Constraint, Limit
 from problems.motions import SampleFunction, Samples, random_states
 from problems.robots import Robot
@@ -79,6 +80,34 @@ class ExpressionLimit(Limit):
                 formula=self.formula,
             )
         ]
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The bounds of each value, farther out on both sides."""
+
+        def farther(place: int, by: float) -> dict[str, object]:
+            sides = {"lower": (self.lower, -by), "upper": (self.upper, by)}
+            return {
+                side: entry_changed(bound, place, bound[place] + out)
+                for side, (bound, out) in sides.items()
+                if bound is not None
+            }
+
+        return tuple(
+            Relaxation(
+                limit=self.name, of=column, statement=self, values=partial(farther, place), size=self._size(place),
+                unit=self.unit,
+                least_step=STEP * self.scale[place],
+            )
+            for place, column in enumerate(self.columns)
+        )  # fmt: skip
+
+    def _size(self, place: int) -> float:
+        """The size of the bound of a value, of one that is the same on both sides too; else the width between them."""
+        low, high = (None if bound is None else bound[place] for bound in (self.lower, self.upper))
+        if low is None or high is None or low == -high:
+            return abs(high if high is not None else low or 0.0)
+        return high - low
 
     @property
     def columns(self) -> tuple[str, ...]:

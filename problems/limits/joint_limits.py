@@ -9,13 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar, Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, largest
+from problems.base import (
+    FloatArray,
+    InvalidProblem,
+    Matrix,
+    Operand,
+    Parametric,
+    Relaxation,
+    as_array,
+    entry_changed,
+    largest,
+)
 from problems.limits.limit import Constraint, Limit, PenaltyKind
 from problems.motions import LEAST_ROOM, Samples
 from problems.robots import Robot, time_scales
@@ -60,6 +71,11 @@ class DerivativeLimit(Limit):
         formula = f"|{self.symbol}(t_j)| <= max_{self.name}_i, at every sample t_j"
         within = _within(self, samples.derivative(self.order), ca.horzcat(*self.bounds), self.unit, formula)
         return [replace(within, equation=self.equation)]
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The bound of each joint."""
+        return _of_joints(self, self.unit)
 
     @property
     def scales_with_time(self) -> bool:
@@ -145,6 +161,25 @@ class JointRange(Limit):
             )
         ]
 
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The range of each joint, wider at both ends."""
+        field = self.robot.range_field
+        ranges: tuple[tuple[float, float], ...] = getattr(self.robot, field, None) or ()
+
+        def wider(joint: int, by: float) -> dict[str, object]:
+            low, high = ranges[joint]
+            return {field: entry_changed(ranges, joint, (low - by, high + by))}
+
+        units, names = self.robot.joint_units, self.robot.joint_names
+        return tuple(
+            Relaxation(
+                limit=self.name, of=names[joint], statement=self.robot, values=partial(wider, joint),
+                size=high - low, unit=units[joint],
+            )
+            for joint, (low, high) in enumerate(ranges)
+        )  # fmt: skip
+
 
 @dataclass(frozen=True)
 class TorqueLimit(Limit):
@@ -181,6 +216,11 @@ class TorqueLimit(Limit):
         """The limit at each sample; no margin, as running more slowly makes up for what lies between."""
         formula = "|tau_i(t_j)| <= max_torque_i, at every sample t_j"
         return [_within(self, samples.torque, ca.horzcat(*self.bounds), "N m", formula)]
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """What each motor gives."""
+        return _of_joints(self, "N m")
 
     @property
     def scales_with_time(self) -> bool:
@@ -256,6 +296,27 @@ def _within(
         penalty=PenaltyKind.MAGNITUDE,
         formula=formula,
     )
+
+
+def _of_joints(limit: DerivativeLimit | TorqueLimit, unit: str) -> tuple[Relaxation, ...]:
+    """The bounds of the joints one by one, where the robot states them in a field of that name."""
+    robot, field = limit.robot, f"max_{limit.name}"
+    bounds: tuple[float, ...] = getattr(robot, field, None) or ()
+
+    def looser(joint: int, by: float) -> dict[str, object]:
+        return {field: entry_changed(bounds, joint, bounds[joint] + by)}
+
+    own_units = (unit if turning == "rad" else _of_sliding(unit) for turning in robot.joint_units)
+    each = zip(bounds, robot.joint_names, own_units, strict=False)
+    return tuple(
+        Relaxation(limit=limit.name, of=name, statement=robot, values=partial(looser, joint), size=bound, unit=own_unit)
+        for joint, (bound, name, own_unit) in enumerate(each)
+    )
+
+
+def _of_sliding(unit: str) -> str:
+    """The unit of a joint that slides: m for rad, N for N m."""
+    return unit.replace("rad", "m").replace("N m", "N")
 
 
 def holding_torques(robot: Robot, theta: FloatArray) -> FloatArray | None:

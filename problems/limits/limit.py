@@ -11,7 +11,7 @@ from typing import ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, Matrix, Operand, Parametric, as_array, total
+from problems.base import FloatArray, Matrix, Operand, Parametric, Relaxation, as_array, total
 from problems.motions import SAMPLED_ORDERS, Samples
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -223,6 +223,11 @@ class Limit(Parametric, ABC):
         if self.order is not None:
             return self
         return self if any(constraint.room < FAR for constraint in self.constraints(samples)) else None
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The numbers that bound it, as far as they are stated anywhere; none by default."""
+        return ()
 
     @property
     def time_dependent_part(self) -> Limit | None:

@@ -12,8 +12,8 @@ from typing import ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, Matrix, Operand, Parametric, as_array, columns, is_zero
-from problems.limits.limit import Constraint, Limit, Repetition
+from problems.base import FloatArray, Matrix, Operand, Parametric, Relaxation, as_array, columns, is_zero
+from problems.limits.limit import SAMPLING_MARGIN, Constraint, Limit, Repetition
 from problems.motions import Samples
 from problems.robots import Body, Robot
 from problems.scene import Frames, Obstacle, crossing_clearance
@@ -21,6 +21,7 @@ from problems.scene import Frames, Obstacle, crossing_clearance
 MOST_BALLS = 8  # in a cluster
 LEAST_PAIRS = 4  # for which the one around them is looked at first
 ROUNDING = 1e-9  # m: what a distance may lack
+STEP_SHARE = 3.0  # of what programs keep between samples: by how much a margin is changed to see what it is worth
 
 
 @dataclass(frozen=True)
@@ -249,6 +250,20 @@ class Proximity(Limit):
         """The clearance that is kept, m: the robot's margin, and a share of its reach."""
         spare = share * self.robot.radius
         return spare if is_zero(self.robot.margin) else self.robot.margin + spare
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The robot's margin, which is all that its bodies keep."""
+        margin = float(self.robot.margin)
+
+        def nearer(by: float) -> dict[str, object]:
+            return {"margin": margin - by}
+
+        least = STEP_SHARE * SAMPLING_MARGIN * float(self.robot.radius)
+        own = Relaxation(
+            limit=self.name, of="margin", statement=self.robot, values=nearer, size=margin, unit="m", least_step=least
+        )
+        return (own,)
 
     def constraint(
         self, name: str, what: str, clearances: Matrix, margin: float, formula: str, equation: str = "-"

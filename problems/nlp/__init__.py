@@ -1,6 +1,6 @@
 """The smooth nonlinear programs: variables, rows, structured starts, optimality."""
 
-from problems.nlp.optimality import Optimality, Sensitivity, optimality, payload_price, ranking, sensitivities, settled
+from problems.nlp.optimality import Optimality, optimality
 from problems.nlp.program import (
     MAX_ANGLE_CHANGE,
     MotionProgram,
@@ -19,15 +19,10 @@ __all__ = [
     "NonlinearProgram",
     "Optimality",
     "Postures",
-    "Sensitivity",
     "composed_hessian",
     "displacement_of",
     "equality",
     "optimality",
-    "payload_price",
-    "ranking",
     "replace_with_symbols",
-    "sensitivities",
-    "settled",
     "slack_constraints",
 ]

@@ -16,7 +16,7 @@ verification.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import ClassVar
@@ -132,9 +132,13 @@ class NonlinearProgram(ABC):
         """Lower and upper bounds of the variables, (n,): around the angles of a start (n,), in their turn."""
 
     @property
-    def joint_of_angle(self) -> Mapping[int, int]:
-        """Which variables are joint angles: the joint of each, from 0 on, by the variable's place."""
-        return {}
+    def has_free_durations(self) -> bool:
+        """Whether durations are variables; if not they follow from the shape."""
+        return True
+
+    def finer(self) -> NonlinearProgram:
+        """The same program with more samples, where between few limits are missed by much; itself by default."""
+        return self
 
     def near(self, trajectory: Trajectory) -> NonlinearProgram:
         """The same program near a motion: limits from which that is far may be left out; itself by default."""

@@ -16,6 +16,7 @@ from problems.base import (
     InvalidProblem,
     Operand,
     Parametric,
+    Relaxation,
     check_within,
 )
 from problems.robots.transform import (
@@ -174,6 +175,16 @@ class Payload(Inertia):
         reason = impossible(self.matrix)
         if reason is not None:
             raise InvalidProblem("payload.inertia", reason)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """Its mass, where it has one."""
+
+        def lighter(by: float) -> dict[str, object]:
+            return {"mass": self.mass - by}
+
+        own = Relaxation(limit="payload", of="mass", statement=self, values=lighter, size=self.mass, unit="kg")
+        return (own,) if self.mass else ()
 
 
 def planar_payload(mass: float, center: tuple[float, float] = (0.0, 0.0), inertia: float = 0.0) -> Payload:

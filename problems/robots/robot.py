@@ -17,11 +17,13 @@ from problems.base import (
     Matrix,
     Operand,
     Parametric,
+    Relaxation,
     as_array,
     check_fields,
     check_within,
 )
 from problems.robots.dynamics import RigidChain
+from problems.robots.inertia import Payload
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,11 +109,13 @@ class Robot(Parametric, ABC):
 
     Attributes:
         angular: fields that a file may state in degrees: angles, and rates of angles.
+        range_field: of the (lowest, highest) position of each joint.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("margin",)
     zero_is_structure: ClassVar[tuple[str, ...]] = ("margin",)
     angular: ClassVar[tuple[str, ...]] = ()
+    range_field: ClassVar[str] = "joint_limits"
 
     margin: float = 0.0
     self_collision: bool = False
@@ -314,6 +318,12 @@ class Robot(Parametric, ABC):
             first body, no point of the second moves faster than the sum over j of ``levers[j] |u_j|``.
         """
         raise NotImplementedError(f"{type(self).__name__} has no pairs of its own bodies")
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The loads that hold it back: what it carries, where it has a payload."""
+        payload = getattr(self, "payload", None)
+        return payload.relaxations if isinstance(payload, Payload) else ()
 
     @property
     @abstractmethod

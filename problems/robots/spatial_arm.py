@@ -81,6 +81,7 @@ class SpatialArm(Robot):
     )  # fmt: skip
     inert: ClassVar[tuple[str, ...]] = ("looks",)
     angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
+    range_field: ClassVar[str] = "position_limits"
 
     chain: Chain
     max_speed: tuple[float, ...]

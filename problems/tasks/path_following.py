@@ -16,7 +16,17 @@ from typing import ClassVar, Literal, Self, TypeAlias, get_args
 import casadi as ca
 import numpy as np
 
-from problems.base import LENGTHS, FloatArray, InvalidProblem, as_array, check_fields, check_within, largest, shown
+from problems.base import (
+    LENGTHS,
+    FloatArray,
+    InvalidProblem,
+    Relaxation,
+    as_array,
+    check_fields,
+    check_within,
+    largest,
+    shown,
+)
 from problems.limits import Accuracy, Constraint
 from problems.motions import Trajectory, increasing_choice
 from problems.robots import Robot, SpatialArm
@@ -86,6 +96,16 @@ class PathFollowing(Task):
             raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {links}")
         check_at_least("knots", self.knots, 2)
         check_path(self.robot, self.path, self.accuracy, self.elbow, self.obstacles, self.total_time)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The accuracy, too."""
+
+        def looser(by: float) -> dict[str, object]:
+            return {"accuracy": self.accuracy + by}
+
+        own = Relaxation(limit="accuracy", of="tip", statement=self, values=looser, size=self.accuracy, unit="m")
+        return *super().relaxations, own
 
     @cached_property
     def knot_indices(self) -> tuple[int, ...]:

@@ -39,6 +39,7 @@ class PointToPoint(Task):
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("start", "goal", "segment_time")
+    duration_field: ClassVar[str] = "segment_time"
 
     robot: Robot
     start: tuple[float, ...]

@@ -12,7 +12,7 @@ from typing import ClassVar, Self
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, Parametric, as_array
+from problems.base import FloatArray, Parametric, Relaxation, as_array
 from problems.limits import Constraint, DurationBounds
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -125,6 +125,7 @@ class Task(Parametric, ABC):
     Attributes:
         equations: where the paper states a constraint of this task, by its name, if elsewhere than for other tasks.
         duration_symbol: of the total time.
+        duration_field: that has the bounds of the durations.
         robot: that moves.
         obstacles: to keep clear of.
         total_time: bounds of the duration of the whole motion, s; None where nothing is promised.
@@ -132,6 +133,7 @@ class Task(Parametric, ABC):
 
     equations: ClassVar[Mapping[str, str]] = MappingProxyType({})
     duration_symbol: ClassVar[str] = "T"
+    duration_field: ClassVar[str] = "total_time"
 
     robot: Robot
     obstacles: tuple[Obstacle, ...]
@@ -170,6 +172,24 @@ class Task(Parametric, ABC):
     def duration_bounds(self) -> DurationBounds | None:
         """The bounds of the durations of the finished motion; of the total time by default, None without any."""
         return None if self.total_time is None else DurationBounds("total time", self.duration_symbol, *self.total_time)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The numbers of the task that hold a motion back; by default the bounds of its durations."""
+        bounds = self.duration_bounds
+        if bounds is None:
+            return ()
+        field, (shortest, longest) = self.duration_field, (bounds.shortest, bounds.longest)
+        return (
+            Relaxation(
+                limit=bounds.name, of="shortest", statement=self, size=shortest, unit="s",
+                values=lambda by: {field: (shortest - by, longest)},
+            ),
+            Relaxation(
+                limit=bounds.name, of="longest", statement=self, size=longest, unit="s",
+                values=lambda by: {field: (shortest, longest + by)},
+            ),
+        )  # fmt: skip
 
     def durations(self, trajectory: Trajectory) -> FloatArray:
         """The durations of a finished motion to which these bounds apply, (n,), s; that of the whole by default."""

@@ -15,33 +15,69 @@ from tpbso_casadi.plain import visible
 
 LISTED = 12
 NO_UNIT = "1"  # of a weighted sum
+SAME = 5e-5  # relative: less is not said in hundredths of a per cent
+PRICE_HEADINGS = ("limit", "of", "now", "1 % saves", "per unit", "timed again")
 SMALL = {"s": (1e3, "ms"), "m": (1e3, "mm")}  # units in which differences are read: how many there are in one
 
 
-def print_optimum(optimum: dict[str, Any], objective: dict[str, Any], console: OutputConsole) -> None:
-    """Where it is, the ranking of limits, and what that means in words."""
-    value, excess = optimum["objective"], optimum["excess"]
+def print_optimum(audit: dict[str, Any], console: OutputConsole) -> None:
+    """The optimum's own motion beside the plan, what its program says, the ranking of limits, and that in words."""
+    optimum, objective = audit["optimum"], audit["objective"]
     unit = "" if objective["unit"] == NO_UNIT else objective["unit"]
-    of = "the plan" if optimum["of_plan"] else "the motion before"
-    away = f"{abs(excess):.2%} {'more' if excess >= 0.0 else 'less'}"
-    console.print(
-        Text(
-            f"the nearest optimum ({optimum['status']}, {optimum['seconds']:.2g} s): {objective['name']} "
-            f"{limit_of(value, unit)}; {of} takes {away}; stationarity {optimum['residuals']['stationarity']:.2g}"
-        )
+    verdict = audit["certificate"]["verdict"]
+    plan = "the plan" if verdict == CertificateStatus.CERTIFIED else f"the plan, which is {verdict},"
+    value = f"{objective['name']} {limit_of(optimum['objective'], unit)}"
+    console.say(
+        f"the nearest optimum, as a motion of its own, certified: {value}; {plan} {_compared(optimum['excess'])}"
     )
-    ranking = optimum["ranking"]
+    residual = optimum["residuals"]["stationarity"]
+    console.say(
+        f"its nonlinear program says {limit_of(optimum['program'], unit)}, {_off(optimum)} "
+        f"({optimum['status']}, stationarity {residual:.2g}, {optimum['seconds']:.2g} s with all that follows)"
+    )
+    _print_ranking(optimum["ranking"], unit, console)
+    if optimum["unpriced"]:
+        console.say(visible(f"near, but not planned again with more of it: {', '.join(optimum['unpriced'])}"))
+
+
+def _compared(excess: float) -> str:
+    """How a plan compares with the optimum's own motion."""
+    if abs(excess) < SAME:
+        return "takes the same"
+    return f"takes {excess:.2%} more" if excess > 0.0 else f"takes {-excess:.2%} less: it is better than that"
+
+
+def _off(optimum: dict[str, Any]) -> str:
+    """How the objective that the program sees differs from that of the motion, and why."""
+    off = optimum["program"] / optimum["objective"] - 1.0 if optimum["objective"] else 0.0
+    if abs(off) < SAME:
+        return "the same"
+    return f"{abs(off):.2%} {'more' if off > 0.0 else 'less'}, as it sees samples alone, and no corners"
+
+
+def _print_ranking(ranking: list[dict[str, Any]], unit: str, console: OutputConsole) -> None:
+    """What planning again with a limit looser saves, as a table and in words."""
     if not ranking:
-        console.say("no limit holds it back")
+        console.say("nothing is saved by planning again with any limit one per cent looser")
         return
-    table = table_of(word("limit"), prose("of"), number("now"), number("1 % saves"), number("one unit saves"))
+    first, second, *numbers = PRICE_HEADINGS
+    table = table_of(word(first), prose(second), *map(number, numbers))
     for price in ranking[:LISTED]:
-        size = f"{price['size']:.4g} {price['limit_unit']}"
-        savings = saved(-price["per_cent"], unit) if price["size"] else "-", of_one(price, unit)
-        table.add_row(*map(Text, (price["constraint"], price["column"], size, *savings)))
-    console.print_table("what holds the motion back: what each limit, one per cent looser, saves", table)
+        table.add_row(*map(Text, price_row(price, unit)))
+    console.print_table(
+        "what holds the motion back: what each limit saves where it is one per cent looser and all is planned again; "
+        "or the plan just timed again",
+        table,
+    )
     for sentence in sentences(ranking, unit):
         console.say(visible(sentence))
+
+
+def price_row(price: dict[str, Any], unit: str) -> tuple[str, ...]:
+    """The cells of a price under its headings."""
+    size = f"{price['size']:.4g} {price['limit_unit']}"
+    planned, timed = (saved(-price[share], unit) if price[share] else "-" for share in ("per_cent", "timed_per_cent"))
+    return price["constraint"], price["column"], size, planned, of_one(price, unit), timed
 
 
 def saved(value: float, unit: str) -> str:
@@ -51,23 +87,30 @@ def saved(value: float, unit: str) -> str:
 
 
 def of_one(price: dict[str, Any], unit: str) -> str:
-    """What one unit saves; of lengths one mm."""
+    """The rate at which more of it saves, planned again, by its unit; of lengths by one mm."""
+    if not price["per_unit"]:
+        return "-"
     factor, small = SMALL.get(price["limit_unit"], (1.0, price["limit_unit"]))
     return f"{saved(-price['per_unit'] / factor, unit)} per {small}"
 
 
 def sentences(ranking: list[dict[str, Any]], unit: str) -> list[str]:
-    """What a stronger motor and a lighter payload would buy: of the motors the one that holds it back most."""
-    motors = [price for price in ranking if price["constraint"] == "torque"][:1]
-    loads = [price for price in ranking if price["constraint"] == "payload"]
-    said = [f"1 {p['limit_unit']} more in {p['column']} saves {saved(-p['per_unit'], unit)}" for p in motors]
-    return said + [f"1 kg less in the hand saves {saved(-p['per_unit'], unit)}" for p in loads]
+    """What a stronger motor and a lighter payload save, as planned again: of the motors that which saves most."""
+    replanned = [price for price in ranking if price["per_unit"]]
+    motors = [price for price in replanned if price["constraint"] == "torque"][:1]
+    loads = [price for price in replanned if price["constraint"] == "payload"]
+    said = [f"{p['step']:.3g} {p['limit_unit']} more in {p['column']} saves {_of_step(p, unit)}" for p in motors]
+    return said + [f"{p['step']:.3g} kg less in the hand saves {_of_step(p, unit)}" for p in loads]
+
+
+def _of_step(price: dict[str, Any], unit: str) -> str:
+    """What the step saves that was planned."""
+    return saved(-price["per_unit"] * price["step"], unit)
 
 
 ACTIVE = Text("active", "green")  # it holds with nothing to spare
 UNREPRESENTED = 0.02  # violation of scaled rows: of samples it is far less
 LISTED_NAMES = 4
-LISTED_SENSITIVITIES = 6
 
 
 def print_scenario_audit(audit: dict[str, Any], console: OutputConsole) -> None:
@@ -117,7 +160,7 @@ def _redundant(c: dict[str, Any]) -> str:
 
 
 def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
-    """The certificate, the margins, the first-order conditions and the shadow prices of the limits."""
+    """The certificate, the margins, the first-order conditions, the nearest optimum and the prices of limits."""
     verdict = audit["certificate"]["in_words"]
     objective, seconds = audit["objective"], audit["certificate"]["seconds"]
     value = "not a number" if objective["value"] is None else f"{objective['value']:.6g}"
@@ -152,24 +195,20 @@ def print_retiming(retiming: dict[str, Any], console: OutputConsole) -> None:
         console.say("timed anew, which made it no better")
         return
     durations = f"{before['duration']:.6g} s before, {after['duration']:.6g} s after"
-    console.say(
-        f"timed anew ({retiming['candidate']}): {durations}; the conditions that follow are about the one before"
-    )
+    console.say(f"timed anew ({retiming['candidate']}): {durations}; as a KKT point the one before is judged")
 
 
 def print_optimality(audit: dict[str, Any], console: OutputConsole) -> None:
-    """KKT residuals, rank of the active rows, shadow prices."""
+    """KKT residuals and rank of the active rows; the nearest optimum and prices of limits."""
     kkt = audit["optimality"]
     if kkt["violation"] > UNREPRESENTED:
         console.say("no motion of the nonlinear program is like this one")
     else:
         _print_conditions(kkt, audit["polish"], console)
     if audit["optimum"] is not None:
-        print_optimum(audit["optimum"], audit["objective"], console)
+        print_optimum(audit, console)
     else:
-        console.say("no optimum is found near the plan")
-        if kkt["violation"] <= UNREPRESENTED:
-            _print_prices(kkt["sensitivities"], console)
+        console.say("no certified optimum is found near the plan")
 
 
 def _print_conditions(kkt: dict[str, Any], polish: dict[str, Any] | None, console: OutputConsole) -> None:
@@ -186,17 +225,6 @@ def _print_conditions(kkt: dict[str, Any], polish: dict[str, Any] | None, consol
     if polish is not None:
         residuals = ", ".join(f"{name} {_number(value)}" for name, value in polish["residuals"].items())
         console.print(Text(visible(f"the polish ended with {polish['status']}: {residuals}")))
-
-
-def _print_prices(sensitivities: list[dict[str, Any]], console: OutputConsole) -> None:
-    """Shadow prices by least squares, where no optimum is found."""
-    if not sensitivities:
-        console.say("no active limit: all shadow prices are zero")
-        return
-    table = table_of(word("limit"), word("of"), number("price"), word("unit"))
-    for s in sensitivities[:LISTED_SENSITIVITIES]:
-        table.add_row(*map(Text, (s["constraint"], s["column"], f"{s['per_unit']:.4g}", s["unit"])))
-    console.print_table("shadow prices: change of the objective for one unit more of a limit", table)
 
 
 def _number(value: float | None) -> str:

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from problems import CertificateStatus
 from tpbso_casadi.audit_report import impossible
-from tpbso_casadi.display.audit_tables import of_one, print_run_audit, print_scenario_audit, saved, sentences
+from tpbso_casadi.display.audit_tables import (
+    PRICE_HEADINGS,
+    price_row,
+    print_run_audit,
+    print_scenario_audit,
+    sentences,
+)
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.facade.showing import data_frame
 from tpbso_casadi.html import heading, table
@@ -55,7 +61,7 @@ class Audit(ABC):
 
 
 class RunAudit(Audit):
-    """The certificate of a motion, constraint by constraint, how near it is to an optimum, and shadow prices."""
+    """The certificate of a motion, constraint by constraint, how near it is to an optimum, and prices of its limits."""
 
     @property
     def status(self) -> CertificateStatus:
@@ -82,15 +88,21 @@ class RunAudit(Audit):
 
     @property
     def optimum(self) -> dict[str, Any] | None:
-        """The optimum of the nonlinear program that is nearest to the motion; None where none is found."""
+        """The optimum nearest to the motion, as a certified motion of its own; None where none is found.
+
+        ``objective`` is that of this motion, exact; ``excess`` by how much the plan's is larger, relative, negative
+        where the plan is better; ``program`` what the nonlinear program sees of it, at samples and smoothed.
+        """
         found: dict[str, Any] | None = self.content["optimum"]
         return found
 
     @property
     def shadow_prices(self) -> list[dict[str, Any]]:
-        """What each limit is worth at that optimum, the one first of which one per cent saves most.
+        """What planning again with each limit looser saves, certified; that first of which one per cent saves most.
 
-        ``per_unit`` is the change of the objective for one unit more of the limit, ``per_cent`` for one per cent more;
+        ``step`` is by how much it was looser (tighter where negative, where there is no looser). ``per_unit`` is the
+        change of the optimum's objective by it, for one unit, ``per_cent`` for one per cent of the limit;
+        ``timed_again`` and ``timed_per_cent`` are that of the plan, which is timed again and otherwise kept.
         ``constraint`` and ``column`` say which limit it is, ``size`` and ``limit_unit`` how large. Empty where no
         optimum is found, or nothing holds the motion back.
         """
@@ -98,7 +110,7 @@ class RunAudit(Audit):
 
     @property
     def advice(self) -> list[str]:
-        """What a stronger motor and a lighter payload would save, a sentence each."""
+        """What a stronger motor and a lighter payload save, a sentence each."""
         return sentences(self.shadow_prices, self._unit)
 
     @property
@@ -111,7 +123,7 @@ class RunAudit(Audit):
 
     def __repr__(self) -> str:
         active = sum(c["active"] for c in self.constraints)
-        known = f"; {len(self.shadow_prices)} shadow prices" if self.shadow_prices else ""
+        known = f"; {len(self.shadow_prices)} prices" if self.shadow_prices else ""
         return f"<audit: {self._in_words}, {len(self.constraints)} constraints, {active} active{known}>"
 
     def _repr_html_(self) -> str:
@@ -121,15 +133,8 @@ class RunAudit(Audit):
             table(keys, ([c[key] for key in keys] for c in self.constraints)),
         ]
         if self.shadow_prices:
-            headings = ("limit", "of", "now", "1 % saves", "one unit saves")
-            rows = [
-                (
-                    price["constraint"], price["column"], f"{price['size']:.4g} {price['limit_unit']}",
-                    saved(-price["per_cent"], self._unit) if price["size"] else None, of_one(price, self._unit),
-                )
-                for price in self.shadow_prices
-            ]  # fmt: skip
-            parts += [heading("what holds the motion back"), table(headings, rows)]
+            rows = [price_row(price, self._unit) for price in self.shadow_prices]
+            parts += [heading("what holds the motion back"), table(PRICE_HEADINGS, rows)]
         return "".join(parts)
 
     def _print(self, console: OutputConsole) -> None:

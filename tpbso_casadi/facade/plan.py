@@ -312,7 +312,7 @@ class Plan:
         """The certificate of the plan, constraint by constraint, and what holds it back; takes seconds.
 
         Every constraint is judged again for all t; where the task has a nonlinear program, the conditions of optimality
-        are checked, and the nearest optimum is searched for, whose multipliers are the shadow prices of the limits.
+        are checked, the nearest optimum is searched for, and the motion is planned again with each limit looser.
         """
         return RunAudit(audit_run(self.as_run()))
 

@@ -160,7 +160,7 @@ def audit(what: Plan | What | HasScenario) -> Audit:
     """Audit a plan, a run folder or a scenario.
 
     Args:
-        what: a plan, or the path of a run folder: its certificate, its optimality, shadow prices of its limits, as
+        what: a plan, or the path of a run folder: its certificate, its optimality, prices of its limits, as
             :meth:`Plan.audit`. Or anything else that :func:`plan` takes: the structure of the constraints of its search
             model and of its nonlinear program, before anything is searched.
 

@@ -12,6 +12,7 @@ from tpbso_casadi.planning.finishing import (
     SearchedMotion,
 )
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, alternatives, motion_of, shares_of_limits, torques_of
+from tpbso_casadi.planning.optimum import Optimum, Price, nearest_optimum
 from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feasible, may_start_again, plan, step_name
 from tpbso_casadi.planning.progress import Progress, SharedSearches
 from tpbso_casadi.planning.sequence import BOUND, NoMotion
@@ -28,8 +29,10 @@ __all__ = [
     "ControllerRows",
     "Motion",
     "NoMotion",
+    "Optimum",
     "PlannedMotion",
     "Polish",
+    "Price",
     "Progress",
     "Retiming",
     "SearchedMotion",
@@ -39,6 +42,7 @@ __all__ = [
     "first_feasible",
     "may_start_again",
     "motion_of",
+    "nearest_optimum",
     "plan",
     "shares_of_limits",
     "step_name",

@@ -14,6 +14,8 @@ import numpy as np
 from problems import InvalidProblem, Problem, Trajectory, Verdict
 from problems.assembly import Criteria
 from problems.base import FloatArray, as_array
+from problems.limits import holds_time
+from problems.nlp import NonlinearProgram
 from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion
@@ -31,16 +33,20 @@ class Refinement:
     Args:
         problem: to be solved.
         solver: IPOPT's settings.
+        program: that of the problem, or what of it matters near a motion; all of it if None.
     """
 
-    def __init__(self, problem: Problem[Any], solver: IPOPT) -> None:
+    def __init__(self, problem: Problem[Any], solver: IPOPT, program: NonlinearProgram | None = None) -> None:
         self.problem = problem
-        self.program = problem.nlp()
+        self.program = problem.nlp() if program is None else program
         self.descent = Descent(self.program, solver)
+        self._latest: tuple[FloatArray, Motion] | None = None
 
     def motion(self, x: FloatArray) -> Motion:
-        """The motion of a solution's variables (n,)."""
-        return Motion(self.problem, self.program.trajectory(x), self.program.quantities(x))
+        """The motion of a solution's variables (n,); the same as last time, judged already, where these are."""
+        if self._latest is None or not np.array_equal(self._latest[0], x):
+            self._latest = x, Motion(self.problem, self.program.trajectory(x), self.program.quantities(x))
+        return self._latest[1]
 
     def merit(self, solution: Solution) -> float:
         """The merit of a solution as a motion: lower is better."""
@@ -250,6 +256,18 @@ def slowed(motion: Motion) -> Motion:
     """The motion, slower where its limits need it."""
     scale = motion.criteria.safe_time_scale(motion.trajectory)
     return motion if scale <= 1.0 else replace(motion, trajectory=motion.trajectory.time_scaled(scale))
+
+
+def in_least_time(motion: Motion) -> Motion:
+    """The motion as fast as its limits allow without changing its shape, where sooner is better; else only slower."""
+    problem = motion.problem
+    if problem.task.end_velocities.any():
+        return motion
+    scale = motion.criteria.safe_time_scale(motion.trajectory)
+    if not scale > 0.0:  # it stands still
+        return motion
+    least = scale if problem.objective.sooner_is_better and not holds_time(problem.limits) else max(1.0, scale)
+    return replace(motion, trajectory=motion.trajectory.time_scaled(least))
 
 
 def _polished(before: Motion) -> Iterator[Trajectory]:

@@ -14,8 +14,8 @@ way, which no search vector can.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
@@ -70,7 +70,7 @@ def redundancy_rows(encoding: KnotsEncoding, theta: Matrix, values: Matrix) -> l
     ]
 
 
-SPEED_SAMPLES = 1  # an interval between nodes; what they miss of a speed the time scaling makes up
+SPEED_SAMPLES, FINER_SAMPLES = 1, 6  # an interval between nodes
 JOINS = "speed before = speed after at the nodes, 0 at both ends; in angles and second derivatives"
 ON_PATH = "tip(theta) = P* at every knot"
 
@@ -86,6 +86,7 @@ class PathNlp(MotionProgram):
         objective: what is minimised.
         limits: what holds.
         decode: the trajectory of a search vector (d,).
+        speed_samples: in an interval between nodes; what they miss of a speed the time scaling makes up.
     """
 
     task: PathFollowing
@@ -94,6 +95,7 @@ class PathNlp(MotionProgram):
     objective: Objective
     limits: tuple[Limit, ...]
     decode: Callable[[FloatArray], Trajectory]
+    speed_samples: int = SPEED_SAMPLES
 
     @property
     def robot(self) -> Robot:
@@ -132,12 +134,6 @@ class PathNlp(MotionProgram):
         time, values, slacks = self.sizes[2:]
         numbered = [("x_phi", values), ("slack", slacks)]
         return (*angles, *bends, *["t_T"] * time, *(f"{s}[{i}]" for s, n in numbered for i in range(1, n + 1)))
-
-    @property
-    def joint_of_angle(self) -> Mapping[int, int]:
-        """The angles at the nodes, joint after joint."""
-        nodes = self.form.nodes.size
-        return {place: place // nodes for place in range(nodes * self.robot.dof)}
 
     def split(self, x: Matrix) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
         """Angles (nodes, k), second derivatives (nodes, k), t_T (1 where it is no variable), x_phi, slacks."""
@@ -206,7 +202,7 @@ class PathNlp(MotionProgram):
         """Limits that need other samples: acceleration at the nodes, which is exact; speed at nodes and between."""
         angles, bends, time, _, _ = self.split(self.x)
         _, _, at_nodes, _ = self.form.samples(angles, bends, self.form.nodes[1:-1])
-        shares = np.arange(1, SPEED_SAMPLES + 1) / SPEED_SAMPLES
+        shares = np.arange(1, self.speed_samples + 1) / self.speed_samples
         inner = (self.form.nodes[:-1, None] + self.form.steps[:, None] * shares).ravel()[:-1]
         _, speed, _, _ = self.form.samples(angles, bends, inner)
         moments = Samples(robot=self.robot, derivatives=(angles, speed / time, at_nodes / time**2), duration=time)
@@ -214,6 +210,10 @@ class PathNlp(MotionProgram):
             (limit for limit in self.limits if limit.order in (1, 2)), key=lambda limit: -(limit.order or 0)
         )
         return {limit: limit.constraints_at(moments) for limit in chosen}
+
+    def finer(self) -> PathNlp:
+        """With speeds between the nodes."""
+        return replace(self, speed_samples=FINER_SAMPLES)
 
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Elbow and joint limits on the angles, the least time, [0, 1]; the rest is free.

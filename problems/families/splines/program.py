@@ -14,7 +14,7 @@ Of several goals a descent keeps to the one that its start misses least.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
@@ -206,6 +206,7 @@ class MoveBounds:
 
 SAMPLED_STEPS = 36  # time steps of the whole motion at the least, where something is sampled
 PIECES_ALONE, PIECES_BETWEEN_VIAS = 12, 7
+FINER = 3  # times as many steps: torques that 4 of a piece miss by 2 % are missed by 0.2 %
 LEAST_STEPS, DYNAMIC_STEPS = 2, 4  # of a piece; where torques count, which bend more
 NEAR_TIMES = 101  # at which it is seen how far a motion is from its limits
 SHAPE_UNIT = 0.25  # s, of time, where the shape alone is sought and takes a second
@@ -229,6 +230,7 @@ class MoveNlp(MotionProgram):
         limits: what holds.
         pieces: between one waypoint and the next.
         decode: the motion of a search vector (d,).
+        sampling: how many times as many samples of what is sampled there are as usual.
     """
 
     takes_any_motion: ClassVar[bool] = True
@@ -238,6 +240,7 @@ class MoveNlp(MotionProgram):
     limits: tuple[Limit, ...]
     pieces: int
     decode: Callable[[FloatArray], Trajectory]
+    sampling: int = 1
 
     @property
     def robot(self) -> Robot:
@@ -262,11 +265,6 @@ class MoveNlp(MotionProgram):
         """Whether torques count, or what bends as they do: between samples then has to be little, in every piece."""
         return self.objective.is_integral or any(limit.bends or _is_dynamic(limit) for limit in self.limits)
 
-    @property
-    def joint_of_angle(self) -> Mapping[int, int]:
-        """The angles at the nodes, joint after joint."""
-        return {place: place // (self.variables.count + 1) for place in range(self.variables.sizes[0])}
-
     def near(self, trajectory: Trajectory) -> MoveNlp:
         """Without the limits, or the pairs that have to keep apart, from which a motion is far, if there are any."""
         samples = trajectory.samples(trajectory.times(NEAR_TIMES), self.robot)
@@ -282,7 +280,11 @@ class MoveNlp(MotionProgram):
     def steps(self) -> int:
         """Time steps of a piece."""
         least = DYNAMIC_STEPS if self._is_dynamic else LEAST_STEPS
-        return max(least, -(-SAMPLED_STEPS // self.variables.count))
+        return self.sampling * max(least, -(-SAMPLED_STEPS // self.variables.count))
+
+    def finer(self) -> MoveNlp:
+        """Where torques count, or what bends as they do."""
+        return replace(self, sampling=FINER) if self._is_dynamic and self.has_free_durations else self
 
     @cached_property
     def _symbols(self) -> tuple[ca.SX, Pieces, ca.SX, ca.SX]:

@@ -11,7 +11,7 @@ unless the task bounds them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -110,12 +110,6 @@ class PointToPointNlp(MotionProgram):
     def f(self) -> Matrix:
         """The objective without kinks."""
         return self.objective.smooth(self._symbols[2], self._symbols[3]) / self.objective_size
-
-    @property
-    def joint_of_angle(self) -> Mapping[int, int]:
-        """The postures at both ends and in the middle."""
-        k = self.robot.dof
-        return {place: place % k for place in (*range(2 * k), *range(3 * k, 4 * k))}
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
         """Both ends, the limits that time scaling does not restore, obstacles, slacks."""

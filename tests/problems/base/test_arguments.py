@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from problems import Ball, Ellipse, Polygon
-from problems.base import Arguments, Parametric, Reading
+from problems.base import Arguments, Parametric, Reading, Replacement
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,16 @@ def test_formulas_of_a_twin_give_the_same_numbers(numbers: list[float]) -> None:
     evaluate = ca.Function("f", [arguments.symbols], [expression])
     assert float(evaluate(arguments.values)) == pytest.approx(float(outer.formula()), rel=1e-12)
     assert Reading(outer).values.tolist() == arguments.values.tolist()
+
+
+def test_a_copy_has_another_value_wherever_the_statement_occurs() -> None:
+    shared, other = Inner(2.0), Inner(2.0)
+    outer = Outer((0.0, 0.0), 1.0, (shared, other), shared)
+    copies = Replacement(shared, {"length": -3.0, "name": "longer"})  # what no constructor checks
+    copy = copies.copied(outer)
+    assert copy.parts[0] is copy.twice and copies.copied((outer, 7)) == (copy, 7)
+    assert (copy.twice.length, copy.twice.name, copy.parts[1].length) == (-3.0, "longer", 2.0)
+    assert (outer.twice.length, outer.formula(), copy.formula()) == (2.0, 14.0, -6.0)
 
 
 def test_a_make_of_obstacles_can_be_hashed() -> None:

@@ -20,8 +20,7 @@ from helpers.slow import slow_except
 from benchmarks.certificates import check
 from problems import CertificateStatus, Constraint
 from problems.certify import freedom, structure_of
-from problems.nlp import optimality
-from tpbso_casadi import builtin, parse_scenario
+from tpbso_casadi import audit_report, builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.figures import write_run
@@ -100,7 +99,14 @@ def audit(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, A
 OFTEN = ("obstacle-3",)  # which has constraints of every kind
 
 
+@pytest.fixture
+def no_prices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Conditions of optimality alone: prices take far longer, and are tested where they are made."""
+    monkeypatch.setattr(audit_report, "nearest_optimum", lambda *arguments: None)
+
+
 @pytest.mark.optimum
+@pytest.mark.usefixtures("no_prices")
 @pytest.mark.parametrize("case", slow_except(TITLES, OFTEN))
 def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     status, of_scenario = audit(capfd, case)
@@ -121,10 +127,10 @@ def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureF
         conditions.append(of_run["optimality"])
     if case == "obstacle-3":  # a polished motion meets the conditions of an optimum, a beetle does not
         assert conditions[1]["stationarity"] < min(1e-3, conditions[0]["stationarity"])
-        assert conditions[1]["sensitivities"][0]["constraint"] in ("clearance", "swept clearance")
 
 
 @pytest.mark.optimum
+@pytest.mark.usefixtures("no_prices")
 @pytest.mark.parametrize("case", slow_except(STATED, 1))
 def test_moves_and_paths_are_certified_again(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     for polish in {False, case != "path"}:
@@ -133,22 +139,6 @@ def test_moves_and_paths_are_certified_again(case: str, tmp_path: Path, capfd: p
         assert (found["optimality"] is None) == (case == "path")
     names = [c["name"] for c in found["constraints"]]
     assert case != "move" or names[-5:] == ["start", "via 1", "goal", "start velocity", "goal velocity"]
-
-
-def test_sensitivities_are_what_a_looser_limit_buys() -> None:
-    def least_time(acceleration: float) -> SearchedMotion:
-        content = builtin("time-2").model_dump()
-        content["arm"]["max_acceleration"] = [acceleration, 20.0]
-        content["solver"] = {"name": "ipopt", "iterations": 6}
-        return plan(parse_scenario(content))
-
-    base = least_time(20.0)
-    program = base.problem.nlp()
-    judged = optimality(program, program.from_trajectory(base.trajectory), "s", base.problem.robot)
-    promised = sum(s.per_unit for s in judged.sensitivities if (s.constraint, s.column) == ("acceleration", "joint 1"))
-    bought = least_time(20.1).objective - least_time(19.9).objective
-    assert promised < 0.0
-    assert promised == pytest.approx(bought / 0.2, rel=0.1)
 
 
 def test_structure_of_a_small_constraint() -> None:

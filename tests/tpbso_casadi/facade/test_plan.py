@@ -124,7 +124,7 @@ def test_unknown_kinds_of_files_are_said(keys: dict[str, Any], expected: str, tm
 
 
 @pytest.mark.optimum
-@pytest.mark.parametrize("make", [planned, paper])
+@pytest.mark.parametrize("make", [pytest.param(planned, marks=pytest.mark.slow), paper])
 def test_the_audit_of_a_plan_is_that_of_its_folder(
     make: Any, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
