@@ -100,12 +100,7 @@ class PathFollowing(Task):
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The accuracy, too."""
-
-        def looser(by: float) -> dict[str, object]:
-            return {"accuracy": self.accuracy + by}
-
-        own = Relaxation(limit="accuracy", of="tip", statement=self, values=looser, size=self.accuracy, unit="m")
-        return *super().relaxations, own
+        return *super().relaxations, looser_accuracy(self, "accuracy", self.accuracy, "m")
 
     @cached_property
     def knot_indices(self) -> tuple[int, ...]:
@@ -197,6 +192,16 @@ def check_traced(
         check_point(robot, in_the_way, "points", point, name=f"points[{index}] = ")
 
 
+def looser_accuracy(task: Task, field: str, accuracy: float, unit: str) -> Relaxation:
+    """What an accuracy along a path is where it is looser, given the field of the task that states it."""
+
+    def looser(by: float) -> dict[str, object]:
+        return {field: accuracy + by}
+
+    name = field.replace("_", " ")
+    return Relaxation(limit=name, of="tip", statement=task, values=looser, size=accuracy, unit=unit)
+
+
 TIMES_PER_POINT = 40  # among which the time is chosen at which a point is passed
 LEAST_TIMES = 2001
 
@@ -219,6 +224,14 @@ class ToolTracing(Task):
     @abstractmethod
     def point_times(self, trajectory: Trajectory) -> FloatArray:
         """When the points of the path are passed, increasing, (n,), s."""
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The accuracies, too."""
+        found = [*super().relaxations, looser_accuracy(self, "accuracy", self.accuracy, "m")]
+        if self.angular_accuracy is not None:
+            found.append(looser_accuracy(self, "angular_accuracy", self.angular_accuracy, "rad"))
+        return tuple(found)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """Start and goal; that the tool stays near the path has a proof of its own."""

@@ -13,11 +13,12 @@ from helpers.space import small_arm
 from problems import Ellipse, Problem, closed_curve
 from problems.base import Relaxation
 from problems.families.splines import move
+from problems.families.traced import tracing
 from problems.limits import ExpressionLimit, Limit
 from problems.limits.hand import ToolSpeed
 from problems.motions import Samples
 from problems.robots import Payload
-from problems.tasks import Joints, Move
+from problems.tasks import Joints, Move, PathTracing
 
 RANGES = ((-2.0, 2.0),) * 3
 MASSES: dict[str, Any] = {"link_masses": (1.0,) * 3, "max_torque": (50.0, 30.0, 10.0), "payload": Payload(mass=2.0)}
@@ -28,7 +29,8 @@ PLANAR = moving(
 )  # fmt: skip
 PATH = following(equal_links(3), closed_curve((0.1, 0.0), 1.0, 0.0, 3, 0.1, 20), 0.05, total_time=(0.5, 9.0))
 SPACE = move(Move(small_arm(3), Joints((0.0, 0.3, 0.2)), (Joints((1.0, 0.5, 0.1)),)), "time", samples=20, pieces=3)
-PROBLEMS: dict[str, Problem[Any]] = {"planar": PLANAR, "path": PATH, "space": SPACE}
+TRACED = tracing(PathTracing(equal_links(3), PATH.task.path, 0.05))
+PROBLEMS: dict[str, Problem[Any]] = {"planar": PLANAR, "path": PATH, "traced": TRACED, "space": SPACE}
 
 
 def of(problem: Problem[Any], limit: str, column: str = "") -> Relaxation:
@@ -43,6 +45,7 @@ def test_every_stated_limit_is_there_once() -> None:
     expected |= {("segment time", "shortest"), ("segment time", "longest"), ("payload", "mass")}
     assert set(named) == expected and len(named) == len(expected)
     assert {("accuracy", "tip"), ("total time", "longest")} <= {(each.limit, each.of) for each in PATH.relaxations}
+    assert of(TRACED, "accuracy", "tip").values(0.01) == {"accuracy": pytest.approx(0.06)}
 
 
 @pytest.mark.parametrize(
