@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from rich.padding import Padding
@@ -22,22 +23,30 @@ SMALL = {"s": (1e3, "ms"), "m": (1e3, "mm")}  # units in which differences are r
 
 def print_optimum(audit: dict[str, Any], console: OutputConsole) -> None:
     """The optimum's own motion beside the plan, what its program says, the ranking of limits, and that in words."""
-    optimum, objective = audit["optimum"], audit["objective"]
-    unit = "" if objective["unit"] == NO_UNIT else objective["unit"]
-    verdict = audit["certificate"]["verdict"]
-    plan = "the plan" if verdict == CertificateStatus.CERTIFIED else f"the plan, which is {verdict},"
-    value = f"{objective['name']} {limit_of(optimum['objective'], unit)}"
-    console.say(
-        f"the nearest optimum, as a motion of its own, certified: {value}; {plan} {_compared(optimum['excess'])}"
-    )
-    residual = optimum["residuals"]["stationarity"]
-    console.say(
-        f"its nonlinear program says {limit_of(optimum['program'], unit)}, {_off(optimum)} "
-        f"({optimum['status']}, stationarity {residual:.2g}, {optimum['seconds']:.2g} s with all that follows)"
-    )
-    _print_ranking(optimum["ranking"], unit, console)
+    optimum = audit["optimum"]
+    for sentence in optimum_in_words(audit):
+        console.say(sentence)
+    _print_ranking(optimum["ranking"], _unit(audit), console)
     if optimum["unpriced"]:
         console.say(visible(f"near, but not planned again with more of it: {', '.join(optimum['unpriced'])}"))
+
+
+def optimum_in_words(audit: Mapping[str, Any]) -> tuple[str, str]:
+    """The optimum's own motion beside the plan, and what its program says."""
+    optimum, unit, verdict = audit["optimum"], _unit(audit), audit["certificate"]["verdict"]
+    plan = "the plan" if verdict == CertificateStatus.CERTIFIED else f"the plan, which is {verdict},"
+    value = f"{audit['objective']['name']} {limit_of(optimum['objective'], unit)}"
+    residual = optimum["residuals"]["stationarity"]
+    return (
+        f"the nearest optimum, as a motion of its own, certified: {value}; {plan} {_compared(optimum['excess'])}",
+        f"its nonlinear program says {limit_of(optimum['program'], unit)}, {_off(optimum)} "
+        f"({optimum['status']}, stationarity {residual:.2g}, {optimum['seconds']:.2g} s with all that follows)",
+    )
+
+
+def _unit(audit: Mapping[str, Any]) -> str:
+    unit = str(audit["objective"]["unit"])
+    return "" if unit == NO_UNIT else unit
 
 
 def _compared(excess: float) -> str:

@@ -12,6 +12,7 @@ from problems import CertificateStatus
 from tpbso_casadi.audit_report import impossible
 from tpbso_casadi.display.audit_tables import (
     PRICE_HEADINGS,
+    optimum_in_words,
     price_row,
     print_run_audit,
     print_scenario_audit,
@@ -132,6 +133,8 @@ class RunAudit(Audit):
             heading(f"{self._in_words} for all t"),
             table(keys, ([c[key] for key in keys] for c in self.constraints)),
         ]
+        if self.optimum is not None:
+            parts.append(heading("; ".join(optimum_in_words(self.content))))
         if self.shadow_prices:
             rows = [price_row(price, self._unit) for price in self.shadow_prices]
             parts += [heading("what holds the motion back"), table(PRICE_HEADINGS, rows)]

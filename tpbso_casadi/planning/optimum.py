@@ -122,7 +122,7 @@ def nearest_optimum(problem: Problem[Any], plan: Motion, found: Motion, retimes:
     if ends is None:
         return None
     best, again = ends
-    certified = _finished(best.motion, retimes).objective
+    certified = min((_finished(best.motion, retimes), best.motion), key=lambda motion: motion.merit).objective
     near, unpriced = _near(problem, best.motion)
     pricing, prices = Pricing(own, best, again, (found, plan)), list[Price]()
     for relaxation in near:
@@ -201,7 +201,7 @@ class Replanner:
             near = self._whole.near(motion.trajectory)
             self._near = self._of_whole if near is self._whole else self._refinement(near)
         yield self._near
-        if self._near.program is not self._whole:
+        if self._near.program is not self._whole and time.perf_counter() < self.deadline:
             yield self._of_whole
 
     def descended(self, start: Motion) -> Descended | None:

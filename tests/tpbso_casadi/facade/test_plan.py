@@ -138,6 +138,7 @@ def test_the_audit_of_a_plan_is_that_of_its_folder(
     assert (own.certified, own.status) == (plan.certified, plan.status)
     assert str(own).splitlines()[0].startswith("certified in ")
     assert all(each["name"] in own._repr_html_() for each in own.constraints)
+    assert (own.optimum is None) == ("the nearest optimum, as a motion of its own" not in own._repr_html_())
 
 
 def test_the_audit_of_a_scenario() -> None:
