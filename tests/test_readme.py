@@ -16,7 +16,7 @@ ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
 LONGEST = 150  # lines
 BLOCKS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
-COMMANDS = [text for text in re.findall(r"`tpbso ([^`]+)`", README) if not text.startswith("audit run")]
+COMMANDS = [text for text in re.findall(r"`tpbso ([^`]+)`", README) if not text.startswith(("audit run", "--"))]
 
 
 def test_it_is_short() -> None:
