@@ -226,18 +226,19 @@ class OffChainJoint:
     Attributes:
         name: of the joint.
         links: names of all links that it carries.
-        value: at which they are modelled, rad or m.
+        value: at which they are modelled, rad or m; None of a joint that follows the chain, or has several degrees of
+            freedom and stands at its origin.
         leader: the joint of the chain that it mimics; empty where it stands still.
     """
 
     name: str
     links: tuple[str, ...]
-    value: float = 0.0
+    value: float | None = None
     leader: str = ""
 
     @property
     def note(self) -> str:
         """What becomes of it, in a line."""
         if self.leader:
-            return f"joint {self.name!r} mimics {self.leader!r}, which nothing is planned with: its links are left out"
-        return f"joint {self.name!r} is off the chain: locked at {self.value:g}, its masses kept"
+            return f"joint {self.name!r} mimics {self.leader!r}: a plan has to leave out what it carries"
+        return f"joint {self.name!r} is off the chain: locked at {self.value or 0.0:g}, its masses kept"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -39,7 +40,7 @@ def complete_arm(
         InvalidProblem: as :func:`own_pairs_of`; or the geometry of a link that a joint moves was not read, no spheres
             are stated for it, and nobody says that it is to be left out; or a link follows a joint of the chain.
     """
-    names = [frame.name for frame in description.links]
+    names = [*(frame.name for frame in description.links), *description.apart]
     unknown = next((link for link in ignored if link not in names), None)
     if unknown is not None:
         raise InvalidProblem("ignore_geometry", f"no link {unknown!r} in the chain; there are {', '.join(names)}")
@@ -75,6 +76,7 @@ class OwnContacts:
             proven_pairs=() if self.description.covers else self.spheres.far,
             ignored_links=self.ignored,
             left_out=tuple(self._left_out()),
+            uncompared=tuple(self._contacts()),
         )
 
     @cached_property
@@ -100,7 +102,7 @@ class OwnContacts:
     @cached_property
     def connected(self) -> Named:
         """Names of links that a joint connects."""
-        solid = {*(sphere.name for sphere in self.arm.spheres), *(link.name for link in self._links)}
+        solid = {*(sphere.name for sphere in self.arm.spheres), *(link for link, _ in self.description.shapes)}
         return connected_links(self.description.links, solid)
 
     @cached_property
@@ -124,7 +126,9 @@ class OwnContacts:
             balls, frame = fine_balls(shapes, covers.get(link)), self.description.frame(link)
             if len(balls) and link not in self.ignored:
                 turn, shift = np.array(frame.rotation, dtype=float), np.array(frame.translation, dtype=float)
-                links.append(CoveredLink(link, frame.body, placed(balls, turn, shift), overhang_of(covers.get(link))))
+                links.append(
+                    CoveredLink(link, frame.body, placed(balls, turn, shift), overhang_of(shapes, covers.get(link)))
+                )
         return tuple(sorted(links, key=lambda link: link.body))
 
     @property
@@ -140,11 +144,16 @@ class OwnContacts:
     def _may_touch(self) -> tuple[tuple[str, str], ...]:
         return (*self.description.disabled, *self.disabled)
 
+    @property
+    def _unread(self) -> list[tuple[str, str]]:
+        """Links with a mesh that is not read and for which no spheres are stated, and its file."""
+        stated = {sphere.name for sphere in self.arm.spheres}.difference(link for link, _ in self.description.balls)
+        return [(link, file) for link, file in self.description.unread if link not in {*stated, *self.ignored}]
+
     def _check_geometry(self) -> None:
         """All geometry that the chain moves is known and moves as it is modelled, or is to be ignored."""
-        covered = {sphere.name for sphere in self.arm.spheres}
-        for link, file in self.description.unread:
-            if self.description.frame(link).body > 0 and link not in covered and link not in self.ignored:
+        for link, file in self._unread:
+            if self.description.frame(link).body > 0:
                 raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {cure(link)}")
         for joint in self.description.off_chain:
             followers = self._solid(joint) if joint.leader else []
@@ -162,33 +171,52 @@ class OwnContacts:
         description, covered = self.description, set(self.arm.body_names) | {link.name for link in self._links}
         if self.ignored:
             yield f"the geometry of {', '.join(self.ignored)}, which is to be ignored"
-        for link, file in description.unread:
-            if description.frame(link).body == 0 and link not in covered and link not in self.ignored:
-                yield f"{link}, which stands still: its mesh {file} is not read"
-        carried = {joint.link for joint in description.chain.joints}
-        bare = [frame.name for frame in description.links if frame.name in carried - covered - {*self.ignored}]
+        for link, file in self._unread:
+            yield f"{link}, which stands still: its mesh {file} is not read"
+        named = {*covered, *self.ignored, *(link for link, _ in self._unread)}
+        unstated = [link for link, _ in description.shapes if link not in named]
+        if unstated:
+            yield f"the collision geometry of {', '.join(unstated)}: the spheres leave it out"
+        bare = list(self._bare(covered))
         if bare:
             yield f"bodies of {', '.join(bare)}: no collision geometry is stated"
-        if description.apart:
-            yield f"{', '.join(description.apart)}: no joint connects them with the arm"
-        held = [joint for joint in description.off_chain if not joint.leader and self._solid(joint)]
-        if held:
-            places = ", ".join(f"{joint.name} = {joint.value:g}" for joint in held)
-            yield f"joints off the chain elsewhere than at {places}: say where they are by locked"
-        yield from self._contacts(covered)
+        apart = [link for link in description.apart if link not in self.ignored]
+        if apart:
+            yield f"{', '.join(apart)}: no joint connects them with the arm"
+        yield from self._held()
         following = [joint.name for joint in description.off_chain if joint.leader]
         if description.chain.massless and self.arm.max_torque is None:
             yield f"torques: no masses are stated for {', '.join(description.chain.massless)}"
         elif following:
             yield f"torques of what {', '.join(following)} move: its masses are counted as if it stood at zero"
 
-    def _contacts(self, covered: Collection[str]) -> Iterator[str]:
+    def _bare(self, covered: Collection[str]) -> Iterator[str]:
+        """Links that have no collision geometry and are shown, or moved by the chain with nothing on them that has."""
+        frames, carried = self.description.links, {joint.link for joint in self.description.chain.joints}
+        solid = {frame.body for frame in frames if frame.name in covered}
+        shown = {link for link, _ in (*self.description.visuals, *self.description.unseen)}
+        known = {*covered, *self.ignored, *(link for link, _ in self.description.shapes)}
+        for frame in frames:
+            if frame.name not in known and (frame.name in shown or (frame.name in carried and frame.body not in solid)):
+                yield frame.name
+
+    def _held(self) -> Iterator[str]:
+        """Where joints off the chain with geometry are taken to stand."""
+        held = [joint for joint in self.description.off_chain if not joint.leader and self._solid(joint)]
+        stated = [f"{joint.name} = {joint.value:g}" for joint in held if joint.value is not None]
+        free = [joint.name for joint in held if joint.value is None]
+        if stated:
+            yield f"joints off the chain elsewhere than at {', '.join(stated)}: say where they are by locked"
+        if free:
+            yield f"what {', '.join(free)} carry, elsewhere than at the joint's origin"
+
+    def _contacts(self) -> Iterator[str]:
         """Own links that are not compared, and why."""
-        spheres = self.arm.spheres
+        spheres, covered = self.arm.spheres, {*self.arm.body_names, *(link.name for link in self._links)}
         touching = [] if self._links else [(spheres[a].name, spheres[b].name) for a, b in self.spheres.together]
-        connected = [tuple(sorted(pair)) for pair in self.connected - _named(self.kept)]
+        connected = [tuple(sorted(pair)) for pair in self.connected - _named(self.kept) if pair <= covered]
         for reason, pairs in (
-            ("own links that may touch", [pair for pair in self._may_touch if set(pair) <= set(covered)]),
+            ("own links that may touch", [pair for pair in self._may_touch if set(pair) <= covered]),
             ("own links that a joint connects", sorted(connected)),
             ("own links that touch wherever the joint between them is", self.never_parted),
             ("own spheres that touch at nearly every posture", touching),
@@ -203,4 +231,4 @@ def _named(pairs: Iterable[Collection[str]]) -> Named:
 
 
 def _listed(names: Sequence[str]) -> str:
-    return "[" + ", ".join(f'"{name}"' for name in names) + "]"
+    return "[" + ", ".join(map(json.dumps, names)) + "]"

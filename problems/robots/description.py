@@ -219,7 +219,9 @@ class RobotDescription:
 
     def with_spheres(self, spheres: tuple[Sphere, ...]) -> RobotDescription:
         """The same with spheres in the place of all others, and of covers."""
-        return replace(self, spheres=spheres, covers=())
+        stated = {sphere.name for sphere in spheres}
+        unread = tuple((link, file) for link, file in self.unread if link not in stated)
+        return replace(self, spheres=spheres, covers=(), unread=unread)
 
     def new_covers(
         self, read: ReadFile, overhang: float | None = None, ignored: Collection[str] = ()

@@ -122,21 +122,28 @@ def searched_balls(shapes: Iterable[Shape], cover: LinkCover | None) -> tuple[Ba
 
 def fine_balls(shapes: Iterable[Shape], cover: LinkCover | None) -> Balls:
     """The balls of a link for proofs, in its frame: those of its cover, and of shapes of which balls say all."""
-    stated = [
-        ball.seen_from(shape.pose)
-        for shape in shapes
-        if shape.mesh is None and not (cover is not None and len(shape.triangles))
-        for ball in shape.balls(FINE_OVERHANG)
-    ]
+    stated = _stated(shapes, cover)
     balls = Balls(
         np.array([b.center for b in stated]).reshape(-1, 3), np.array([b.radius for b in stated], dtype=float)
     )
     return balls if cover is None or cover.fine is None else cover.fine.balls.joined(balls)
 
 
-def overhang_of(cover: LinkCover | None) -> float:
+def _stated(shapes: Iterable[Shape], cover: LinkCover | None) -> list[Ball]:
+    """Balls of shapes that are not in the cover, by formulas."""
+    return [
+        ball.seen_from(shape.pose)
+        for shape in shapes
+        if shape.mesh is None and not (cover is not None and len(shape.triangles))
+        for ball in shape.balls(FINE_OVERHANG)
+    ]
+
+
+def overhang_of(shapes: Iterable[Shape], cover: LinkCover | None) -> float:
     """How far the balls of a link for proofs may stick out of it, m; what was measured, and a little."""
-    return FINE_OVERHANG + (cover.fine.largest_overhang if cover is not None and cover.fine is not None else 0.0)
+    measured = 0.0 if cover is None or cover.fine is None else cover.fine.largest_overhang
+    stated = (ball.radius - (ball.inner or 0.0) for ball in _stated(shapes, cover))
+    return FINE_OVERHANG + max((measured, *stated))
 
 
 def covers_text(covers: Iterable[LinkCover]) -> str:

@@ -40,10 +40,11 @@ def connected_links(frames: Sequence[LinkFrame], solid: Collection[str]) -> froz
 
 
 def are_never_parted(one: CoveredLink, two: CoveredLink, joint: ChainJoint, bounds: tuple[float, float]) -> bool:
-    """Whether balls of two links overlap wherever the only joint between them is, so that no posture is clear.
+    """Whether two links touch wherever the only joint between them is, so that no posture is clear.
 
-    Two balls that overlap by d go on doing so until the joint has turned by d over the distance of the second one's
-    centre from the axis, or slid by d. Cells of the range that this does not show are halved.
+    They do where balls in them overlap: those of their covers, less what these may stick out. Two balls that overlap
+    by d go on doing so until the joint has turned by d over the distance of the second one's centre from the axis, or
+    slid by d. Cells of the range that this does not show are halved.
 
     Args:
         one: link on the body before the joint.
@@ -51,12 +52,14 @@ def are_never_parted(one: CoveredLink, two: CoveredLink, joint: ChainJoint, boun
         joint: that is between them.
         bounds: of it, rad or m.
     """
-    cells, looked = [(max(bounds[0], -np.pi), min(bounds[1], np.pi)) if joint.turns else bounds], 0
+    whole_turn = joint.turns and bounds[1] - bounds[0] >= 2.0 * np.pi
+    cells, looked = [(-np.pi, np.pi) if whole_turn else bounds], 0
+    inner = one.balls.shrunk(one.overhang), two.balls.shrunk(two.overhang)
     levers = _levers(two.balls, joint)
     while cells:
         low, high = cells.pop()
         middle, looked = (low + high) / 2.0, looked + 1
-        depths = _depths(one.balls, two.balls, joint, middle)
+        depths = _depths(*inner, joint, middle)
         if looked > MOST_CELLS or not (depths > 0.0).any():
             return False
         shown = float(np.max(DEEPEST * depths / levers))

@@ -63,8 +63,8 @@ class Shape(ABC):
         """Those that hold it, by a formula, in its own frame; none of a mesh.
 
         Args:
-            overhang: how far they may leave it, m; by default as few as are usual for the shape. A shape with
-                triangles needs no more than these.
+            overhang: how far they may leave it, m, as far as a limited number allows; by default as few as are usual
+                for the shape.
         """
 
     @property
@@ -175,7 +175,7 @@ class BoxShape(Shape):
 
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
         """One for each of its cells."""
-        return cover_box(self.sizes)
+        return cover_box(self.sizes, overhang)
 
     @property
     def triangles(self) -> FloatArray:

@@ -64,6 +64,7 @@ class SpatialArm(Robot):
             neighbours of neighbours are near each other in every posture.
         ignored_links: whose geometry is left out because the user says so.
         left_out: what no verdict speaks of, a line each.
+        uncompared: own links that need not keep apart, and why, a line each.
         max_torque: N m or N; None where nothing limits it.
         payload: what the tool carries; None for nothing.
         gravity: m/s^2, as seen from outside.
@@ -99,6 +100,7 @@ class SpatialArm(Robot):
     self_margin: float = 0.0
     ignored_links: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    uncompared: tuple[str, ...] = ()
     max_torque: tuple[float, ...] | None = None
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
@@ -438,8 +440,10 @@ class SpatialArm(Robot):
 
     @property
     def unjudged(self) -> tuple[str, ...]:
-        """The lines of ``left_out``, and contacts that are allowed."""
-        return (*self.left_out, *super().unjudged)
+        """The lines of ``left_out``, own links that are not compared, and contacts that are allowed."""
+        several = len(self.body_names) > 1
+        unwatched = ("own links from each other: self_collision is off",) if several else ()
+        return (*self.left_out, *(self.uncompared if self.self_collision else unwatched), *super().unjudged)
 
     @property
     def body_names(self) -> tuple[str, ...]:

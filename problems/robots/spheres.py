@@ -85,13 +85,19 @@ def cover_cylinder(radius: float, length: float) -> tuple[Ball, ...]:
     return _balls(centers, sqrt(radius**2 + (length / slices / 2) ** 2), min(radius, length / slices / 2))
 
 
-def cover_box(sizes: Point3) -> tuple[Ball, ...]:
-    """Balls around the cells of a box about the origin; full sizes, m. Cells are as near to cubes as can be."""
+def cover_box(sizes: Point3, overhang: float | None = None) -> tuple[Ball, ...]:
+    """Balls around the cells of a box about the origin, as near to cubes as can be.
+
+    Args:
+        sizes: full, m.
+        overhang: how far they may leave it, m, as far as ``MOST_FINE_BALLS`` allow; as usual, of few, where None.
+    """
     box = np.array(sizes)
     counts = np.ones(3, dtype=int)
-    while _sticking_out(box / counts) > STICK_OUT:
+    allowed, most = (STICK_OUT, MOST_BALLS) if overhang is None else (overhang, MOST_FINE_BALLS)
+    while _sticking_out(box / counts) > allowed:
         finer = counts + (np.arange(3) == np.argmax(box / counts))
-        if np.prod(finer) > MOST_BALLS:
+        if np.prod(finer) > most:
             break
         counts = finer
     cell = box / counts

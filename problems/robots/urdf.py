@@ -44,12 +44,14 @@ def read_urdf(
         InvalidProblem: ``urdf``, ``base_link``, ``tip_link`` or ``locked`` is impossible, with the reason in one line.
     """
     robot = document(text)
-    tree = Tree.of(robot).locked(locked or {})
+    stated = Tree.of(robot)
+    tree = stated.locked(locked or {})
     base, joints, notes = tree.chain(base_link, tip_link)
     moving = [joint for joint in joints if joint.kind != "fixed"]
     _check(moving, base)
     along = {joint.name for joint in moving}
     standing, values, leads = tree.standing(along)
+    _check_followers(stated, locked or {}, base, along, leads)
     firsts = [LinkFrame.of(base, 0, Transform())]
     firsts += [LinkFrame.of(joint.child, number, Transform(), joint.parent) for number, joint in enumerate(moving, 1)]
     bodies = [_body(standing, first, along, {*values, *leads}) for first in firsts]
@@ -63,12 +65,15 @@ def read_urdf(
         tip_translation=tip.translation,
         tip_rotation=tip.rotation,
     )
+    held = {name: value for name, value in values.items() if tree.joints[name].kind in MOVING}
     off_chain = [
-        OffChainJoint(name, tuple(body.beyond(name)), values.get(name, 0.0), leads.get(name, ""))
+        OffChainJoint(name, tuple(body.beyond(name)), held.get(name), leads.get(name, ""))
         for body in bodies
         for name in body.off_chain
     ]
+    apart = tuple(name for name, link in tree.links.items() if name not in frames and link.shapes)
     notes += [note for body in bodies for note in body.faults] + [joint.note for joint in off_chain]
+    notes += [f"no joint connects {', '.join(apart)} with {base!r}: left out"] if apart else []
     notes += _soft_limits(moving) + _gaps(moving) + _massless(bodies)
     shapes = tuple((name, tree.links[name].shapes) for name in frames if tree.links[name].shapes)
     description = RobotDescription(
@@ -76,7 +81,7 @@ def read_urdf(
         links=tuple(frames.values()),
         shapes=shapes,
         off_chain=tuple(off_chain),
-        apart=tuple(name for name, link in tree.links.items() if name not in frames and link.shapes),
+        apart=apart,
         visuals=tuple((name, tree.links[name].visuals) for name in frames if tree.links[name].visuals),
         unseen=tuple((name, tree.links[name].unseen) for name in frames if tree.links[name].unseen),
         notes=tuple(notes),
@@ -94,6 +99,34 @@ def _check(moving: list[UrdfJoint], base: str) -> None:
             raise refused(f"joint {joint.name!r} of the chain is {joint.kind}, which cannot be planned")
         if joint.mimic is not None:
             raise refused(f"joint {joint.name!r} of the chain mimics {joint.mimic.joint!r}, which cannot be planned")
+
+
+def _check_followers(
+    tree: Tree, locked: Collection[str], base: str, along: Collection[str], leads: Mapping[str, str]
+) -> None:
+    """What mimics a joint of the chain is not held by ``locked``, and does not carry the base.
+
+    Args:
+        tree: as the file states it.
+        locked: names of joints that are to be held.
+        base: its link.
+        along: names of the chain's joints.
+        leads: joints of the chain, by the names of those that mimic them.
+    """
+    for name in locked:
+        mimic = tree.joints[name].mimic
+        lead = (
+            "" if mimic is None or mimic.joint not in tree.joints else tree.lead(mimic.joint, [*along, *locked]).joint
+        )
+        if lead in along:
+            raise InvalidProblem("locked", f"{name} mimics {lead}, which is planned: lock {lead}, or neither")
+    link = base
+    while link in tree.above:
+        joint = tree.above[link]
+        if joint.name in leads:
+            reason = f"{base!r} itself moves with {leads[joint.name]!r} of the chain, which joint {joint.name!r} mimics"
+            raise InvalidProblem("base_link", reason)
+        link = joint.parent
 
 
 @dataclass
@@ -148,7 +181,7 @@ def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
         translation=translation,
         rotation=rotation,
         axis=joint.axis,
-        position=joint.position,
+        position=joint.position if joint.has_room else None,
         speed=joint.speed,
         effort=joint.effort,
         damping=joint.damping,
@@ -167,7 +200,7 @@ def _soft_limits(moving: list[UrdfJoint]) -> list[str]:
 def _gaps(moving: list[UrdfJoint]) -> list[str]:
     """What the file does not say of the joints that move."""
     missing = {
-        "position limits": [j.name for j in moving if j.position is None and j.kind != JointKind.CONTINUOUS],
+        "position limits": [j.name for j in moving if not j.has_room and j.kind != JointKind.CONTINUOUS],
         "velocity": [joint.name for joint in moving if joint.speed is None],
         "effort": [joint.name for joint in moving if joint.effort is None],
     }

@@ -204,9 +204,14 @@ class UrdfJoint:
     is_braked: bool = False
 
     @property
+    def has_room(self) -> bool:
+        """Whether it is stated from where to where it moves, and there is something between."""
+        return self.position is not None and self.position[0] < self.position[1]
+
+    @property
     def usual(self) -> float:
         """Zero where it can be that, else the middle of its range, as ROS's publisher of joint states has it."""
-        low, high = self.position or (0.0, 0.0)
+        low, high = self.position if self.position is not None and self.kind in MOVING else (0.0, 0.0)
         return 0.0 if low <= 0.0 <= high else (low + high) / 2.0
 
     def at(self, value: float) -> UrdfJoint:
@@ -341,7 +346,7 @@ def read_joint(element: ET.Element) -> UrdfJoint:
 
 def _mimic(element: ET.Element, owner: str) -> Mimic:
     multiplier, offset = number(element, "multiplier", owner), number(element, "offset", owner)
-    return Mimic(element.get("joint", "?"), 1.0 if multiplier is None else multiplier, offset or 0.0)
+    return Mimic(name_of(element, "joint"), 1.0 if multiplier is None else multiplier, offset or 0.0)
 
 
 def _not_negative(element: ET.Element | None, key: str, owner: str) -> float | None:
@@ -373,7 +378,7 @@ def _position(limit: ET.Element | None, kind: str, owner: str) -> tuple[float, f
     low, high = (number(limit, key, owner) or 0.0 for key in ("lower", "upper"))
     if low > high:
         raise refused(f"{owner}: lower limit {low:g} is above upper limit {high:g}")
-    return (low, high) if low < high else None
+    return (low, high) if low < high or low != 0.0 else None  # exporters write zeros for what they do not know
 
 
 def _softened(position: tuple[float, float], safety: ET.Element, owner: str) -> tuple[float, float]:
@@ -385,7 +390,4 @@ def _softened(position: tuple[float, float], safety: ET.Element, owner: str) -> 
     soft = [end if limit is None else limit for end, limit in zip(position, stated, strict=True)]
     if soft[0] == soft[1]:
         return position
-    low, high = max(position[0], soft[0]), min(position[1], soft[1])
-    if not low < high:
-        raise refused(f"{owner}: its soft limits leave nothing of its range {position[0]:g} to {position[1]:g}")
-    return low, high
+    return max(position[0], soft[0]), min(position[1], soft[1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -24,6 +25,7 @@ from problems.robots.urdf_elements import (
 
 Filter: TypeAlias = Callable[[UrdfJoint], bool]
 MOST_LINKS = 1_000
+FARTHEST = 1e4  # rad or m, that a joint stands from zero
 MOST_NAMED = 6  # chains, in a message
 FEWEST_JOINTS, LONGEST_FINGER = 3, 3  # after so many joints, several chains of no more are fingers
 TOOLS = tuple(map(re.compile, (r"^tool0$", r"tcp", r"tool", r"(^|_)ee(f|_|$)|end_?effector", r"flange")))
@@ -206,7 +208,7 @@ class Tree:
             if joint is None or joint.kind not in MOVING:
                 moving = [joint.name for joint in self.joints.values() if joint.kind in MOVING]
                 raise InvalidProblem("locked", f"no joint {name!r} moves; there are {_some(moving)}")
-            if joint.position is not None and not joint.position[0] <= value <= joint.position[1]:
+            if joint.has_room and joint.position is not None and not joint.position[0] <= value <= joint.position[1]:
                 low, high = joint.position
                 raise InvalidProblem("locked", f"{name}: {value:g} is not within {low:g} to {high:g}")
         leads = {name: self.lead(name, values) for name, joint in self.joints.items() if joint.kind in MOVING}
@@ -222,7 +224,7 @@ class Tree:
         while lead.joint not in known and (mimic := self.joints[lead.joint].mimic) is not None:
             if mimic.joint not in self.joints:
                 reason = f"joint {lead.joint!r} mimics {mimic.joint!r}, which is not in the file"
-                raise refused(f"{reason}; state where it stands: locked = {{ {lead.joint} = 0.0 }}")
+                raise refused(f"{reason}; state where it stands: locked = {{ {json.dumps(lead.joint)} = 0.0 }}")
             if mimic.joint in passed:
                 raise refused(f"joint {mimic.joint!r} mimics itself, by way of others")
             passed.add(mimic.joint)
@@ -242,10 +244,13 @@ class Tree:
         Raises:
             InvalidProblem: as :meth:`lead`.
         """
-        off = {name: joint for name, joint in self.joints.items() if joint.kind != "fixed" and name not in chain}
+        off = [name for name, joint in self.joints.items() if joint.kind != "fixed" and name not in chain]
         leads = {name: self.lead(name, chain) for name in off}
         leaders = {name: lead.joint for name, lead in leads.items() if lead.joint in chain}
         values = {name: leads[name].at(self.joints[leads[name].joint].usual) for name in off if name not in leaders}
+        far = next((name for name, value in values.items() if not abs(value) <= FARTHEST), None)
+        if far is not None:
+            raise refused(f"joint {far!r} would stand at {values[far]:g}, as it mimics {leads[far].joint!r}")
         return self._at(values), values, leaders
 
     def _at(self, values: Mapping[str, float]) -> Tree:
