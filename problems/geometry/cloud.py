@@ -18,6 +18,7 @@ MOST_POINTS = 5_000_000
 MOST_CELLS = 20_000_000  # of the grid that holds them
 LARGEST = 100.0  # m
 ELEMENT = re.compile(rb"^\s*element\s+(\w+)\s+(\d+)", re.MULTILINE)  # of the head of a PLY file
+AMBIGUOUS = re.compile(r"^(?=[^\n#]*,)[^\n#]*[^,\s#][ \t]+[^,\s#]|^[^\n#]*,[ \t]*,|^[ \t]*,", re.MULTILINE)
 FORMAT = re.compile(rb"^\s*format\s+ascii", re.MULTILINE)
 
 
@@ -69,7 +70,10 @@ def _of_ply(content: bytes) -> FloatArray:
 
 
 def _of_xyz(content: bytes) -> FloatArray:
-    text = content.decode("utf-8-sig").replace(",", " ")
+    text = content.decode("utf-8-sig")
+    if AMBIGUOUS.search(text):
+        raise ValueError("commas and blanks are mixed in a line, or a number is missing between commas")
+    text = text.replace(",", " ")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # there is nothing in it, which is said where points are counted
         return np.loadtxt(io.StringIO(text), usecols=(0, 1, 2), ndmin=2)

@@ -23,6 +23,7 @@ DEEPEST = 100  # nodes in nodes
 LEFT_OUT = {"asset", "extra", "instance_camera", "instance_light"}
 UNREAD_TRANSFORMS = {"lookat", "skew"}
 PLACED = {"node", "instance_node", "instance_geometry"}
+SHORTEST = 1e-100  # axis whose direction is computed without underflow
 WHITE = "#ffffff"  # of a material without a plain colour, as of a picture
 
 
@@ -79,6 +80,7 @@ def _unit_and_axis(document: Document) -> tuple[float, str]:
         meter = float(unit)
     except ValueError:
         meter = 0.0
+    meter = 0.0 if "_" in unit else meter
     if len(units - {unit}) or len(axes - {axis}):
         raise refused("<asset>: parts of it state another unit or another axis that is up")
     if not 0.0 < meter < np.inf or axis not in ("X_UP", "Y_UP", "Z_UP"):
@@ -137,7 +139,7 @@ def _rotation(element: Element) -> FloatArray:
     """About an axis by an angle in degrees (Rodrigues)."""
     *axis, degrees = numbers(element, float, 4)
     length = float(np.linalg.norm(axis))
-    if not 0.0 < length < np.inf or not np.isfinite(degrees):
+    if not SHORTEST < length < np.inf or not np.isfinite(degrees):
         raise refused(f"{shown(element)}: its axis has no length, or its angle is none")
     x, y, z = np.array(axis) / length
     across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -53,7 +53,10 @@ def _polygons(document: Document, primitive: Element) -> Polygons:
     positions = [each for each in vertices.findall("input") if each.get("semantic") == "POSITION"]
     if len(positions) != 1:
         raise refused(f"{shown(vertices)}: one input POSITION is needed, not {len(positions)}")
-    places = _places(document, document.target(positions[0], "source", "source"))
+    source = document.target(positions[0], "source", "source")
+    if source not in document.places:
+        document.places[source] = _places(document, source)
+    places = document.places[source]
     stride, offset = 1 + max(whole(each, "offset") for each in inputs), whole(of_vertices[0], "offset")
     lists = []
     for element in primitive.findall("p"):

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 from xml.etree import ElementTree
 
+from problems.base import FloatArray, InvalidProblem
 from problems.geometry.mesh_files.faces import refused
 
+LARGEST = 2**62  # whole number in a list
 Element = ElementTree.Element
 Number = TypeVar("Number", int, float)
 
@@ -29,9 +31,11 @@ class Document:
 
     Attributes:
         root: of its elements.
+        places: of vertices, (v, 3), by the sources that have been read.
     """
 
     root: Element
+    places: dict[Element, FloatArray] = field(default_factory=dict)
 
     @classmethod
     def of(cls, content: bytes) -> Document:
@@ -42,6 +46,8 @@ class Document:
         """
         try:
             root = ElementTree.fromstring(content, ElementTree.XMLParser(target=WithoutDoctype()))
+        except InvalidProblem:
+            raise
         except (ElementTree.ParseError, UnicodeError, LookupError, ValueError) as error:
             raise refused(f"it cannot be read: no XML: {' '.join(str(error).split())}") from error
         for element in root.iter():
@@ -77,8 +83,10 @@ class Document:
 
 def shown(element: Element) -> str:
     """An element in an error: its tag, and its id or name."""
-    known = (f' {key}="{element.attrib[key][:60]}"' for key in ("id", "name", "sid", "url") if key in element.attrib)
-    return f"<{element.tag[:40]}{next(known, '')}>"
+    known = next((key for key in ("id", "name", "sid", "url") if key in element.attrib), None)
+    if known is None:
+        return f"<{element.tag[:40]}>"
+    return f'<{element.tag[:40]} {known}="{" ".join(element.attrib[known].split())[:60]}">'
 
 
 def only(element: Element, tag: str) -> Element:
@@ -128,6 +136,8 @@ def numbers(element: Element, kind: Callable[[str], Number], count: int | None =
         raise refused(f"{shown(element)}: {' '.join(str(error).split())[:80]}") from error
     if "_" in text or len(element):
         raise refused(f"{shown(element)}: there is more in it than numbers")
+    if kind is int and any(abs(number) > LARGEST for number in found):
+        raise refused(f"{shown(element)}: a number in it is too large")
     if count is not None and len(found) != count:
         raise refused(f"{shown(element)}: {count} numbers are needed, not {len(found)}")
     return found

@@ -128,7 +128,8 @@ def _cut(polygons: FloatArray) -> tuple[list[tuple[Numbers, Numbers]], Numbers]:
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         away = np.abs(np.einsum("nki,ni->nk", middle, normals)).max(axis=1)
         near = (FLAT if count <= MOST_FREE else ROUNDED) * size
-        flat = away <= np.maximum(near, SINGLE * np.abs(polygons).max(axis=(1, 2)))
+        rounding = np.minimum(SINGLE * np.abs(polygons).max(axis=(1, 2)), ROUNDED * size)
+        flat = away <= np.maximum(near, rounding)
         sides = polygons[:, 1:] - polygons[:, :1]
         areas = np.einsum("nki,ni->nk", np.cross(sides[:, :-1], sides[:, 1:]), normals)
         folded = flat & (areas < -FLAT * size[:, None] ** 2).any(axis=1)

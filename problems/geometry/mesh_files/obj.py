@@ -55,23 +55,23 @@ def _places(numbers: list[float]) -> FloatArray:
 
 def _statements(content: bytes) -> Iterator[tuple[int, list[bytes]]]:
     """Lines that are not empty, by their number from 1, without comments, those joined that a backslash joins."""
-    begun, start = b"", 0
+    begun: list[bytes] = []
+    start = 0
     for number, text in enumerate(content.removeprefix(MARK).splitlines(), 1):
         line, sign, _ = text.partition(b"#")
-        if begun and not begun[-1:].isspace() and line and not line[:1].isspace():
+        if begun and not begun[-1][-1:].isspace() and line and not line[:1].isspace():
             raise refused(f"line {number - 1}: its last word may end at the backslash, or go on after it")
         start = start if begun else number
-        joined = begun + line
-        if joined.endswith(b"\\") and not sign:
-            begun = joined[:-1] or b" "
+        if line.endswith(b"\\") and not sign:
+            begun.append(line[:-1] or b" ")
             continue
-        words = joined.split()
+        words = b"".join([*begun, line]).split()
         if begun and words and words[0] not in NUMBERED:
             raise refused(f"line {start}: {_shown(words[0])} goes on after a backslash, which is not read")
-        begun = b""
+        begun = []
         if words:
             yield start, words
-    if begun.strip():
+    if b"".join(begun).strip():
         raise refused(f"line {start}: the file ends after a backslash")
 
 

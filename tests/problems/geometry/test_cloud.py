@@ -61,6 +61,8 @@ def test_pixels_without_depth_are_left_out() -> None:
     [
         ("cloud.pcd", b"", "it ends with 'pcd'; ply, xyz, npy are read"),
         ("cloud.ply", b"ply nonsense", "it cannot be read: "),
+        ("cloud.xyz", b"1,5 2,5 3,5\n", "commas and blanks are mixed"),
+        ("cloud.xyz", b"1,,2,3\n", "commas and blanks are mixed"),
         (
             "cloud.ply",
             PLY % 4 + b"0 0 0\n1 0 0\n0 1 0\n",

@@ -422,6 +422,7 @@ def deep(count: int) -> str:
             "<triangles>: 3 indices are",
         ),
         (dae(HALF.replace('offset="0"', "")), "<input>: offset='' is no whole number"),
+        (dae(HALF.replace("<p>", "<p>99999999999999999999 ")), "<p>: a number in it is too large"),
         (dae().replace("POSITION", "NORMAL"), '<vertices id="v">: one input POSITION is needed, not 0'),
         (dae().replace('count="12"', 'count="15"'), '<float_array id="a">: 15 numbers are needed, not 12'),
         (dae().replace('"4" stride', '"5" stride'), '<source id="p">: 12 numbers, too few for 5 places'),
@@ -466,3 +467,15 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(kind: str, seed: int) -> 
             read_mesh(f"a.{kind}", damaged)
         except InvalidProblem as error:
             assert "\n" not in str(error) and len(str(error)) < 300
+
+
+def test_a_quad_far_from_the_origin_is_no_flatter() -> None:
+    """Both ways to cut it are held, as near the origin: only rounding is forgiven, and no more of it than a little."""
+    far = "\n".join(f"v {5e6 + x} {y} {z}" for x, y, z in ((0, 0, 0), (1, 0, 0.5), (1, 1, 0), (0, 1, 0.5)))
+    assert len(read_mesh("a.obj", f"{far}\nf 1 2 3 4\n".encode()).corners) == 4
+
+
+def test_many_broken_lines_are_one_statement() -> None:
+    corners = " \\\n".join(str(1 + number % 4) for number in range(4))
+    square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+    assert len(read_mesh("a.obj", f"{square}f {corners}\n".encode()).corners) == 2
