@@ -134,7 +134,7 @@ class Problem(Criteria, ABC, Generic[P]):
         return self.encoding.bounds
 
     def with_integrals_at_samples(self) -> Self:
-        """The same with integrals over time from the samples alone, as they once were; itself where they always are."""
+        """The problem with integrals over time taken from its samples alone; itself where they always are."""
         return self
 
     def nearest_candidate(self, trajectory: Trajectory) -> FloatArray | None:
@@ -192,7 +192,7 @@ class Problem(Criteria, ABC, Generic[P]):
         return (*of_limits, *self.task.relaxations, *self.robot.relaxations)
 
     def relaxed(self, relaxation: Relaxation, step: float) -> Self:
-        """The same problem with one of its numbers looser by a step, in its unit; tighter where that is negative."""
+        """The problem with one of its limits looser by a step, in its unit; tighter where the step is negative."""
         replacement = relaxation.replacement(step)
         parts = {field.name: getattr(self, field.name) for field in fields(self)}
         return replace(self, **{name: replacement.copied(part) for name, part in parts.items()})

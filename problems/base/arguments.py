@@ -66,7 +66,7 @@ class Copies(ABC):
 
     @abstractmethod
     def _value(self, statement: Parametric, field: str) -> Any:
-        """What the copy of a statement has in a field."""
+        """The value of a field in the copy of a statement."""
 
 
 class Replacement(Copies):

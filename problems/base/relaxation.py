@@ -45,7 +45,7 @@ class Relaxation:
         return step if step <= self.size else -step
 
     def replacement(self, step: float) -> Replacement:
-        """What copies statements with the limit looser by a step, in its unit."""
+        """The replacement that makes the limit looser by a step, in its unit, in copies of a statement."""
         return Replacement(self.statement, self.values(step))
 
 

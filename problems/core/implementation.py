@@ -29,7 +29,7 @@ def core() -> Core:
 
 @once
 def implementation() -> Core:
-    """The same core, without a word about it."""
+    """The core of this process, without a warning where it is not compiled."""
     library = loaded_core().library
     return ReferenceCore() if library is None else CompiledCore(library)
 

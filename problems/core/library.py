@@ -90,7 +90,7 @@ class CoreLibrary:
 
 @once
 def loaded_core() -> CoreLibrary:
-    """What this process has of the compiled core."""
+    """The compiled core that this process has loaded, or why there is none."""
     if os.environ.get(SWITCH, "").lower() == "off":
         return CoreLibrary(None, f"{SWITCH} is off")
     try:

@@ -143,7 +143,7 @@ class Compiler:
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Those of ``FLAGS`` that it knows."""
+        """Flags of ``FLAGS`` that this compiler knows."""
         unknown = OF_GCC_ALONE if "clang" in self.version.lower() else ()
         return tuple(flag for flag in FLAGS if flag not in unknown)
 

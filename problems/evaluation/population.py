@@ -113,7 +113,7 @@ class PopulationFunction:
         return self.of_any(candidates)
 
     def of_any(self, candidates: FloatArray) -> FloatArray:
-        """The same of candidates that may hold NaN and infinity, as IEEE arithmetic goes on with them.
+        """Costs of candidates that may hold NaN and infinity, as IEEE arithmetic goes on with them.
 
         A cost may well be finite then: a minimum of NaN and a number is the number.
 

@@ -61,7 +61,7 @@ def read_mesh(name: str, content: bytes, scale: tuple[float, float, float] = (1.
 
 
 def read_parts(name: str, content: bytes, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> list[Part]:
-    """The same file by its colours, in m, as it is shown.
+    """Parts of a mesh file by their colours, in m, as they are shown.
 
     Raises:
         InvalidProblem: as there.

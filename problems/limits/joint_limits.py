@@ -219,7 +219,7 @@ class TorqueLimit(Limit):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """What each motor gives."""
+        """The torque, or force, of each motor."""
         return _of_joints(self, "N m")
 
     @property

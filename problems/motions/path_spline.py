@@ -333,7 +333,7 @@ class PathSpline(Motion[TimedPath]):
 
     @property
     def instants(self) -> int:
-        """Of a piece: the sample and Gauss's points."""
+        """Number of samples of a piece: its own, and Gauss's points where integrals are taken."""
         return 1 + len(GAUSS_SHARES) * self.integrated
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:

@@ -49,7 +49,7 @@ class SplineProblem(Problem[TimedPath]):
     encoding: PathTiming
 
     def with_integrals_at_samples(self) -> Self:
-        """The same, whose search counts one side alone of every jump of an acceleration, and does not fix the timing.
+        """The problem whose search counts one side alone of every jump of an acceleration, and fixes no timing.
 
         So it was when the first suite of benchmarks was frozen.
         """

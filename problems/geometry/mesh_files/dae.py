@@ -58,7 +58,7 @@ def _placed(polygons: Polygons, pose: FloatArray, name: str, colour: str) -> Par
 
 
 def _notes(document: Document, geometries: dict[Element, list[Polygons]], unit: float) -> Iterator[str]:
-    """What was left out or converted that some might not expect."""
+    """Notes on what was left out or converted, which some might not expect."""
     if unit != 1.0:
         yield f"is in a unit of {unit:g} m, as it says: its lengths are converted"
     if any(element.tag in WITHOUT_SURFACE for geometry in geometries for element in geometry.iter()):
@@ -152,7 +152,7 @@ TRANSFORMS = {"matrix": _matrix, "translate": _translation, "rotate": _rotation,
 
 
 def _colour(document: Document, instance: Element, symbol: str) -> str:
-    """That of the material that an instance binds to a symbol; empty where there is none: it is only shown."""
+    """The colour of the material that an instance binds to a symbol; empty where there is none."""
     path = "bind_material/technique_common/instance_material"
     names = [element.get("target", "") for element in instance.findall(path) if element.get("symbol") == symbol]
     material = _of_id(document, "material", names)

@@ -46,7 +46,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Content:
-    """What a mesh file says.
+    """Surfaces that a mesh file states, and notes on what was left out.
 
     Attributes:
         parts: its triangles.
