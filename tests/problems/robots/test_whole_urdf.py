@@ -65,7 +65,7 @@ def judged(made: RandomUrdf, folder: Path, rows: tuple[np.ndarray, ...], ignored
     return tp.certify(rows, folder / "robot.toml", without=["torque", "jerk"])
 
 
-@pytest.mark.parametrize("seed", slow_except(range(ROBOTS), 5))
+@pytest.mark.parametrize("seed", slow_except(range(ROBOTS), 2))
 def test_a_verdict_on_own_links_is_that_of_the_whole_file(seed: int, tmp_path: Path) -> None:
     made = random_urdf(seed)
     rng = np.random.default_rng(1000 + seed)
