@@ -1,4 +1,4 @@
-"""What a description adds to an arm made of it: the own links that keep apart, and what no verdict on it speaks of."""
+"""Arms completed from their descriptions: own links that keep apart, and what no verdict speaks of."""
 
 from __future__ import annotations
 
@@ -81,12 +81,12 @@ class OwnContacts:
 
     @cached_property
     def spheres(self) -> OwnPairs:
-        """Pairs of spheres."""
+        """Pairs of spheres that keep apart, and those that touch at nearly every posture."""
         links = {sphere.name for sphere in self.arm.spheres}
         known = [pair for pair in self.description.disabled if links.issuperset(pair)]
         return own_pairs_of(self._with_cover, (*known, *self.disabled), self.kept, self.connected)
 
-    @property
+    @cached_property
     def _with_cover(self) -> SpatialArm:
         return replace(self.arm, cover=self.cover) if self.description.covers else self.arm
 
@@ -102,17 +102,16 @@ class OwnContacts:
     @cached_property
     def connected(self) -> Named:
         """Names of links that a joint connects."""
-        solid = {*(sphere.name for sphere in self.arm.spheres), *(link for link, _ in self.description.shapes)}
-        return connected_links(self.description.links, solid)
+        return connected_links(self.description.links, self._solid)
 
     @cached_property
     def never_parted(self) -> tuple[tuple[str, str], ...]:
         """Names of links whose balls touch wherever the one joint between them is; what the tool holds is not asked."""
-        found = []
+        found, settled = [], self.connected | _named(self.kept) | _named(self._may_touch)
         for one, two in self._moving_pairs:
             first, second = self._links[one], self._links[two]
             beside = second.body == first.body + 1 and second.name not in self.arm.carried
-            if beside and self._names(one, two) not in self.connected | _named(self.kept) | _named(self._may_touch):
+            if beside and self._names(one, two) not in settled:
                 joint = self.arm.chain.joints[first.body]
                 bounds = (self.arm.position_limits or [(-np.pi, np.pi)] * self.arm.dof)[first.body]
                 found += [(first.name, second.name)] if are_never_parted(first, second, joint, bounds) else []
@@ -156,28 +155,38 @@ class OwnContacts:
             if self.description.frame(link).body > 0:
                 raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {cure(link)}")
         for joint in self.description.off_chain:
-            followers = self._solid(joint) if joint.leader else []
+            followers = self._carried(joint) if joint.leader else []
             if followers:
                 reason = f"joint {joint.name!r} moves it with {joint.leader!r}, which is not planned with"
                 leave = f"leave it out of every verdict: ignore_geometry = {_listed(followers)}"
                 raise InvalidProblem("urdf", f"link {followers[0]!r}: {reason}; {leave}")
 
-    def _solid(self, joint: OffChainJoint) -> list[str]:
+    @cached_property
+    def _solid(self) -> frozenset[str]:
+        """Names of links with geometry, whether it is read, ignored or not."""
+        shapes = (link for link, _ in self.description.shapes)
+        return frozenset((*(sphere.name for sphere in self.arm.spheres), *shapes))
+
+    @cached_property
+    def _covered(self) -> frozenset[str]:
+        """Names of links whose geometry is judged."""
+        return frozenset((*self.arm.body_names, *(link.name for link in self._links)))
+
+    def _carried(self, joint: OffChainJoint) -> list[str]:
         """Links with geometry that a joint off the chain carries, and that are not ignored."""
-        solid = {*(sphere.name for sphere in self.arm.spheres), *(link for link, _ in self.description.shapes)}
-        return [link for link in joint.links if link in solid and link not in self.ignored]
+        return [link for link in joint.links if link in self._solid and link not in self.ignored]
 
     def _left_out(self) -> Iterator[str]:
-        description, covered = self.description, set(self.arm.body_names) | {link.name for link in self._links}
+        description, unread = self.description, self._unread
         if self.ignored:
             yield f"the geometry of {', '.join(self.ignored)}, which is to be ignored"
-        for link, file in self._unread:
+        for link, file in unread:
             yield f"{link}, which stands still: its mesh {file} is not read"
-        named = {*covered, *self.ignored, *(link for link, _ in self._unread)}
+        named = {*self._covered, *self.ignored, *(link for link, _ in unread)}
         unstated = [link for link, _ in description.shapes if link not in named]
         if unstated:
             yield f"the collision geometry of {', '.join(unstated)}: the spheres leave it out"
-        bare = list(self._bare(covered))
+        bare = list(self._bare())
         if bare:
             yield f"bodies of {', '.join(bare)}: no collision geometry is stated"
         apart = [link for link in description.apart if link not in self.ignored]
@@ -190,19 +199,19 @@ class OwnContacts:
         elif following:
             yield f"torques of what {', '.join(following)} move: its masses are counted as if it stood at zero"
 
-    def _bare(self, covered: Collection[str]) -> Iterator[str]:
+    def _bare(self) -> Iterator[str]:
         """Links that have no collision geometry and are shown, or moved by the chain with nothing on them that has."""
         frames, carried = self.description.links, {joint.link for joint in self.description.chain.joints}
-        solid = {frame.body for frame in frames if frame.name in covered}
+        solid = {frame.body for frame in frames if frame.name in self._covered}
         shown = {link for link, _ in (*self.description.visuals, *self.description.unseen)}
-        known = {*covered, *self.ignored, *(link for link, _ in self.description.shapes)}
+        known = {*self._solid, *self._covered, *self.ignored}
         for frame in frames:
             if frame.name not in known and (frame.name in shown or (frame.name in carried and frame.body not in solid)):
                 yield frame.name
 
     def _held(self) -> Iterator[str]:
         """Where joints off the chain with geometry are taken to stand."""
-        held = [joint for joint in self.description.off_chain if not joint.leader and self._solid(joint)]
+        held = [joint for joint in self.description.off_chain if not joint.leader and self._carried(joint)]
         stated = [f"{joint.name} = {joint.value:g}" for joint in held if joint.value is not None]
         free = [joint.name for joint in held if joint.value is None]
         if stated:
@@ -212,11 +221,11 @@ class OwnContacts:
 
     def _contacts(self) -> Iterator[str]:
         """Own links that are not compared, and why."""
-        spheres, covered = self.arm.spheres, {*self.arm.body_names, *(link.name for link in self._links)}
+        spheres = self.arm.spheres
         touching = [] if self._links else [(spheres[a].name, spheres[b].name) for a, b in self.spheres.together]
-        connected = [tuple(sorted(pair)) for pair in self.connected - _named(self.kept) if pair <= covered]
+        connected = [tuple(sorted(pair)) for pair in self.connected - _named(self.kept) if pair <= self._covered]
         for reason, pairs in (
-            ("own links that may touch", [pair for pair in self._may_touch if set(pair) <= covered]),
+            ("own links that may touch", [pair for pair in self._may_touch if set(pair) <= self._covered]),
             ("own links that a joint connects", sorted(connected)),
             ("own links that touch wherever the joint between them is", self.never_parted),
             ("own spheres that touch at nearly every posture", touching),

@@ -104,7 +104,7 @@ def _check(moving: list[UrdfJoint], base: str) -> None:
 def _check_followers(
     tree: Tree, locked: Collection[str], base: str, along: Collection[str], leads: Mapping[str, str]
 ) -> None:
-    """What mimics a joint of the chain is not held by ``locked``, and does not carry the base.
+    """Check that no joint that mimics one of the chain is held by ``locked``, or carries the base.
 
     Args:
         tree: as the file states it.
@@ -192,7 +192,7 @@ def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
 
 
 def _soft_limits(moving: list[UrdfJoint]) -> list[str]:
-    """What a safety controller of a joint does that no plan counts on."""
+    """A note on joints that a safety controller slows down, with which no plan counts."""
     braked = [joint.name for joint in moving if joint.is_braked]
     return [f"soft limits bound {', '.join(braked)}; that speeds fall near them is not planned with"] if braked else []
 
