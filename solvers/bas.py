@@ -43,7 +43,6 @@ class BAS(Solver):
         require(self.last_step > 0.0, f"last_step = {self.last_step} is not positive")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Feel on both sides, step towards the better one."""
         x = box.initial(rng, self.population)
         yield x
         step = antenna = self.first_step

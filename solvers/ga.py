@@ -46,7 +46,6 @@ class GA(Solver):
             require(getattr(self, name) >= 0.0, f"{name} = {getattr(self, name)} is negative")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Select, cross over, mutate, keep the best."""
         x = box.initial(rng, self.population)
         cost = yield x
         for _ in iterations:

@@ -146,16 +146,16 @@ class Stop(ca.Callback):
         self.deadline = np.inf
         self.construct("stop", {})
 
-    def get_n_in(self) -> int:  # noqa: D102 (CasADi's own interface, as the next three)
+    def get_n_in(self) -> int:
         return int(ca.nlpsol_n_out())
 
-    def get_n_out(self) -> int:  # noqa: D102
+    def get_n_out(self) -> int:
         return 1
 
-    def get_sparsity_in(self, i: int) -> ca.Sparsity:  # noqa: D102
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
         return ca.Sparsity.dense(self.sizes[ca.nlpsol_out(i)], 1)
 
-    def eval(self, arg: Sequence[ca.DM]) -> list[float]:  # noqa: D102
+    def eval(self, arg: Sequence[ca.DM]) -> list[float]:
         return [float(self.interruption.requested or time.perf_counter() > self.deadline)]
 
 

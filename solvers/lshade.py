@@ -45,7 +45,6 @@ class LSHADE(Solver):
         require(self.archive_rate >= 0.0, f"archive_rate = {self.archive_rate} is negative")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Mutate, cross over, select, update the memory, shrink the population."""
         x = initial_population(box, rng, self.population, self.effort, iterations.evaluations)
         members = Population.of(x, (yield x))
         memory = SuccessMemory(f=np.full(self.memory_size, 0.5), cr=np.full(self.memory_size, 0.5))

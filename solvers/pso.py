@@ -42,7 +42,6 @@ class PSO(Solver):
         require(self.velocity_range > 0.0, f"velocity_range = {self.velocity_range} is not positive")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Move, evaluate, update the personal bests."""
         v_max = self.velocity_range * box.span
         swarm = Swarm.start(box, rng, self.population, v_max)
         swarm.update_best((yield swarm.x))

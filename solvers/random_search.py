@@ -19,7 +19,6 @@ class RandomSearch(Solver):
     population: int = 100  # m >= 1, candidates of an iteration
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Draw them; what is known comes first."""
         yield box.initial(rng, self.population)
         for _ in iterations:
             yield box.sample(rng, self.population)

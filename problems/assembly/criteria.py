@@ -292,7 +292,6 @@ class JointFollowingCriteria(Criteria):
     task: JointFollowing
 
     def path_of(self, trajectory: Trajectory) -> JointPath:
-        """The given path, of a lower degree than any motion along it."""
         return self.task.path
 
     def given_motion(self) -> Trajectory:
@@ -336,11 +335,9 @@ class RecordedMotionCriteria(Criteria):
     task: RecordedMotion
 
     def made_in(self, seconds: float) -> str:
-        """How its rows are joined."""
         return f"a motion as it is stated: {self.task.joined}"
 
     def given_motion(self) -> Trajectory:
-        """The motion itself."""
         return self.task.motion
 
     def misfit(self, trajectory: Trajectory, free_timing: bool) -> str:
@@ -351,12 +348,10 @@ class RecordedMotionCriteria(Criteria):
 
     @cached_property
     def judged_limits(self) -> tuple[Limit, ...]:
-        """All that were not left out."""
         return tuple(limit for limit in super().judged_limits if limit.name not in self.task.without)
 
     @property
     def assumed(self) -> str:
-        """Also which limits were left out."""
         left_out = f"without a verdict on {', '.join(self.task.without)}" if self.task.without else ""
         return ", ".join(filter(None, (super().assumed, left_out)))
 
@@ -366,6 +361,5 @@ class RecordedMotionCriteria(Criteria):
 
     @property
     def not_judged(self) -> tuple[str, ...]:
-        """What is left open by the statement, too."""
         left_out = (f"{name}, as asked" for name in self.task.without)
         return (*super().not_judged, *self.task.remarks, *left_out)

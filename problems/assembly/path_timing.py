@@ -144,7 +144,6 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         return [limit for limit in limits if limit.order in KEPT_BY_TIMING or limit in slowing]
 
     def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
-        """The limits that running more slowly than the timing says makes hold."""
         return [limit for limit in self._beyond_derivatives(limits) if not limit.kept_by_scan]
 
     def _beyond_derivatives(self, limits: Sequence[Limit]) -> list[Limit]:

@@ -284,7 +284,6 @@ class Problem(Criteria, ABC, Generic[P]):
         return JointPath.of(self.trajectory(x))
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Times in s at which to tabulate a trajectory, those of the search's samples among them."""
         return self.motion.row_times(trajectory, at_least)
 
 

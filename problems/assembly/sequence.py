@@ -36,25 +36,20 @@ class SequenceCriteria(Criteria):
     scenery: tuple[Obstacle, ...] = ()
 
     def at_free_times(self) -> Criteria:
-        """Itself."""
         return self
 
     def with_clock(self, clock: Callable[[FloatArray], FloatArray]) -> Self:
-        """With stages that begin and end at other times."""
         ends = clock(np.array([[stage.start, stage.end] for stage in self.stages])).tolist()
         stages = (replace(stage, start=start, end=end) for stage, (start, end) in zip(self.stages, ends, strict=True))
         return replace(self, stages=tuple(stages))
 
     def by_stage(self, trajectory: Trajectory) -> tuple[tuple[Verdict, ...], ...]:
-        """The verdicts on each stage, for all t."""
         return tuple(stage.verify(trajectory) for stage in self.stages)
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
-        """Those on all stages together."""
         return list(self.overall(self.by_stage(trajectory)))
 
     def overall(self, by_stage: Iterable[tuple[Verdict, ...]]) -> tuple[Verdict, ...]:
-        """Of each constraint the verdict on the stage that keeps it least."""
         found: dict[str, list[Verdict]] = {}
         for stage, verdicts in zip(self.stages, by_stage, strict=True):
             for verdict in verdicts:
@@ -62,7 +57,6 @@ class SequenceCriteria(Criteria):
         return tuple(min(each, key=_severity) for each in found.values())
 
     def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
-        """That of the stage that comes nearest to an obstacle."""
         near = [
             replace(found, time=min(found.time + stage.start, stage.end))
             for stage in self._moving
@@ -71,7 +65,6 @@ class SequenceCriteria(Criteria):
         return min(near, key=lambda found: found.distance, default=None)
 
     def at_goal(self, trajectory: Trajectory) -> AtGoal | None:
-        """Nothing that is not carried moves."""
         return None
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:

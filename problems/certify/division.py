@@ -27,7 +27,6 @@ class DividedStage(Stage):
     """A stage whose planes are found, not read."""
 
     def clear(self, pairs: Whole, cells: Cells) -> tuple[FloatArray, FloatArray]:
-        """Beyond planes across the ways from the obstacles to the balls."""
         ball = pairs[:, 0]
         ends, _ = Scene(self, cells).follow(self.robot.body[ball], self.robot.ends[:, ball], 0)
         ways = np.empty_like(ends[0])

@@ -158,11 +158,9 @@ class _Bounds(Ranges):
     """Interval arithmetic in one box that may be unbounded, without room for rounding."""
 
     def unary(self, name: str, a: Range) -> Range:
-        """One operation."""
         return _known(UNARY[name](*a) if name in UNARY else self._undefined)
 
     def binary(self, name: str, a: Range, b: Range) -> Range:
-        """One operation; nothing times anything is nothing."""
         if name == "div":
             name, b = "mul", _known(UNARY["inv"](*b))
         if name == "mul":

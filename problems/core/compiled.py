@@ -31,15 +31,12 @@ class CompiledCore(Core):
         self._library = library
 
     def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
-        """What a description says."""
         return CompiledWorld(self._library, counts, numbers)
 
     def steps(self, geometry: SpatialArm) -> Steps:
-        """Damped Newton steps of an arm, of which nothing but where its tool is counts."""
         return CompiledSteps(self._library, geometry)
 
     def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
-        """The solution of a program."""
         n, k = program.lower.shape
         x, tau = np.empty((n, k)), np.empty(1)
         one, reach = program.single, program.single.weights.shape[1]
@@ -112,7 +109,6 @@ class CompiledWorld(CoreWorld):
         moving: Moving | None = None,
         errors: FloatArray | None = None,
     ) -> None:
-        """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m."""
         self._library.core_rooms(
             self._world, which, first_hit, len(theta), theta.ctypes.data, *_at(moving), _place(errors),
             found.ctypes.data,
@@ -126,7 +122,6 @@ class CompiledWorld(CoreWorld):
         moving: Moving | None = None,
         errors: FloatArray | None = None,
     ) -> Nearby:
-        """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
         capacity = 16 * len(theta)
         while True:
             places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 2 + self._dof))
@@ -140,7 +135,6 @@ class CompiledWorld(CoreWorld):
             capacity = count
 
     def prove(self, asked: ProofAsked) -> ProofFound:
-        """Bound the room of a motion for all t."""
         values, places = np.empty(5), np.empty(3, dtype=np.int32)
         order, pieces, _ = asked.coefficients.shape
         drifts = _place(asked.drifts)
@@ -153,7 +147,6 @@ class CompiledWorld(CoreWorld):
         return ProofFound(int(status), proven, smallest, time, one, two, kind, start, end)
 
     def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
-        """A way between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 where none is found."""
         numbers = np.ascontiguousarray(np.stack([start, goal, *search.box]), dtype=np.float64)
         path, width = np.empty((MOST_STOPS, self._dof)), 8 * self._dof
         first, passed = numbers.ctypes.data, None if search.schedule is None else search.schedule.numbers

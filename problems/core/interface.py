@@ -219,14 +219,11 @@ class CoreWorld(Protocol):
 
 
 class Core(Protocol):
-    """One implementation of it all.
-
-    Attributes:
-        name: of the implementation.
-    """
+    """One implementation of it all."""
 
     @property
-    def name(self) -> str: ...  # noqa: D102
+    def name(self) -> str:
+        """The name of the implementation."""
 
     def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
         """What a description says."""

@@ -75,11 +75,9 @@ class Portable(Symbolic):
         self._binary: dict[str, Callable[[ca.SX, ca.SX], ca.SX]] = {"atan2": angle_of}
 
     def unary(self, name: str, a: ca.SX) -> ca.SX:
-        """One operation; functions of and to angles become arithmetic."""
         return self._unary[name](a) if name in self._unary else super().unary(name, a)
 
     def binary(self, name: str, a: ca.SX, b: ca.SX) -> ca.SX:
-        """One operation; the angle of a vector becomes arithmetic."""
         if name in ("fmin", "fmax") and a.is_constant():
             a, b = b, a  # the same number, and one instruction on processors that take the second where they are equal
         return self._binary[name](a, b) if name in self._binary else super().binary(name, a, b)

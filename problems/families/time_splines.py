@@ -71,7 +71,6 @@ class TimeSpline(SplineInTime):
 
     @cached_property
     def spline(self) -> ClampedSpline:
-        """The basis."""
         return ClampedSpline(np.linspace(0.0, 1.0, self.pieces + 1), degree=DEGREE)
 
     @cached_property
@@ -102,13 +101,11 @@ class TimeSpline(SplineInTime):
         return np.asarray(np.array(polar) @ QUINTICS.T)
 
     def trajectory(self, parameters: SplineShape) -> Trajectory:
-        """The exact piecewise polynomial."""
         curve, time = self.spline.curve(as_array(parameters.coefficients)), float(parameters.time)
         powers = time ** np.arange(DEGREE, -1, -1)
         return Trajectory(curve.x * time, curve.c / powers[:, None, None])
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Equal steps, the samples among them."""
         steps = self.steps * int(np.ceil((at_least - 1) / self.steps))
         return np.linspace(0.0, trajectory.duration, steps + 1)
 
@@ -143,14 +140,12 @@ class TimeControlPoints(FeasibilityFirst, Encoding[SplineShape]):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Which of several goals, the duration, the offsets of each inner control point."""
         which = [Variable("which_goal", 0.0, float(len(self.goals)), "1")] if len(self.goals) > 1 else []
         points, joints = range(FIXED, FIXED + self.motion.inner), range(1, self.motion.robot.dof + 1)
         offsets = [Variable(f"offset_{point}[{joint}]", -1.0, 1.0, "1") for point in points for joint in joints]
         return (*which, Variable("duration", 0.0, 1.0, "1"), *offsets)
 
     def decode(self, x: Matrix) -> Decoded[SplineShape]:
-        """The spline of a search vector."""
         k = self.motion.robot.dof
         which, slower, offsets = split(x, [len(self.variables) - 1 - k * self.motion.inner, 1, k * self.motion.inner])
         shortest, longest = self.durations
@@ -360,13 +355,11 @@ class TimeMoveProblem(Problem[SplineShape]):
         return []
 
     def cost_program(self) -> Program:
-        """Decode, sample, finish."""
         if self.first is None:
             return TimeMoveSteps(self).program()
         return with_numbers_of(self.first.program, self, self._reading.values)
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        """The same with its parts."""
         return TimeMoveSteps(self).parts()
 
     def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
@@ -389,7 +382,6 @@ class TimeMoveProblem(Problem[SplineShape]):
         return {"theta_goal": as_array(shape.coefficients)[-1], "T": as_array(shape.time).ravel()}
 
     def parameters_of(self, x: FloatArray) -> SplineShape:
-        """Numeric parameters of the motion of one candidate (d,)."""
         return self.encoding.decode(ca.DM(x)).parameters
 
     def exact_time_scale(self, trajectory: Trajectory) -> float:
@@ -397,7 +389,6 @@ class TimeMoveProblem(Problem[SplineShape]):
         return super().exact_time_scale(trajectory) if self.task.at_rest else 1.0
 
     def safe_time_scale(self, trajectory: Trajectory) -> float:
-        """The same and a little more, so that rounding breaks no limit."""
         return super().safe_time_scale(trajectory) if self.task.at_rest else 1.0
 
     def quintics(self, count: int) -> FloatArray:
@@ -426,6 +417,5 @@ class TimeMoveSteps(CostSteps[SplineShape]):
     """Decode a candidate, then as any motion."""
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """The step from the candidate to the motion's blocks."""
         outputs = self.motion_vectors(self.encoding.decode(self.x).parameters, orders, starting_values)
         return [Step.of("decode", {"x": self.x, "p": self.p}, outputs)]

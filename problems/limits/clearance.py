@@ -44,7 +44,6 @@ class CollisionPair(Pair):
 
     @property
     def description(self) -> str:
-        """The body, and of the obstacle its number, shape and place."""
         place = ", ".join(f"{part:.6g}" for part in self.obstacle.place)
         return f"{self}, {type(self.obstacle.unmoved).__name__} at ({place})"
 
@@ -55,44 +54,35 @@ class CollisionPair(Pair):
 
     @property
     def form(self) -> CollisionPair:
-        """Of a body without a name, and the obstacle as seen from its frame."""
         return replace(self, body=self.body.form, number=0, obstacle=self.obstacle.unmoved, slack=0.0)
 
     def view(self, times: FloatArray) -> Frames | None:
-        """The obstacle's."""
         return self.obstacle.frames(times)
 
     @property
     def growth_rate(self) -> float:
-        """The obstacle's."""
         return self.obstacle.growth_rate
 
     def without_growth(self) -> CollisionPair:
-        """Of the body where it is planned, and the obstacle where it is predicted."""
         return replace(self, obstacle=self.obstacle.without_growth(), slack=0.0)
 
     @property
     def dim(self) -> int:
-        """That of the obstacle."""
         return self.obstacle.dim
 
     @property
     def radii(self) -> tuple[Operand, ...]:
-        """The body's."""
         return (self.body.radius,)
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """Those of the body."""
         return self.body.frames
 
     @property
     def is_time_dependent(self) -> bool:
-        """Whether the obstacle moves."""
         return self.obstacle.moves
 
     def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
-        """The outline of the obstacle where it is then, closed."""
         still = None if self.obstacle.moves else self.obstacle.outline(CORNERS)
         outlines = [self.obstacle.at(time).outline(CORNERS) if still is None else still for time in map(float, times)]
         return np.array([[*outline, outline[0]] for outline in outlines])
@@ -106,7 +96,6 @@ class CollisionPair(Pair):
         return measure(*ends)
 
     def exactly_apart(self, *ends: FloatArray) -> FloatArray | None:
-        """What the obstacle says of points."""
         return self.obstacle.unmoved.exact_distances(ends[0]) if len(ends) == 1 else None
 
     def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
@@ -126,7 +115,6 @@ class CollisionPair(Pair):
         return self.narrowed(self._grown(self.apart(*ends), after.times))
 
     def distance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> float:
-        """The distance in one posture, exact to rounding, m."""
         ends = (self.obstacle.seen(positions[frame], times) for frame in (self.body.start, self.body.end))
         start, end = (tuple(as_array(place).ravel()) for place in ends)
         return self.obstacle.unmoved.distance_of(start, end) - float(self.body.radius + self.obstacle.growth(times))
@@ -136,7 +124,6 @@ class CollisionPair(Pair):
         return robot.turns, robot.levers[robot.number_of(self.body)]
 
     def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
-        """That of the obstacle, for all bodies of the robot."""
         return self.obstacle.travel(cells, _farthest(robot) + float(np.linalg.norm(robot.base)))
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
@@ -146,7 +133,6 @@ class CollisionPair(Pair):
         return reach >= _distance(self.obstacle, robot.base) - kept
 
     def smooth(self, clearance: Matrix) -> Matrix:
-        """The obstacle's own, of the distance from the body's middle line."""
         return self.obstacle.smooth(clearance + self.body.radius)
 
 
@@ -243,7 +229,6 @@ class Clearance(Proximity):
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        """The limit, where there is anything within reach."""
         pairs = reachable_pairs(robot, obstacles, SAMPLING_MARGIN * robot.reach()[1]) if obstacles else ()
         return cls(robot, pairs) if pairs else None
 
@@ -269,7 +254,6 @@ class Clearance(Proximity):
         return clusters_of(self.robot, bodies_kept_from(self.robot, pairs[0].obstacle))
 
     def repeated_numbers(self) -> list[FloatArray]:
-        """Those of the obstacles of each make."""
         return [np.array([Reading(pair.obstacle).values for pair in pairs]) for pairs in self._of_one_make]
 
     @cached_property
@@ -343,7 +327,6 @@ class StepLimit(Limit):
         return []
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The squared length of each joint's step."""
         bodies = self.robot.bodies
         ends = [(before.positions[body.end], after.positions[body.end]) for body in bodies]
         steps: list[Matrix] = [_squared(last - first) for first, last in ends] if self.any_standing else []

@@ -184,7 +184,6 @@ class CoverLimit(Limit):
         return found, self.surfaces(found, Postures.of(self.robot, theta, times))
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The nearest of all at each sample; of numbers."""
         theta = as_array(samples.theta)
         times = np.zeros(len(theta)) if samples.times is None else as_array(samples.times).ravel()
         clearance = self.nearest(theta, np.broadcast_to(times, len(theta))).clearance
@@ -217,12 +216,10 @@ class CoverClearance(CoverLimit):
 
     @classmethod
     def for_robot(cls, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> Self | None:  # type: ignore[override]
-        """The limit, where there are obstacles and links that move."""
         moves = robot.cover is not None and any(link.body > 0 for link in robot.cover.links)
         return cls(robot, tuple(obstacles)) if obstacles and moves else None
 
     def roots(self, rows: int) -> Items:
-        """Every link that a joint moves, and every obstacle that it must not touch."""
         node, other = self._watched
         row = np.repeat(np.arange(rows), len(node))
         return Items(row, np.tile(node, rows), np.tile(other, rows))
@@ -241,7 +238,6 @@ class CoverClearance(CoverLimit):
         return nodes, numbers
 
     def gaps(self, items: Items, postures: Postures) -> FloatArray:
-        """From the obstacles, less what is kept as time goes by."""
         balls = self.nodes.tree.nodes
         points = postures.points(items.row, self.nodes.body[items.node], balls.centers[items.node])
         gaps, times = np.empty(len(points)), postures.times[items.row]
@@ -253,7 +249,6 @@ class CoverClearance(CoverLimit):
         return np.asarray(gaps - balls.radii[items.node])
 
     def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
-        """From a ball the way along which the distance from the obstacle falls fastest."""
         row, node, other = found.items
         balls, times = self.nodes.tree.nodes, postures.times[row]
         middles, falls = postures.points(row, self.nodes.body[node], balls.centers[node]), np.zeros((len(row), 3))
@@ -267,16 +262,13 @@ class CoverClearance(CoverLimit):
         return _along(middles, falls, balls.radii[node], found.clearance)
 
     def sizes(self, items: Items) -> FloatArray:
-        """Of nodes."""
         return self._sizes_of(items.node)
 
     def opened(self, items: Items) -> Items:
-        """The nodes' children."""
         children, parents = self.nodes.tree.children(items.node)
         return Items(items.row[parents], children, items.other[parents])
 
     def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
-        """Of nodes, and of obstacles."""
         moved = np.einsum("mj,mj->m", self.nodes.levers[items.node], turns[items.row])
         around = self._around
         for number, obstacle in enumerate(self.obstacles):
@@ -297,12 +289,10 @@ class CoverClearance(CoverLimit):
 
     @property
     def time_dependent_part(self) -> Limit | None:
-        """The same among the obstacles that move."""
         return CoverClearance.for_robot(self.robot, [obstacle for obstacle in self.obstacles if obstacle.moves])
 
     @property
     def time_independent_part(self) -> Limit | None:
-        """The same among the others."""
         return CoverClearance.for_robot(self.robot, [obstacle for obstacle in self.obstacles if not obstacle.moves])
 
     def without_growth(self) -> CoverClearance:
@@ -311,11 +301,9 @@ class CoverClearance(CoverLimit):
         return CoverClearance(exact, tuple(obstacle.without_growth() for obstacle in self.obstacles))
 
     def overhang(self, item: Items) -> float:
-        """Of the link."""
         return self._overhang_of(item.node[0])
 
     def described(self, item: Items) -> str:
-        """Link and obstacle."""
         assert self.robot.cover is not None
         number = int(item.other[0])
         link = self.robot.cover.links[self.nodes.link[item.node[0]]].name
@@ -375,23 +363,19 @@ class CoverSelfClearance(CoverLimit):
 
     @property
     def margin(self) -> float:
-        """That for links, m."""
         return self.robot.self_margin
 
     @classmethod
     def for_robot(cls, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> Self | None:  # type: ignore[override]
-        """The limit, where it is asked for and there are links that could touch."""
         return cls(robot) if robot.self_collision and robot.cover is not None and robot.cover.pairs else None
 
     def roots(self, rows: int) -> Items:
-        """Every pair, the link nearer the base second."""
         assert self.robot.cover is not None
         one, two = np.array(self.robot.cover.pairs, dtype=np.intp).T
         row = np.repeat(np.arange(rows), len(one))
         return Items(row, np.tile(self.nodes.roots[two], rows), np.tile(self.nodes.roots[one], rows))
 
     def gaps(self, items: Items, postures: Postures) -> FloatArray:
-        """From each other."""
         balls, body = self.nodes.tree.nodes, self.nodes.body
         one, two = (postures.points(items.row, body[part], balls.centers[part]) for part in items[1:])
         apart = one - two
@@ -401,18 +385,15 @@ class CoverSelfClearance(CoverLimit):
         return np.asarray(between - balls.radii[items.node] - balls.radii[items.other])
 
     def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
-        """On the line between two balls' centres."""
         row, node, other = found.items
         balls, body = self.nodes.tree.nodes, self.nodes.body
         one, two = (postures.points(row, body[part], balls.centers[part]) for part in (node, other))
         return _along(one, two - one, balls.radii[node], found.clearance)
 
     def sizes(self, items: Items) -> FloatArray:
-        """Of the larger node that can be opened."""
         return np.maximum(self._sizes_of(items.node), self._sizes_of(items.other))
 
     def opened(self, items: Items) -> Items:
-        """The children of the larger one."""
         first = self._sizes_of(items.node) >= self._sizes_of(items.other)
         one, two = items.taken(first), items.taken(~first)
         children, parents = self.nodes.tree.children(one.node)
@@ -421,7 +402,6 @@ class CoverSelfClearance(CoverLimit):
         return Items.joined(parts)
 
     def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
-        """By the joints between them."""
         return np.asarray(np.einsum("mj,mj->m", self.nodes.levers[items.node] * self._between(items), turns[items.row]))
 
     def _between(self, items: Items) -> NDArray[np.bool_]:
@@ -429,11 +409,9 @@ class CoverSelfClearance(CoverLimit):
         return np.asarray(np.arange(self.robot.dof) >= self.nodes.body[items.other][:, None])
 
     def overhang(self, item: Items) -> float:
-        """Of both links."""
         return self._overhang_of(item.node[0]) + self._overhang_of(item.other[0])
 
     def described(self, item: Items) -> str:
-        """Both links, the one nearer the base first."""
         assert self.robot.cover is not None
         links = [self.robot.cover.links[self.nodes.link[part[0]]].name for part in (item.other, item.node)]
         return ", ".join(links)

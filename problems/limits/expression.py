@@ -59,7 +59,6 @@ class ExpressionLimit(Limit):
         return self._bounding(self.function.at(samples, smooth=searched), margin)
 
     def exact_constraints_at(self, samples: Samples) -> list[Constraint]:
-        """Lengths with the corner where they are zero."""
         return self._bounding(self.function.at(samples), 0.0)
 
     def _bounding(self, values: Matrix, margin: float) -> list[Constraint]:
@@ -83,7 +82,6 @@ class ExpressionLimit(Limit):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The bounds of each value, farther out on both sides."""
 
         def farther(place: int, by: float) -> dict[str, object]:
             sides = {"lower": (self.lower, -by), "upper": (self.upper, by)}
@@ -127,7 +125,6 @@ class ExpressionLimit(Limit):
 
     @property
     def scales_with_time(self) -> bool:
-        """Whether every shape keeps it if it is run slowly enough."""
         return self.degree is not None
 
     def magnitudes(self, samples: Samples) -> Matrix:
@@ -139,7 +136,6 @@ class ExpressionLimit(Limit):
         return shares[0] if len(shares) == 1 else ca.fmax(*shares)
 
     def time_scale(self, peaks: Matrix) -> Matrix:
-        """The root of the largest share."""
         assert self.degree is not None
         share = ca.fmax(0.0, largest(peaks))
         return share if self.degree == 1.0 else share ** (1.0 / self.degree)

@@ -121,7 +121,6 @@ class Upright(HandConstraint):
     tolerance: Tolerance
 
     def check(self) -> None:
-        """Neither direction is zero, and both are of one space."""
         for field in ("axis", "toward"):
             _unit(field, getattr(self, field))
         if len(self.axis) != len(self.toward):
@@ -129,7 +128,6 @@ class Upright(HandConstraint):
             raise InvalidProblem("toward", reason)
 
     def stated(self, robot: Robot) -> StatedExpression:
-        """The angle between both directions, rad."""
         self._dimensions(robot, "axis", len(self.axis))
         axis, toward = _unit("axis", self.axis), _unit("toward", self.toward)
 
@@ -155,7 +153,6 @@ class ToolOrientation(HandConstraint):
     tolerance: Tolerance
 
     def check(self) -> None:
-        """The quaternion is one of a rotation."""
         _check_turn(self.quaternion)
 
     def stated(self, robot: Robot) -> StatedExpression:
@@ -193,7 +190,6 @@ class ToolRegion(HandConstraint):
     normal: Direction | None = None
 
     def check(self) -> None:
-        """A box, a plane or both, all of one space."""
         for one, other in (("center", "size"), ("size", "center"), ("point", "normal"), ("normal", "point")):
             if getattr(self, one) is not None and getattr(self, other) is None:
                 raise InvalidProblem(other, f"missing beside {one}")
@@ -263,7 +259,6 @@ class ToolSpeed(HandConstraint):
         """Nothing depends on anything else."""
 
     def stated(self, robot: Robot) -> StatedExpression:
-        """The speed, m/s."""
         return self._bounded(robot, "m/s", lambda m: ca.norm_2(m.tool_velocity), upper=[self.max])
 
 

@@ -56,7 +56,6 @@ class DerivativeLimit(Limit):
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        """The limit, where the robot has one."""
         return None if cls(robot).bounds is None else cls(robot)
 
     @property
@@ -74,7 +73,6 @@ class DerivativeLimit(Limit):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The bound of each joint."""
         return _of_joints(self, self.unit)
 
     @property
@@ -87,7 +85,6 @@ class DerivativeLimit(Limit):
         return ca.fabs(samples.derivative(self.order))
 
     def time_scale(self, peaks: Matrix) -> Matrix:
-        """The n-th root of the largest ratio of a joint's peak to its bound."""
         assert self.bounds is not None
         ratio = largest(peaks / ca.horzcat(*self.bounds))
         roots = {1: ratio, 2: ca.sqrt(ratio)}
@@ -140,7 +137,6 @@ class JointRange(Limit):
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        """The limit, where the robot has one."""
         return None if robot.limits.position is None else cls(robot)
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
@@ -163,7 +159,6 @@ class JointRange(Limit):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The range of each joint, wider at both ends."""
         field = self.robot.range_field
         ranges: tuple[tuple[float, float], ...] = getattr(self.robot, field, None) or ()
 
@@ -219,7 +214,6 @@ class TorqueLimit(Limit):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The torque, or force, of each motor."""
         return _of_joints(self, "N m")
 
     @property
@@ -234,7 +228,6 @@ class TorqueLimit(Limit):
 
     @property
     def static_limits(self) -> tuple[Limit, ...]:
-        """That the motors can hold the arm."""
         return (StaticTorque(self.robot),)
 
     def magnitudes(self, samples: Samples) -> Matrix:
@@ -253,7 +246,6 @@ class TorqueLimit(Limit):
         return ca.fmax(above, below)
 
     def time_scale(self, peaks: Matrix) -> Matrix:
-        """The largest of the factors."""
         return largest(peaks)
 
 

@@ -253,7 +253,6 @@ class Proximity(Limit):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The robot's margin, which is all that its bodies keep."""
         margin = float(self.robot.margin)
 
         def nearer(by: float) -> dict[str, object]:
@@ -292,7 +291,6 @@ class Proximity(Limit):
         )
 
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
-        """Whether the pair around all others is near enough."""
         if self.around is None:
             return None
         pair, length = self.around
@@ -307,12 +305,10 @@ class Proximity(Limit):
 
     @property
     def time_dependent_part(self) -> Self | None:
-        """The pairs with an obstacle that moves."""
         return self._of(tuple(pair for pair in self.pairs if pair.is_time_dependent))
 
     @property
     def time_independent_part(self) -> Self | None:
-        """The other pairs."""
         return self._of(tuple(pair for pair in self.pairs if not pair.is_time_dependent))
 
     def _of(self, pairs: tuple[Pair, ...]) -> Self | None:
@@ -344,12 +340,10 @@ class BodyPair(Pair):
 
     @property
     def group(self) -> Hashable:
-        """Lines, or balls."""
         return self.first.is_ball, self.second.is_ball
 
     @property
     def form(self) -> BodyPair:
-        """Of bodies without a name."""
         return BodyPair(self.first.form, self.second.form)
 
     @property
@@ -359,31 +353,25 @@ class BodyPair(Pair):
 
     @property
     def radii(self) -> tuple[Operand, ...]:
-        """Those of both bodies."""
         return self.first.radius, self.second.radius
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """Those of both bodies."""
         return *self.first.frames, *self.second.frames
 
     def opposite(self, positions: Sequence[Matrix], times: FloatArray) -> FloatArray:
-        """The middle line of the second body."""
         return np.stack([as_array(positions[frame]) for frame in self.second.frames], axis=1)
 
     def apart(self, *ends: Matrix) -> Matrix:
-        """Between two lines in the plane, exact, or between two points."""
         if len(ends) == 2:
             apart = ends[0] - ends[1]
             return ca.sqrt(ca.sum2(apart * apart) + TINY_SQUARED)
         return crossing_clearance((ends[0], ends[1]), (ends[2], ends[3]))
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """Only the joints between the two move them as seen from each other."""
         return robot.relative_motion(self.first, self.second)
 
     def without_growth(self) -> BodyPair:
-        """Where the two are planned."""
         return replace(self, slack=0.0)
 
 
@@ -402,7 +390,6 @@ class SelfClearance(Proximity):
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        """The limit, where it is asked for and there are bodies that could touch."""
         return cls._among(robot, robot.own_pairs)
 
     def complete(self, obstacles: Sequence[Obstacle]) -> SelfClearance:
@@ -423,7 +410,6 @@ class SelfClearance(Proximity):
         return cls(robot, pairs) if pairs else None
 
     def repetitions(self, symbolic_copy: SelfClearance) -> list[Repetition]:
-        """Among balls, pairs of the same two clusters together; nothing is repeated."""
         bodies = dict.fromkeys(body for pair in self.pairs for body in (pair.first, pair.second))
         if not all(body.is_ball for body in bodies):
             return []

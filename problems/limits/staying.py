@@ -40,7 +40,6 @@ class TaperedMargin(Limit):
 
     @property
     def robot_or_none(self) -> Robot | None:
-        """That of the limit."""
         return self.limit.robot_or_none
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
@@ -50,23 +49,19 @@ class TaperedMargin(Limit):
         )
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The same on one step."""
         loose, tight = (self.limit.between(before, after, share) for share in (0.0, PLACE_SHARE))
         return self._between_bounds(loose, tight, after)
 
     def repetitions(self, symbolic_copy: TaperedMargin) -> list[Repetition]:
-        """Those of the limit, each with its tapered margin; they need the time."""
         return [
             replace(each, limits=tuple(map(TaperedMargin, each.limits)), is_time_dependent=True)
             for each in self.limit.repetitions(symbolic_copy.limit)
         ]
 
     def repeated_numbers(self) -> list[FloatArray]:
-        """Those of the limit."""
         return self.limit.repeated_numbers()
 
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
-        """With all of the margin."""
         return self.limit.may_break(samples, PLACE_SHARE)
 
     def _between_bounds(

@@ -260,7 +260,6 @@ class PathSpline(Motion[TimedPath]):
         return ca.vertcat(inner, inner[-1])
 
     def samples(self, parameters: TimedPath) -> Samples:
-        """The motion at all grid points."""
         k, squared = self.robot.dof, parameters.squared
         along = {
             n: ca.mtimes(self.spline.sampling_matrix(self.parameters_u, n), parameters.control_points)
@@ -337,7 +336,6 @@ class PathSpline(Motion[TimedPath]):
         return 1 + len(GAUSS_SHARES) * self.integrated
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
-        """One sample."""
         first, *points = split(window, [window.shape[0] // self.instants] * self.instants)
         sample = self._instants([first], durations, orders)
         return replace(sample, quadrature=self._instants(points, durations, orders)) if points else sample
@@ -356,7 +354,6 @@ class PathSpline(Motion[TimedPath]):
         )
 
     def durations(self, parameters: TimedPath) -> Matrix:
-        """The duration T, s."""
         return parameters.duration
 
     @property
@@ -365,11 +362,9 @@ class PathSpline(Motion[TimedPath]):
         return 1
 
     def as_matrices(self, parameters: TimedPath) -> list[Matrix]:
-        """Control points, b, the duration, the gap."""
         return [parameters.control_points, parameters.squared, parameters.duration, parameters.gap]
 
     def from_matrices(self, matrices: Sequence[Matrix]) -> TimedPath:
-        """Control points, b, the duration, the gap."""
         return TimedPath(*matrices)
 
     def path(self, control_points: FloatArray) -> JointPath:

@@ -179,7 +179,6 @@ class SplineInTime(Motion[SplineShape]):
         return weights
 
     def samples(self, parameters: SplineShape) -> Samples:
-        """The motion on the grid."""
         blocks = [
             ca.mtimes(self.spline.sampling_matrix(self.parameters_u, n), parameters.coefficients / parameters.time**n)
             for n in self.orders
@@ -208,7 +207,6 @@ class SplineInTime(Motion[SplineShape]):
         return size, self.support * size
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
-        """One sample."""
         derivatives: list[Matrix | None] = [None] * len(self.orders)
         for order in orders:
             basis = row[self.support * order : self.support * (order + 1)]
@@ -230,7 +228,6 @@ class SplineInTime(Motion[SplineShape]):
         return reduce(add, parts)
 
     def durations(self, parameters: SplineShape) -> Matrix:
-        """The duration t_T, s."""
         return parameters.time
 
     @property
@@ -239,9 +236,7 @@ class SplineInTime(Motion[SplineShape]):
         return 1
 
     def as_matrices(self, parameters: SplineShape) -> list[Matrix]:
-        """The coefficients and the duration."""
         return [parameters.coefficients, parameters.time]
 
     def from_matrices(self, matrices: Sequence[Matrix]) -> SplineShape:
-        """The coefficients and the duration."""
         return SplineShape(*matrices)

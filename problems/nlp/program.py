@@ -245,12 +245,10 @@ class MotionProgram(NonlinearProgram):
 
     @property
     def objective_size(self) -> float:
-        """A value of the usual size for this robot."""
         return self.objective.size(self.task.robot)
 
     @property
     def has_free_durations(self) -> bool:
-        """Whether durations are variables."""
         return self.objective.is_time_dependent or self.held or self.task.duration_bounds is not None
 
     def duration_rows(self, durations: Matrix, margin: float) -> list[Constraint]:

@@ -27,23 +27,18 @@ class ExecutionTime(Objective):
     direct_is_least: ClassVar[bool] = True
 
     def terminal(self, duration: Matrix) -> Matrix:
-        """The duration itself."""
         return duration
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
-        """The duration itself."""
         return trajectory.duration
 
     def upper_bound(self, bounds: MotionBounds) -> float:
-        """The longest duration."""
         return bounds.duration
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
-        """The least duration."""
         return moves.durations
 
     def integrand(self, samples: Samples) -> Integrand:
-        """Nothing besides."""
         return Integrand()
 
 
@@ -64,7 +59,6 @@ class JointRotation(Objective):
     program_steps: ClassVar[int | None] = 12  # the sum of increments is exact up to a turn between two samples
 
     def between(self, before: Samples, after: Samples) -> Matrix:
-        """The displacement of each joint."""
         return ca.fabs(after.theta - before.theta)
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
@@ -72,31 +66,24 @@ class JointRotation(Objective):
         return float(self.value(trajectory.samples(trajectory.extreme_times(0))))
 
     def upper_bound(self, bounds: MotionBounds) -> float:
-        """How far all joints together can turn."""
         return bounds.rotation
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
-        """How far they have to."""
         return moves.rotations
 
     def integrand(self, samples: Samples) -> Integrand:
-        """The absolute values of the joints' speeds."""
         return Integrand(lengths=tuple(ca.horzsplit(samples.speed)))
 
     def slack_count(self, robot: Robot, steps: int) -> int:
-        """One for each joint and step."""
         return robot.dof * steps
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
-        """The sum of the slacks, each no smaller than its displacement in either direction."""
         return total(slack)
 
     def slack_values(self, theta: FloatArray) -> FloatArray:
-        """Absolute displacements, joint after joint."""
         return np.abs(np.diff(theta, axis=0)).ravel(order="F")
 
     def slack_rows(self, samples: Samples, slack: Matrix) -> list[tuple[str, str, Matrix]]:
-        """Both signs of each displacement."""
         before, after = samples.steps
         increments = after.theta - before.theta
         return [
@@ -128,7 +115,6 @@ class TipTravel(Objective):
     program_steps: ClassVar[int | None] = 12
 
     def between(self, before: Samples, after: Samples) -> Matrix:
-        """The length of each step."""
         step = after.tool - before.tool
         return ca.sqrt(ca.sum2(step * step))
 
@@ -144,7 +130,6 @@ class TipTravel(Objective):
         return integral(at, trajectory.breakpoints, LENGTH_FLOOR * robot.reach()[1])
 
     def size(self, robot: Robot) -> float:
-        """A length of the robot's, m."""
         return robot.length_unit
 
     def upper_bound(self, bounds: MotionBounds) -> float:
@@ -152,11 +137,9 @@ class TipTravel(Objective):
         return bounds.radius * bounds.rotation
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
-        """The straight line."""
         return moves.distances
 
     def integrand(self, samples: Samples) -> Integrand:
-        """The tip's velocity."""
         robot = samples.moving
         theta, rates = ca.SX.sym("theta", robot.dof), ca.SX.sym("rates", robot.dof)
         velocity = ca.Function("velocity", [theta, rates], [ca.jtimes(robot.tool(theta.T).T, theta, rates)])
@@ -190,20 +173,16 @@ class TorqueIntegral(Objective):
         """
 
     def integrand(self, samples: Samples) -> Integrand:
-        """Of the joints of a motion."""
         return self.of_joints(samples.torque, samples.derivative_or_zero(1))
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
-        """Nothing."""
         return np.zeros_like(moves.durations)
 
     def at(self, samples: Samples) -> Matrix:
-        """Each sample's weight times what is integrated."""
         assert samples.weights is not None
         return samples.weights * ca.sum2(self.integrand(samples).values)
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
-        """The integral without kinks."""
         points = samples.for_integrals
         assert points.weights is not None
         return total(points.weights * ca.sum2(self.smooth_rate(points.torque, points.speed, points.moving)))
@@ -265,6 +244,5 @@ class Work(TorqueIntegral):
         return Integrand(lengths=tuple(ca.horzsplit(torque * speed)))
 
     def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:
-        """The same with corners rounded off downwards."""
         power, corner = torque * speed, SMOOTHING * self.size(robot) / robot.dof
         return ca.sqrt(power * power + corner**2) - corner

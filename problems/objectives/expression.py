@@ -47,31 +47,25 @@ class ExpressionObjective(Parametric, Objective):
 
     @property
     def name(self) -> str:
-        """As it is stated."""
         return self.stated_name
 
     @property
     def symbol(self) -> str:
-        """J."""
         return NAMED_SYMBOL
 
     @property
     def unit(self) -> str:
-        """As it is stated."""
         return self.stated_unit
 
     @property
     def needs_masses(self) -> bool:
-        """Whether torques are in it."""
         return self.rate is not None and self.rate.uses("torque")
 
     @property
     def is_integral(self) -> bool:
-        """Whether there is a rate."""
         return self.rate is not None
 
     def check(self, robot: Robot) -> None:
-        """That it is defined for a robot."""
         super().check(robot)
         if self.rate is None:
             return
@@ -81,24 +75,20 @@ class ExpressionObjective(Parametric, Objective):
             raise InvalidProblem("objectives", f"{self.name!r}: {reason}")
 
     def terminal(self, duration: Matrix) -> Matrix:
-        """What the duration itself counts."""
         if self.of_duration is None:
             return ca.DM(0.0)
         return self.of_duration.at(Samples(robot=None, derivatives=(), duration=duration))
 
     def at(self, samples: Samples) -> Matrix | None:
-        """Each sample's weight times the rate."""
         if self.rate is None:
             return None
         assert samples.weights is not None
         return samples.weights * self.rate.at(samples, smooth=isinstance(samples.weights, ca.SX))
 
     def integrand(self, samples: Samples) -> Integrand:
-        """The rate."""
         return Integrand(rest=None if self.rate is None else self.rate.at(samples, smooth=True))
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
-        """The same over Gauss's points, where there are any."""
         part = self.of_samples(samples)
         return self.terminal(samples.duration) + (ca.DM(0.0) if part is None else part)
 

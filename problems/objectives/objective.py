@@ -275,7 +275,6 @@ class WeightedSum(Parametric, Objective):
 
     @property
     def terms(self) -> tuple[tuple[float, Objective], ...]:
-        """The weights with their objectives."""
         return tuple(zip(self.weights, self.objectives, strict=True))
 
     @property
@@ -285,7 +284,6 @@ class WeightedSum(Parametric, Objective):
 
     @property
     def symbol(self) -> str:
-        """The same with symbols."""
         return self._written([objective.symbol for objective in self.objectives])
 
     def _written(self, words: list[str]) -> str:
@@ -294,22 +292,18 @@ class WeightedSum(Parametric, Objective):
 
     @property
     def is_time_dependent(self) -> bool:
-        """Whether any of them is."""
         return any(objective.is_time_dependent for objective in self.objectives)
 
     @property
     def sooner_is_better(self) -> bool:
-        """Whether that holds for each of them."""
         return all(objective.sooner_is_better for objective in self.objectives)
 
     @property
     def needs_masses(self) -> bool:
-        """Whether any of them does."""
         return any(objective.needs_masses for objective in self.objectives)
 
     @property
     def is_integral(self) -> bool:
-        """Whether any of them is."""
         return any(objective.is_integral for objective in self.objectives)
 
     @property
@@ -319,21 +313,17 @@ class WeightedSum(Parametric, Objective):
 
     @property
     def program_steps(self) -> int | None:
-        """The most that any of them needs."""
         steps = [objective.program_steps for objective in self.objectives]
         return None if None in steps else max(count for count in steps if count is not None)
 
     def check(self, robot: Robot) -> None:
-        """That all of them are defined for a robot."""
         for objective in self.objectives:
             objective.check(robot)
 
     def terminal(self, duration: Matrix) -> Matrix:
-        """Of all of them."""
         return sum((weight * objective.terminal(duration) for weight, objective in self.terms), ca.DM(0.0))
 
     def at(self, samples: Samples) -> Matrix | None:
-        """Of those that have a contribution of each sample."""
         return _added([(weight, objective.at(samples)) for weight, objective in self.terms])
 
     def of_samples(self, samples: Samples) -> Matrix | None:
@@ -341,59 +331,47 @@ class WeightedSum(Parametric, Objective):
         return _added([(weight, objective.of_samples(samples)) for weight, objective in self.terms])
 
     def between(self, before: Samples, after: Samples) -> Matrix | None:
-        """Of those that have a contribution of each step."""
         return _added([(weight, objective.between(before, after)) for weight, objective in self.terms])
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
-        """As exact as each of them."""
         return sum(weight * objective.of_motion(trajectory, robot, times) for weight, objective in self.terms)
 
     def upper_bound(self, bounds: MotionBounds) -> float:
-        """The sum of theirs."""
         return sum(weight * objective.upper_bound(bounds) for weight, objective in self.terms)
 
     @property
     def direct_is_least(self) -> bool:
-        """Whether that holds for each of them."""
         return all(objective.direct_is_least for objective in self.objectives)
 
     @property
     def polish_suffices(self) -> bool:
-        """Whether it does for each of them."""
         return all(objective.polish_suffices for objective in self.objectives)
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
-        """The sum of theirs."""
         return np.asarray(np.sum([weight * objective.lower_bound(moves) for weight, objective in self.terms], axis=0))
 
     def integrand(self, samples: Samples) -> Integrand | None:
-        """The weighted sum of theirs; None where one of them does not know."""
         parts = [(weight, objective.integrand(samples)) for weight, objective in self.terms]
         return None if any(part is None for _, part in parts) else Integrand.sum_of(
             [part.weighted(weight) for weight, part in parts if part is not None]
         )  # fmt: skip
 
     def size(self, robot: Robot) -> float:
-        """The sum of theirs."""
         return sum(weight * objective.size(robot) for weight, objective in self.terms)
 
     def slack_count(self, robot: Robot, steps: int) -> int:
-        """Those of all."""
         return sum(objective.slack_count(robot, steps) for objective in self.objectives)
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
-        """The sum of their smooth forms."""
         each = zip(self.terms, self._slacks(samples, slack), strict=True)
         return sum((weight * objective.smooth(samples, own) for (weight, objective), own in each), ca.DM(0.0))
 
     def slack_values(self, theta: FloatArray) -> FloatArray:
-        """Those of all, below each other for each joint."""
         dof = theta.shape[1]
         found = [objective.slack_values(theta).reshape(-1, dof, order="F") for objective in self.objectives]
         return np.concatenate(found).ravel(order="F")
 
     def slack_rows(self, samples: Samples, slack: Matrix) -> list[tuple[str, str, Matrix]]:
-        """Those of all."""
         each = zip(self.objectives, self._slacks(samples, slack), strict=True)
         return [row for objective, own in each for row in objective.slack_rows(samples, own)]
 

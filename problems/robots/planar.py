@@ -106,12 +106,10 @@ class MassiveLinks(PlanarLinks):
 
     @property
     def limits(self) -> JointLimits:
-        """Limits of the joints."""
         return replace(super().limits, torque=self.max_torque)
 
     @property
     def rigid_chain(self) -> RigidChain | None:
-        """The links as bodies that turn about z; None without masses."""
         if self.link_masses is None:
             return None
         joints = [self._joint(link, mass) for link, mass in enumerate(self.link_masses)]
@@ -248,7 +246,6 @@ class PlanarArm(MassiveLinks):
         return ca.horzcat(*((lowest + highest) / 2.0 for lowest, highest in self.joint_limits))
 
     def wrap_near(self, theta: Matrix, start: Matrix) -> Matrix:
-        """The same posture with each angle in the turn nearest ``start``; joint limits, if any, decide first."""
         near = wrap_to(theta, start)
         if self.joint_limits is None:
             return near

@@ -229,19 +229,16 @@ class PlanarLinks(Robot):
 
     @property
     def dof(self) -> int:
-        """The number of joints, k."""
         return self.links
 
     @property
     def limits(self) -> JointLimits:
-        """Limits of the joints."""
         return JointLimits(
             speed=self.max_speed, acceleration=self.max_acceleration, position=self.joint_limits, jerk=self.max_jerk
         )
 
     @property
     def base(self) -> tuple[float, ...]:
-        """Where the base is, m."""
         return self.base_point
 
     @property
@@ -301,12 +298,10 @@ class PlanarLinks(Robot):
 
     @property
     def radius(self) -> Operand:
-        """All links stretched out, m."""
         return sum(self.chain)
 
     @property
     def turns(self) -> FloatArray:
-        """Link orientations psi are sums of joint angles."""
         return np.tri(self.links)
 
     @property

@@ -103,17 +103,14 @@ class SphereShape(Shape):
     radius: float
 
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
-        """Itself."""
         return (Ball((0.0, 0.0, 0.0), self.radius, self.radius),)
 
     @property
     def bulk(self) -> Bulk:
-        """Of a ball."""
         return Bulk.about_its_origin(4.0 / 3.0 * np.pi * self.radius**3, *(self.radius**2 / 5.0,) * 3)
 
     @property
     def surface(self) -> FloatArray:
-        """Of a polyhedron in it."""
         return capsule_corners(self.radius, 0.0)
 
 
@@ -125,7 +122,6 @@ class CapsuleShape(Shape):
     length: float
 
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
-        """Some in a row."""
         half = self.length / 2.0
         return covered_capsule((0.0, 0.0, -half), (0.0, 0.0, half), self.radius, overhang)
 
@@ -140,7 +136,6 @@ class CapsuleShape(Shape):
 
     @property
     def surface(self) -> FloatArray:
-        """Of a polyhedron in it."""
         return capsule_corners(self.radius, self.length)
 
 
@@ -152,17 +147,14 @@ class CylinderShape(Shape):
     length: float
 
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
-        """Some in a row."""
         return cover_cylinder(self.radius, self.length)
 
     @property
     def triangles(self) -> FloatArray:
-        """Of a prism around it."""
         return cylinder_corners(self.radius, self.length)
 
     @property
     def bulk(self) -> Bulk:
-        """Of a cylinder."""
         across = self.radius**2 / 4.0
         return Bulk.about_its_origin(np.pi * self.radius**2 * self.length, across, across, self.length**2 / 12.0)
 
@@ -174,17 +166,14 @@ class BoxShape(Shape):
     sizes: Point3
 
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
-        """One for each of its cells."""
         return cover_box(self.sizes, overhang)
 
     @property
     def triangles(self) -> FloatArray:
-        """Its sides."""
         return box_corners(self.sizes)
 
     @property
     def bulk(self) -> Bulk:
-        """Of a box."""
         return Bulk.about_its_origin(float(np.prod(self.sizes)), *(side**2 / 12.0 for side in self.sizes))
 
 
@@ -196,18 +185,15 @@ class HullShape(Shape):
 
     @property
     def triangles(self) -> FloatArray:
-        """Between its corners."""
         return Hull.of(np.array(self.points)).faces
 
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
-        """Those of a cover."""
         balls = cover_of(self.triangles, STICK_OUT if overhang is None else overhang).balls
         each = zip(balls.centers, balls.radii.tolist(), strict=True)
         return tuple(Ball(as_point(center), radius) for center, radius in each)
 
     @property
     def bulk(self) -> Bulk:
-        """Of the tetrahedra between the origin and its faces, some of them negative."""
         corners = self.triangles
         volumes = np.linalg.det(corners) / 6.0
         total, sums = float(volumes.sum()), corners.sum(axis=1)
@@ -233,10 +219,8 @@ class MeshShape(Shape):
 
     @property
     def bulk(self) -> Bulk:
-        """Not known here."""
         raise NotImplementedError
 
     @property
     def mesh(self) -> MeshShape:
-        """Itself."""
         return self

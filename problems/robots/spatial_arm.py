@@ -167,17 +167,14 @@ class SpatialArm(Robot):
 
     @property
     def is_exact(self) -> bool:
-        """Where no tracking error is stated."""
         return self.tracking is None
 
     def tube(self, turns: FloatArray, levers: FloatArray) -> Operand:
-        """By the largest error of each joint."""
         shares = levers @ np.abs(turns)
         return sum((float(share) * error for share, error in zip(shares, self._errors, strict=True)), 0.0)
 
     @property
     def assumed(self) -> str:
-        """Also that joints follow."""
         if self.tracking is None:
             return self.without
         most = dict.fromkeys(self.joint_units, 0.0)
@@ -203,17 +200,14 @@ class SpatialArm(Robot):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return len(self.chain.joints)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """As in the chain."""
         return tuple(joint.name for joint in self.chain.joints)
 
     @property
     def limits(self) -> JointLimits:
-        """Limits of the joints."""
         return JointLimits(
             speed=self.max_speed,
             acceleration=self.max_acceleration,
@@ -244,17 +238,14 @@ class SpatialArm(Robot):
 
     @property
     def joint_units(self) -> tuple[str, ...]:
-        """As the joints move."""
         return tuple("rad" if joint.turns else "m" for joint in self.chain.joints)
 
     @property
     def base_name(self) -> str:
-        """As in the chain."""
         return self.chain.base_link
 
     @property
     def joint_identifiers(self) -> tuple[str, ...]:
-        """As in the chain."""
         return self.joint_names
 
     @property
@@ -264,7 +255,6 @@ class SpatialArm(Robot):
 
     @property
     def base(self) -> tuple[float, ...]:
-        """Where the base stands, m."""
         return tuple(float(part) for part in self.base_translation)
 
     @property
@@ -333,7 +323,6 @@ class SpatialArm(Robot):
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
-        """The spheres; each begins and ends at its centre."""
         first = self.dof + 1
         return tuple(
             Body(sphere.name, first + number, first + number, sphere.radius)
@@ -341,11 +330,9 @@ class SpatialArm(Robot):
         )
 
     def number_of(self, body: Body) -> int:
-        """Which of the spheres that is, from 0 on."""
         return body.start - self.dof - 1
 
     def moved_by(self, body: Body) -> int:
-        """The number of the last joint that moves a sphere."""
         return self.spheres[self.number_of(body)].link
 
     def reach(self, links: int | None = None) -> tuple[float, float]:
@@ -364,7 +351,6 @@ class SpatialArm(Robot):
 
     @property
     def turns(self) -> FloatArray:
-        """The joints' own rates move the bodies."""
         return np.eye(self.dof)
 
     @cached_property
@@ -384,7 +370,6 @@ class SpatialArm(Robot):
         return np.asarray(self.chain.levers(self.dof, place)[0])
 
     def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
-        """Only the joints between the two bodies move them as seen from each other."""
         one, two = (self.moved_by(body) for body in (first, second))
         between = slice(one, two)
         return self.turns[between], self.levers[self.number_of(second)][between]
@@ -425,12 +410,10 @@ class SpatialArm(Robot):
 
     @property
     def is_covered(self) -> bool:
-        """Where there is a cover."""
         return self.cover is not None
 
     @property
     def touching(self) -> Self:
-        """The same, which keeps nothing but must not touch."""
         return replace(self, margin=0.0, self_margin=0.0)
 
     @property
@@ -447,7 +430,6 @@ class SpatialArm(Robot):
 
     @property
     def body_names(self) -> tuple[str, ...]:
-        """Those of the links with spheres or a cover."""
         covered = () if self.cover is None else (link.name for link in self.cover.links)
         return tuple(dict.fromkeys((*(sphere.name for sphere in self.spheres), *covered)))
 

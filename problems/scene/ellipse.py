@@ -65,12 +65,10 @@ class Ellipse(Obstacle):
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Its centre, m."""
         return self.center
 
     @property
     def in_space(self) -> tuple[Solid, ...]:
-        """An ellipsoid."""
         axes = (*self.semi_axes, min(self.semi_axes))
         return (Ellipsoid(center=(*self.center, 0.0), quaternion=about_z(self.angle), semi_axes=axes),)
 
@@ -81,7 +79,6 @@ class Ellipse(Obstacle):
 
     @property
     def width(self) -> float:
-        """The least distance in m between two parallel lines that hold it."""
         return 2.0 * min(self.semi_axes)
 
     def to_unit_circle(self, points: Matrix) -> tuple[Matrix, Matrix]:
@@ -99,7 +96,6 @@ class Ellipse(Obstacle):
         return dx, dy
 
     def contains(self, point: tuple[float, ...]) -> bool:
-        """Whether a point (m) lies in or on the ellipse."""
         u, v = self.to_unit_circle(ca.DM([point]))
         return bool(u * u + v * v <= 1.0)
 
@@ -142,7 +138,6 @@ class Ellipse(Obstacle):
         return ca.if_else(clearance > 0.0, bound, clearance)
 
     def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
-        """The distance of one segment in m, exact to rounding; 0 or less where it enters."""
         clearance = float(self.segment_clearance(ca.DM([start]), ca.DM([end])))
         if clearance <= 0.0:
             return clearance
@@ -184,7 +179,6 @@ class Ellipse(Obstacle):
         return np.asarray(self.center + local @ turned)
 
     def bounding_box(self) -> FloatArray:
-        """The smallest box around it with sides along the axes: lower and upper corner, (2, 2), m."""
         a, b = self.semi_axes
         cosine, sine = np.cos(self.angle), np.sin(self.angle)
         half = np.array([np.hypot(a * cosine, b * sine), np.hypot(a * sine, b * cosine)])

@@ -107,11 +107,9 @@ class ConstantVelocity(ObstacleMotion):
 
     @property
     def dim(self) -> int:
-        """That of the velocity."""
         return len(self.velocity)
 
     def seen(self, points: Matrix, times: Matrix) -> Matrix:
-        """Points less where the frame is."""
         each: zip[tuple[Matrix, Operand, Operand]] = zip(columns(points), self.origin, self.velocity, strict=True)
         return ca.horzcat(*(column - (origin + rate * times) for column, origin, rate in each))
 
@@ -119,11 +117,9 @@ class ConstantVelocity(ObstacleMotion):
         return np.asarray(np.array(self.origin) + time * np.array(self.velocity))
 
     def frames(self, times: FloatArray) -> Frames:
-        """On a line, not turned."""
         return Frames(np.array(self.origin) + times[:, None] * np.array(self.velocity))
 
     def travel(self, cells: FloatArray, extent: float) -> FloatArray:
-        """Half a cell at the speed."""
         return np.asarray(np.linalg.norm(self.velocity) * (cells[:, 1] - cells[:, 0]) / 2.0)
 
     def offset(self, first: float, last: float) -> float:
@@ -131,7 +127,6 @@ class ConstantVelocity(ObstacleMotion):
         return float(max(np.linalg.norm(self._place(time)) for time in (first, last)))
 
     def quiet_after(self, around: float) -> float:
-        """When it has left the ball for good."""
         p, v = np.array(self.origin), np.array(self.velocity)
         if not v.any():
             return 0.0
@@ -142,7 +137,6 @@ class ConstantVelocity(ObstacleMotion):
         return max(0.0, nearest + float(np.sqrt(max(0.0, around**2 - beside**2))) / speed)
 
     def later(self, seconds: float) -> Self:
-        """From where it is then."""
         return replace(self, origin=tuple(self._place(seconds).tolist()))
 
 
@@ -176,35 +170,28 @@ class MovingObstacle(Obstacle):
 
     @property
     def moves(self) -> bool:
-        """It does."""
         return True
 
     @property
     def unmoved(self) -> Obstacle:
-        """As seen from its frame."""
         return self.still
 
     def seen(self, points: Matrix, times: Matrix | None) -> Matrix:
-        """Points (n, dim), m, as seen from its frame at times (n, 1), s."""
         if times is None:
             raise ValueError("of an obstacle that moves it matters at which times")
         return self.motion.seen(points, times)
 
     def frames(self, times: FloatArray) -> Frames:
-        """That of its motion."""
         return self.motion.frames(times)
 
     def without_growth(self) -> Self:
-        """The same as it is predicted, without doubt."""
         return replace(self, margin_rate=0.0)
 
     @property
     def growth_rate(self) -> float:
-        """The rate."""
         return self.margin_rate
 
     def growth(self, times: Matrix | None) -> Operand:
-        """What is kept from it at times, (n, 1), m, on top of what is kept from any obstacle."""
         return 0.0 if times is None else self.margin_rate * times
 
     def travel(self, cells: FloatArray, around: float) -> FloatArray:
@@ -219,19 +206,15 @@ class MovingObstacle(Obstacle):
         return np.inf if self.margin_rate else self.motion.quiet_after(around + self.still.extent)
 
     def at(self, time: float) -> Self:
-        """The same, drawn and checked for another time in s."""
         return replace(self, now=time)
 
     def later(self, seconds: float) -> Self:
-        """The same on a clock that starts so many seconds later."""
         return replace(self, motion=self.motion.later(seconds), now=0.0)
 
     def during(self, first: float, last: float) -> Self:
-        """The same with its motion during that time."""
         return replace(self, motion=self.motion.during(first, last))
 
     def less_certain(self, rate: float) -> Self:
-        """As much more is kept from it with every second."""
         return replace(self, margin_rate=self.margin_rate + rate)
 
     # For ``now``
@@ -244,34 +227,27 @@ class MovingObstacle(Obstacle):
 
     @property
     def dim(self) -> int:
-        """That of the obstacle."""
         return self.still.dim
 
     @property
     def place(self) -> tuple[float, ...]:
-        """A point of it, m, for messages."""
         return tuple(self.motion.placed(np.array([self.still.place]), self.now)[0].tolist())
 
     @property
     def width(self) -> float:
-        """The least distance in m between two parallel planes that hold it."""
         return self.still.width
 
     @property
     def extent(self) -> float:
-        """The largest distance of a point from the frame's origin, m."""
         return self.still.extent
 
     def contains(self, point: tuple[float, ...]) -> bool:
-        """Whether a point (m) lies in or on it."""
         return self.still.contains(self._local_point(point))
 
     def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
-        """Clearance of n straight segments, m."""
         return self.still.segment_clearance(self._local(start), self._local(end))
 
     def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
-        """The same with a sharper lower bound."""
         return self.still.segment_distance(self._local(start), self._local(end))
 
     def point_clearance(self, points: Matrix) -> Matrix:
@@ -279,7 +255,6 @@ class MovingObstacle(Obstacle):
         return self.still.point_clearance(self._local(points))
 
     def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
-        """The distance of one segment in m."""
         return self.still.distance_of(self._local_point(start), self._local_point(end))
 
     def distance_to(self, point: tuple[float, ...]) -> float:
@@ -287,7 +262,6 @@ class MovingObstacle(Obstacle):
         return 0.0
 
     def smooth(self, clearance: Matrix) -> Matrix:
-        """The obstacle's own."""
         return self.still.smooth(clearance)
 
     def outline(self, count: int = 96) -> FloatArray:
@@ -295,6 +269,5 @@ class MovingObstacle(Obstacle):
         return self.motion.placed(self.still.outline(count), self.now)
 
     def surface(self) -> tuple[FloatArray, list[list[int]]]:
-        """Of one in space: vertices (n, 3), m; polygons of their numbers."""
         vertices, polygons = self.still.surface()
         return self.motion.placed(vertices, self.now), polygons

@@ -261,23 +261,19 @@ class Rectangle(Obstacle):
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Its centre, m."""
         return self.center
 
     @property
     def in_space(self) -> tuple[Solid, ...]:
-        """A box."""
         size = (*self.size, min(self.size))
         return (Box(center=(*self.center, 0.0), quaternion=about_z(self.angle), size=size),)
 
     @property
     def width(self) -> float:
-        """The shorter side, m."""
         return min(self.size)
 
     @property
     def complexity(self) -> int:
-        """That of its corners."""
         return 4
 
     @property
@@ -291,7 +287,6 @@ class Rectangle(Obstacle):
         return tuple((x + u, y + v) for u, v in halves)
 
     def contains(self, point: tuple[float, ...]) -> bool:
-        """Whether a point (m) lies in or on it."""
         away, turn = np.array(point) - self.center, np.exp(-1j * self.angle)
         local = complex(*away) * turn
         return bool(2.0 * abs(local.real) <= self.size[0] and 2.0 * abs(local.imag) <= self.size[1])
@@ -355,17 +350,14 @@ class Polygon(Obstacle):
 
     @property
     def complexity(self) -> int:
-        """The corners of its convex parts."""
         return sum(map(len, self.parts))
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Its first corner, m."""
         return self.points[0]
 
     @property
     def width(self) -> float:
-        """The least distance in m between two parallel lines that hold it: along a side of its convex hull."""
         i, j = np.triu_indices(len(self.points), 1)
         sides = self._corners[j] - self._corners[i]
         normals = (sides @ [[0.0, -1.0], [1.0, 0.0]])[np.hypot(*sides.T) > 0.0]
@@ -374,7 +366,6 @@ class Polygon(Obstacle):
 
     @property
     def in_space(self) -> tuple[Solid, ...]:
-        """A prism of each of its parts."""
         half = self.width / 2.0
         outlines = [[tuple(map(float, self._corner(share))) for share in part] for part in self.parts]
         return tuple(
@@ -382,7 +373,6 @@ class Polygon(Obstacle):
         )
 
     def contains(self, point: tuple[float, ...]) -> bool:
-        """Whether a point (m) lies in or on it."""
         for part in self.parts:
             corners = np.array([self._corner(share) for share in part])
             way, to_point = np.roll(corners, -1, axis=0) - corners, np.array(point) - corners

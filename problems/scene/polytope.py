@@ -63,7 +63,6 @@ class Polytope(Solid):
 
     @property
     def place(self) -> tuple[float, ...]:
-        """The middle of its corners, m."""
         return tuple(self.surface()[0].mean(axis=0).tolist())
 
     @property
@@ -74,17 +73,14 @@ class Polytope(Solid):
 
     @property
     def half_extents(self) -> FloatArray:
-        """Along the axes outside, m."""
         return np.asarray(np.ptp(self.bounding_box(), axis=0) / 2.0)
 
     def bounding_box(self) -> FloatArray:
-        """The smallest box around it with sides along the axes: lower and upper corner, (2, 3), m."""
         corners = self.surface()[0]
         return np.array([corners.min(axis=0), corners.max(axis=0)])
 
     @property
     def plain(self) -> PlainSolid:
-        """Planes around it, its own faces and edges."""
         hull = self._hull
         faces = np.column_stack([hull.normals, hull.offsets])
         return PlainSolid(Shape.POLYTOPE, (), np.array(self.planes), faces, np.hstack(hull.edges))
@@ -95,15 +91,12 @@ class Polytope(Solid):
         return reduce(ca.fmax, (nx * x + ny * y + nz * z - offset for nx, ny, nz, offset in self.planes))
 
     def exact_distances(self, points: FloatArray) -> FloatArray:
-        """Signed distances, exact to rounding and never larger than that."""
         return self._hull.distances((points - np.array(self.center)) @ self.axes)
 
     def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
-        """The distance of a point, given twice, m; 0 or less where it is inside."""
         return float(self.exact_distances(np.array([start], dtype=float))[0])
 
     def own_surface(self) -> Surface:
-        """Triangles between its corners."""
         hull = self._hull
         return hull.corners, hull.triangles.tolist()
 

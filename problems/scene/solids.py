@@ -150,7 +150,6 @@ class Solid(Obstacle):
 
     @property
     def place(self) -> tuple[float, ...]:
-        """Its centre, m."""
         return self.center
 
     @property
@@ -178,7 +177,6 @@ class Solid(Obstacle):
         """Signed distance of n points (n, 3), m, or less of it where it is positive: (n, 1)."""
 
     def contains(self, point: tuple[float, ...]) -> bool:
-        """Whether a point (m) lies in or on it."""
         return bool(float(self.point_clearance(ca.DM([point]))) <= 0.0)
 
     def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
@@ -204,7 +202,6 @@ class Solid(Obstacle):
         return self.surface()[0]
 
     def bounding_box(self) -> FloatArray:
-        """The smallest box around it with sides along the axes: lower and upper corner, (2, 3), m."""
         return np.asarray(np.array(self.center) + np.outer((-1.0, 1.0), self.half_extents))
 
     @property
@@ -227,26 +224,21 @@ class Ball(Solid):
 
     @property
     def width(self) -> float:
-        """The diameter, m."""
         return 2.0 * self.radius
 
     @property
     def half_extents(self) -> FloatArray:
-        """Its radius, three times, m."""
         return np.full(3, self.radius)
 
     @property
     def plain(self) -> PlainSolid:
-        """Its radius."""
         return PlainSolid(Shape.BALL, (self.radius,))
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Signed distances, exact."""
         x, y, z = self.local(points)
         return ca.sqrt(x * x + y * y + z * z + TINY_SQUARED) - self.radius
 
     def own_surface(self) -> Surface:
-        """Bands from pole to pole."""
         return revolved(rounded(self.radius, 0.0))
 
 
@@ -265,28 +257,23 @@ class Box(Solid):
 
     @property
     def width(self) -> float:
-        """The shortest side, m."""
         return min(self.size)
 
     @property
     def half_extents(self) -> FloatArray:
-        """Along the axes outside, m."""
         return np.asarray(np.abs(self.axes) @ np.array(self.size) / 2.0)
 
     @property
     def plain(self) -> PlainSolid:
-        """Half its sides."""
         return PlainSolid(Shape.BOX, tuple(side / 2.0 for side in self.size))
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Signed distances, exact."""
         beyond = [ca.fabs(part) - side / 2.0 for part, side in zip(self.local(points), self.size, strict=True)]
         deepest = ca.fmax(ca.fmax(beyond[0], beyond[1]), beyond[2])
         x, y, z = (ca.fmax(part, 0.0) for part in beyond)
         return ca.if_else(deepest > 0.0, ca.sqrt(x * x + y * y + z * z + TINY_SQUARED), deepest)
 
     def own_surface(self) -> Surface:
-        """Eight corners and six faces."""
         corners = np.array(list(product((-0.5, 0.5), repeat=3))) * np.array(self.size)
         return corners, FACES
 
@@ -305,27 +292,22 @@ class Capsule(Solid):
 
     @property
     def width(self) -> float:
-        """The diameter, m."""
         return 2.0 * self.radius
 
     @property
     def half_extents(self) -> FloatArray:
-        """Along the axes outside, m."""
         return np.asarray(np.abs(self.axes[:, 2]) * self.length / 2.0 + self.radius)
 
     @property
     def plain(self) -> PlainSolid:
-        """Radius and half the length."""
         return PlainSolid(Shape.CAPSULE, (self.radius, self.length / 2.0))
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Signed distances, exact."""
         x, y, z = self.local(points)
         beyond = ca.fmax(ca.fabs(z) - self.length / 2.0, 0.0)
         return ca.sqrt(x * x + y * y + beyond * beyond + TINY_SQUARED) - self.radius
 
     def own_surface(self) -> Surface:
-        """Bands from pole to pole."""
         return revolved(rounded(self.radius, self.length / 2.0))
 
 
@@ -343,22 +325,18 @@ class Cylinder(Solid):
 
     @property
     def width(self) -> float:
-        """The diameter or the length, m."""
         return min(2.0 * self.radius, self.length)
 
     @property
     def half_extents(self) -> FloatArray:
-        """Along the axes outside, m."""
         along = np.abs(self.axes[:, 2])
         return np.asarray(along * self.length / 2.0 + self.radius * np.hypot(self.axes[:, 0], self.axes[:, 1]))
 
     @property
     def plain(self) -> PlainSolid:
-        """Radius and half the length."""
         return PlainSolid(Shape.CYLINDER, (self.radius, self.length / 2.0))
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Signed distances, exact."""
         x, y, z = self.local(points)
         around = ca.sqrt(x * x + y * y + TINY_SQUARED) - self.radius
         along = ca.fabs(z) - self.length / 2.0
@@ -366,7 +344,6 @@ class Cylinder(Solid):
         return ca.if_else(deepest > 0.0, ca.sqrt(u * u + v * v + TINY_SQUARED), deepest)
 
     def own_surface(self) -> Surface:
-        """The side, and a disc at either end."""
         half = self.length / 2.0
         return revolved(np.array([[self.radius, -half], [self.radius, half]]))
 
@@ -386,17 +363,14 @@ class Ellipsoid(Solid):
 
     @property
     def width(self) -> float:
-        """Twice the shortest semi-axis, m."""
         return 2.0 * min(self.semi_axes)
 
     @property
     def half_extents(self) -> FloatArray:
-        """Along the axes outside, m."""
         return np.asarray(np.linalg.norm(self.axes * np.array(self.semi_axes), axis=1))
 
     @property
     def plain(self) -> PlainSolid:
-        """Its semi-axes."""
         return PlainSolid(Shape.ELLIPSOID, self.semi_axes)
 
     def point_clearance(self, points: Matrix) -> Matrix:
@@ -416,7 +390,6 @@ class Ellipsoid(Solid):
         return (_sum([n * x for n, x in zip(normal, p, strict=True)]) - extent) / length
 
     def own_surface(self) -> Surface:
-        """A ball's, stretched."""
         vertices, polygons = revolved(rounded(1.0, 0.0))
         return vertices * np.array(self.semi_axes), polygons
 
@@ -462,29 +435,23 @@ class HalfSpace(Solid):
 
     @property
     def width(self) -> float:
-        """Without end."""
         return float(np.inf)
 
     @property
     def extent(self) -> float:
-        """Without end."""
         return float(np.inf)
 
     @property
     def half_extents(self) -> FloatArray:
-        """Half the size of the smallest box around what is drawn of it, (3,), m."""
         return np.asarray(np.abs(self.axes[:, :2]).sum(axis=1) * DRAWN / 2.0)
 
     @property
     def plain(self) -> PlainSolid:
-        """No sizes."""
         return PlainSolid(Shape.HALF_SPACE)
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Signed distances, exact."""
         return self.local(points)[2]
 
     def own_surface(self) -> Surface:
-        """A square of its face around its centre."""
         corners = np.array([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]])
         return DRAWN * corners, [[0, 1, 2, 3]]

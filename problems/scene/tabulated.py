@@ -203,7 +203,6 @@ class Tabulated(ObstacleMotion):
 
     @property
     def dim(self) -> int:
-        """That of the table."""
         return self.coordinates
 
     @property
@@ -231,13 +230,11 @@ class Tabulated(ObstacleMotion):
         return {}
 
     def seen(self, points: Matrix, times: Matrix) -> Matrix:
-        """Points less the frame's place, turned back."""
         values = self._values(times)
         away = [column - place for column, place in zip(columns(points), values[: self.dim], strict=True)]
         return ca.horzcat(*(turned_back(away, values[self.dim :]) if self.turns else away))
 
     def frames(self, times: FloatArray) -> Frames:
-        """On the splines; before and after them, at their ends."""
         values = self._spline(np.clip(times, self.breaks[0], self.breaks[-1]))
         return Frames(values[:, : self.dim], axes_of(values[:, self.dim :]) if self.turns else None)
 
@@ -284,20 +281,16 @@ class Tabulated(ObstacleMotion):
         return np.where(first == last, np.minimum(coarse, now * h / 2.0 + accelerations[first] * h**2 / 8.0), coarse)
 
     def offset(self, first: float, last: float) -> float:
-        """By the Bernstein coefficients of the whole table."""
         curves = bernstein(np.asarray(self._spline.c), np.diff(self.breaks))[..., : self.dim]
         return float(np.linalg.norm(np.abs(curves).max(axis=(0, 1))))
 
     def quiet_after(self, around: float) -> float:
-        """The end of the table."""
         return max(0.0, self.breaks[-1])
 
     def later(self, seconds: float) -> Self:
-        """The same table with earlier times."""
         return replace(self, breaks=tuple(time - seconds for time in self.breaks))
 
     def during(self, first: float, last: float) -> Self:
-        """The pieces that meet the time."""
         most = len(self.breaks) - 2
         low = min(max(int(np.searchsorted(self.breaks, first, side="right")) - 1, 0), most)
         high = min(max(int(np.searchsorted(self.breaks, last, side="left")), low + 1), most + 1)

@@ -114,16 +114,13 @@ class CoreTorques(JointTorques):
         return np.array(self.limit.bounds)
 
     def shares(self, state: FloatArray) -> FloatArray:
-        """As above."""
         inertial, held = self._torques(state)
         return np.asarray((inertial + held + self._viscous(state)) / self._bounds)
 
     def slopes(self, state: FloatArray) -> FloatArray:
-        """As above."""
         return np.asarray(self.dynamics.slopes(state) / self._bounds[:, None, None])
 
     def time_scale(self, state: FloatArray) -> float:
-        """As above."""
         (inertial, held), viscous, bounds = self._torques(state), self._viscous(state), self._bounds
         least = LEAST_ROOM * bounds
         above = time_scales_of_arrays(inertial, viscous, np.maximum(bounds - held, least))

@@ -99,7 +99,6 @@ class JointFollowing(Task):
 
     @property
     def given_postures(self) -> FloatArray:
-        """At the breakpoints of the path."""
         return self.path.at(self.path.breakpoints)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
@@ -139,5 +138,4 @@ class JointFollowing(Task):
         )
 
     def markers(self) -> tuple[Marker, ...]:
-        """Where the tool is at both ends."""
         return end_markers(self.robot, self.path.at(self.path.breakpoints[[0, -1]]))

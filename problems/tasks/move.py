@@ -233,20 +233,16 @@ class Move(Task):
 
     @property
     def passes_nothing(self) -> bool:
-        """Whether there are no vias."""
         return not self.vias
 
     @property
     def start_posture(self) -> FloatArray | None:
-        """The joint angles at the start, where they leave no choice."""
         return self._posture_of(self.start)
 
     def goal_posture(self, theta: FloatArray) -> FloatArray | None:
-        """Those of the goal that a posture misses least, where they leave no choice."""
         return self._posture_of(self.reached_goal(theta))
 
     def end_places(self, theta: FloatArray) -> tuple[Place, ...]:
-        """The start, and the goal that a posture misses least."""
         return self.start, self.reached_goal(theta)
 
     def _posture_of(self, place: Place) -> FloatArray | None:
@@ -256,7 +252,6 @@ class Move(Task):
 
     @property
     def last_places(self) -> tuple[Place, ...]:
-        """Its goals, where there are no vias and it comes to rest."""
         return self.goals if self.passes_nothing and not any(self.goal_velocity) else ()
 
     @property
@@ -309,7 +304,6 @@ class Move(Task):
         )
 
     def markers(self) -> tuple[Marker, ...]:
-        """Start, vias, goals."""
         robot = self.robot
         ends = [
             Marker(label="start", points=self.start.position(robot)[None], kind=MarkerKind.START),

@@ -99,7 +99,6 @@ class PathFollowing(Task):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The accuracy, too."""
         return *super().relaxations, looser_accuracy(self, "accuracy", self.accuracy, "m")
 
     @cached_property
@@ -121,7 +120,6 @@ class PathFollowing(Task):
         return np.linspace(0.0, 1.0, len(self.path.points)) * trajectory.duration
 
     def at_free_times(self) -> Self:
-        """The same, with the points passed in order at any times."""
         return replace(self, free_times=True)
 
     def accuracy_constraint(self, trajectory: Trajectory) -> Constraint:
@@ -134,12 +132,10 @@ class PathFollowing(Task):
         return float(largest(self.accuracy_constraint(trajectory).expression))
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """Accuracy at every point; start and goal."""
         ends = end_conditions(self.robot, trajectory, self.path.points[0], self.path.points[-1])
         return [(self.accuracy_constraint(trajectory), self.point_times(trajectory)), *ends]
 
     def markers(self) -> tuple[Marker, ...]:
-        """The given points."""
         points = self.path.array
         return (Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=self.accuracy),)
 
@@ -227,7 +223,6 @@ class ToolTracing(Task):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The accuracies, too."""
         found = [*super().relaxations, looser_accuracy(self, "accuracy", self.accuracy, "m")]
         if self.angular_accuracy is not None:
             found.append(looser_accuracy(self, "angular_accuracy", self.angular_accuracy, "rad"))
@@ -238,7 +233,6 @@ class ToolTracing(Task):
         return end_conditions(self.robot, trajectory, self.path.points[0], self.path.points[-1])
 
     def markers(self) -> tuple[Marker, ...]:
-        """The given points."""
         label, points, kind = "given points", self.path.array, MarkerKind.POINTS
         return (Marker(label=label, points=points, kind=kind, tolerance=self.accuracy, joined=True),)
 

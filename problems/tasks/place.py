@@ -252,7 +252,6 @@ class Joints(Place):
 
     @property
     def unit(self) -> str:
-        """Of angles."""
         return "rad"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
@@ -266,7 +265,6 @@ class Joints(Place):
         check_posture(robot, obstacles, field, self.values, name)
 
     def check_held(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
-        """The motors can hold it."""
         check_held(robot, field, np.array([self.values]), name)
 
     def posture(
@@ -276,7 +274,6 @@ class Joints(Place):
         return ca.horzcat(*self.values), None
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
-        """The posture itself."""
         return np.array(self.values)
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
@@ -284,11 +281,9 @@ class Joints(Place):
         return theta - ca.repmat(ca.horzcat(*self.values), theta.shape[0], 1)
 
     def tolerance(self, robot: Robot) -> float:
-        """Rounding of an angle, rad, or what is allowed."""
         return max(ANGLE_TOLERANCE, self.within)
 
     def position(self, robot: Robot) -> FloatArray:
-        """Where the tool is in that posture."""
         return as_array(robot.tool(ca.DM([self.values]))).ravel()
 
 
@@ -309,7 +304,6 @@ class Position(Place):
 
     @property
     def unit(self) -> str:
-        """Of distances."""
         return "m"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
@@ -329,13 +323,11 @@ class Position(Place):
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
-        """The posture that inverse kinematics finds."""
         point = ca.vertcat(*self.point)
         theta, cosine = robot.inverse(point, robot.restore_redundancy(point, chosen), elbow)
         return (robot.wrap(theta) if near is None else robot.wrap_near(theta, near)), cosine
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
-        """With the redundant links in the same directions."""
         return as_array(robot.project_to_point(ca.DM(theta).T, ca.vertcat(*self.point))).ravel()
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
@@ -343,9 +335,7 @@ class Position(Place):
         return robot.tool(theta) - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
 
     def tolerance(self, robot: Robot) -> float:
-        """Rounding of a position, m, or what is allowed."""
         return max(ANGLE_TOLERANCE * robot.reach()[1], self.within)
 
     def position(self, robot: Robot) -> FloatArray:
-        """The point."""
         return np.array(self.point)

@@ -61,7 +61,6 @@ class PointToPoint(Task):
 
     @property
     def passes_nothing(self) -> bool:
-        """Whether nothing is said of its segments."""
         return self.segment_time is None
 
     @property
@@ -86,15 +85,12 @@ class PointToPoint(Task):
         return SEGMENT_TIME_BOX if bounds is None else bounds.search_box(SAMPLING_MARGIN)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """Start and goal."""
         return end_conditions(self.robot, trajectory, self.start, self.goal)
 
     def end_places(self, theta: FloatArray) -> tuple[Place, ...]:
-        """Start and goal."""
         return Position(self.start), Position(self.goal)
 
     def markers(self) -> tuple[Marker, ...]:
-        """Start and goal."""
         return (
             Marker(label="start", points=np.array([self.start]), kind=MarkerKind.START),
             Marker(label="goal", points=np.array([self.goal]), kind=MarkerKind.GOAL),

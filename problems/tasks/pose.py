@@ -116,7 +116,6 @@ class Pose(Place):
 
     @property
     def unit(self) -> str:
-        """Of distances, and of an angle about each axis."""
         return "m" if self.quaternion is None or self.within else "m, rad"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
@@ -135,7 +134,6 @@ class Pose(Place):
             raise InvalidProblem(field, f"{name}{len(self.branch)} joints of a branch for a robot of {arm.dof}")
 
     def choices(self, robot: Robot) -> tuple[Choice, ...]:
-        """Where each joint is put around the branch, a share of the largest offset."""
         return tuple(Choice("branch_offset", f"[{joint}]", -1.0, 1.0) for joint in range(1, robot.dof + 1))
 
     def branches(
@@ -170,12 +168,10 @@ class Pose(Place):
         return tuple(map(self.on_branch, apart))
 
     def on_branch(self, theta: FloatArray) -> Place:
-        """The same pose, with postures near this one."""
         return replace(self, branch=tuple(theta.tolist()))
 
     @property
     def branch_angles(self) -> tuple[float, ...]:
-        """The posture that the branch is near, rad."""
         return self.branch
 
     def posture(
@@ -186,7 +182,6 @@ class Pose(Place):
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
     def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Where the joints are put, projected onto the pose."""
         arm = _in_space(robot)
         starts = np.array(self.branch) + OFFSET * chosen
         ends = [as_array(end).ravel() for end in joint_bounds(arm, KEPT, ca.DM(self.branch).T)]
@@ -205,7 +200,6 @@ class Pose(Place):
         return found[0], bool(reached[0])
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
-        """Where damped Newton steps from a posture lead."""
         return as_array(self._onto(robot, ca.DM(theta).T)).ravel()
 
     def _onto(self, robot: Robot, theta: Matrix) -> Matrix:
@@ -225,11 +219,9 @@ class Pose(Place):
         return ca.horzcat(away, turn_between(rotation_rows(self.quaternion), rotation))
 
     def tolerance(self, robot: Robot) -> float:
-        """Rounding of a position, m, and of an angle, rad, or what is allowed."""
         return max(ANGLE_TOLERANCE, self.within)
 
     def position(self, robot: Robot) -> FloatArray:
-        """The point."""
         return np.array(self.point)
 
 

@@ -51,13 +51,10 @@ class RecordedMotion(Task):
 
     @property
     def given_postures(self) -> FloatArray:
-        """At the breakpoints of the motion."""
         return self.motion.at(self.motion.breakpoints)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """It begins and ends at rest."""
         return velocity_conditions(self, trajectory)
 
     def markers(self) -> tuple[Marker, ...]:
-        """Where the tool is at both ends."""
         return end_markers(self.robot, self.motion.at(self.motion.breakpoints[[0, -1]]))

@@ -29,11 +29,9 @@ class Sequence(Task):
     stops: tuple[tuple[float, ...], ...] = ()
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """None of its own."""
         return []
 
     def markers(self) -> tuple[Marker, ...]:
-        """Start, stops, and the last of them as the goal."""
         if not self.stops:
             return ()
         points = np.array(self.stops)

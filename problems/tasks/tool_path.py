@@ -71,7 +71,6 @@ class StraightWay(ToolWay):
 
     @property
     def length(self) -> float:
-        """Between the two."""
         return float(np.linalg.norm(self.goal - self.start))
 
     @property
@@ -79,16 +78,13 @@ class StraightWay(ToolWay):
         return np.asarray((self.goal - self.start) / self.length)
 
     def points(self, s: FloatArray) -> FloatArray:
-        """On the line."""
         return np.asarray(self.start + s[:, None] * (self.goal - self.start))
 
     def away(self, tool: ca.SX) -> ca.SX:
-        """The distance from the line."""
         sideways = scipy.linalg.null_space(self._direction[None]).T
         return ca.sqrt(ca.sumsqr(ca.DM(sideways) @ (tool - ca.DM(self.start))))
 
     def along(self, tool: ca.SX) -> ca.SX:
-        """The projection onto the line."""
         return ca.dot(ca.DM(self._direction), tool - ca.DM(self.start))
 
 
@@ -134,12 +130,10 @@ class Arc(ToolWay):
 
     @property
     def length(self) -> float:
-        """Radius times angle."""
         _, radius, _, half = self._circle
         return 2.0 * radius * half
 
     def points(self, s: FloatArray) -> FloatArray:
-        """On the circle."""
         center, radius, (middle, onward), half = self._circle
         angle = (2.0 * s[:, None] - 1.0) * half
         return np.asarray(center + radius * (np.cos(angle) * middle + np.sin(angle) * onward))
@@ -150,7 +144,6 @@ class Arc(ToolWay):
         return ca.dot(ca.DM(middle), since), ca.dot(ca.DM(onward), since)
 
     def away(self, tool: ca.SX) -> ca.SX:
-        """The distance from the circle."""
         center, radius, directions, _ = self._circle
         x, y = self._seen(tool)
         within = ca.sqrt(x**2 + y**2) - radius
@@ -160,7 +153,6 @@ class Arc(ToolWay):
         return ca.sqrt(beside**2 + within**2)
 
     def along(self, tool: ca.SX) -> ca.SX:
-        """By the angle about the center, seen from the middle of the arc."""
         _, radius, _, half = self._circle
         x, y = self._seen(tool)
         return radius * (ca.atan2(y, x) + half)
@@ -211,16 +203,13 @@ class Corners(ToolWay):
 
     @property
     def length(self) -> float:
-        """Of all lines, corners rounded."""
         return float(self._curve[1][-1])
 
     def points(self, s: FloatArray) -> FloatArray:
-        """On lines and parabolas."""
         points, along = self._curve
         return np.column_stack([np.interp(s * along[-1], along, column) for column in points.T])
 
     def away(self, tool: ca.SX) -> ca.SX:
-        """The distance from the nearest of the lines."""
         squared = []
         for first, last in pairwise(self.stops):
             leg = last - first
@@ -231,7 +220,6 @@ class Corners(ToolWay):
 
     @property
     def slack(self) -> float:
-        """At corners."""
         return self.rounding
 
     def along(self, tool: ca.SX) -> ca.SX:

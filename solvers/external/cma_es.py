@@ -33,7 +33,6 @@ class CMAES(Solver):
         require(self.growth >= 1.0, f"growth = {self.growth} is less than 1")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Sample, rank, adapt; restart with a larger population when it has converged."""
         size = float(self.population or 4 + int(3 * np.log(box.dimension)))
         first = True
         while True:

@@ -43,7 +43,6 @@ class Mealpy(Solver):
         require(known, f"algorithm = {self.algorithm!r} is none of mealpy's, such as GWO.OriginalGWO")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """One candidate after the other; starts again where mealpy has ended."""
         own = GlobalRandom(rng)
 
         def run(cost: Cost) -> None:

@@ -43,7 +43,6 @@ class Nevergrad(Solver):
         require(not alone, f"optimizer = {self.optimizer!r} works one candidate at a time; say population=1")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Ask for a population, tell its costs."""
         own = GlobalRandom(rng)
         with _working(own):
             optimizer = self._optimizer(box, rng, iterations.evaluations or DEFAULT_EVALUATIONS)

@@ -41,11 +41,9 @@ class Pymoo(Solver):
 
     @property
     def takes_several_costs(self) -> bool:
-        """Whether it ranks by fronts."""
         return self.algorithm == "nsga2"
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Ask and tell."""
         problem = Problem(n_var=box.dimension, n_obj=1, xl=0.0, xu=1.0)
         algorithm = ALGORITHMS[self.algorithm](pop_size=self.population, **self._sampling(box, rng))
         algorithm.setup(problem, termination=NoTermination(), seed=int(rng.integers(2**31)))

@@ -32,7 +32,6 @@ class SciPyDE(Solver):
         require(0.0 <= self.recombination <= 1.0, f"recombination = {self.recombination} is not in [0, 1]")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """One generation after the other; restarts from new random members when it has converged."""
 
         def run(cost: Cost) -> None:
             def vectorised(shares: Any) -> Any:  # SciPy's types know scalar costs only
@@ -71,7 +70,6 @@ class DualAnnealing(Solver):
         require(0.0 < self.restart_temp_ratio < 1.0, f"restart_temp_ratio = {self.restart_temp_ratio} is not in (0, 1)")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """One candidate after the other."""
 
         def run(cost: Cost) -> None:
             def one(shares: Any) -> float:
@@ -112,7 +110,6 @@ class DirectRectangles(Solver):
         require(self.eps >= 0.0, f"eps = {self.eps} is negative")
 
     def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """One candidate after the other, until nothing is left to divide."""
         evaluations = iterations.evaluations or DEFAULT_EVALUATIONS
 
         def run(cost: Cost) -> None:

@@ -33,30 +33,24 @@ class SuiteRun(FunctionRun):
 
     @property
     def measure(self) -> Measure:
-        """Merits of feasible candidates are objectives."""
         return PLANS
 
     @property
     def least_infeasible_cost(self) -> float:
-        """Every merit above the bound is that of a candidate that breaks a constraint."""
         return float(np.nextafter(Recording(find_problem(self.case), self.solver).feasible_merit, np.inf))
 
     @property
     def searched(self) -> str:
-        """The problem."""
         return self.case
 
     @property
     def box(self) -> Box:
-        """Where it searches."""
         return Box(*find_problem(self.case).bounds)
 
     def evaluator(self, backend: str | None) -> Callable[[FloatArray], object]:
-        """What evaluates a population (m, n): the suite's own kernels, without any backend."""
         return find_problem(self.case).merit
 
     def found(self, text: str) -> RunFinding:
-        """Its best candidate."""
         stored = _StoredSuiteSearch.model_validate_json(text)
         return RunFinding(words="keeps all constraints" if stored.feasible else "breaks a constraint")
 

@@ -348,11 +348,9 @@ class StoredPlan(Plan):
 
     @property
     def result(self) -> RunResult:
-        """The content of ``result.json``."""
         return self.run.result
 
     def as_run(self) -> StoredRun:
-        """What was read."""
         return self.run
 
     def save(

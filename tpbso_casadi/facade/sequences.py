@@ -171,7 +171,6 @@ class Attach(StatedStage):
     mass: float | None = None
 
     def table(self, arm: StatedRobot, name: str) -> dict[str, Any]:
-        """With the keys of the body."""
         own = {"kind": self.kind, "name": self.name}
         own |= {} if self.mass is None else {"mass": plain(self.mass)}
         return own if self.body is None else obstacle_table_of(self.body, f"{name}.body") | own

@@ -390,5 +390,4 @@ class SearchedMotion(PlannedMotion):
 
     @property
     def searched(self) -> SearchedMotion:
-        """The plan itself."""
         return self

@@ -35,7 +35,6 @@ class MergedClearance(Proximity):
     name: ClassVar[str] = "clearance"
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """All pairs at each sample."""
         return [self.constraint(self.name, "", self.clearances(samples), margin, "clearance >= margin")]
 
 

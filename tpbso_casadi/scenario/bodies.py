@@ -78,7 +78,6 @@ class ShapeInFile(ObstacleSection):
 
     @property
     def corners(self) -> int:
-        """Those of all its parts."""
         return sum(part.complexity for part in self.parts())
 
 
@@ -97,7 +96,6 @@ class MeshSection(ShapeInFile):
     parts_points: Annotated[list[Part], Field(min_length=1, max_length=MOST_PARTS)] | None = None
 
     def made_of(self, name: str, content: bytes) -> list[list[Point3]]:
-        """The corners of its convex parts."""
         scale = self.scale if isinstance(self.scale, tuple) else (self.scale,) * 3
         mesh = read_mesh(name, content, scale)
         for note in mesh.reading:
@@ -109,7 +107,6 @@ class MeshSection(ShapeInFile):
         return [[as_point(corner) for corner in part.corners] for part in parts]
 
     def parts(self) -> tuple[Obstacle, ...]:
-        """A polytope each, or a box."""
         return tuple(self._part(in_tuples(points)) for points in self.known)
 
     def _part(self, points: tuple[Point3, ...]) -> Obstacle:
@@ -139,7 +136,6 @@ class PointsSection(ShapeInFile):
     boxes: Annotated[list[BoxCorners], Field(min_length=1, max_length=MOST_BOXES)] | None = None
 
     def made_of(self, name: str, content: bytes) -> list[tuple[Point3, Point3]]:
-        """The corners of boxes."""
         points = read_cloud(name, content)
         boxes, cell = boxes_around(points, self.radius, MOST_BOXES)
         LOG.info("%s: %d points in %d boxes, of cells of %.4g m", name, len(points), len(boxes), cell)
@@ -148,7 +144,6 @@ class PointsSection(ShapeInFile):
         return [(as_point(low), as_point(high)) for low, high in boxes]
 
     def parts(self) -> tuple[Obstacle, ...]:
-        """A box each."""
         return tuple(self._box(np.array(corners)) for corners in self.known)
 
     def _box(self, corners: FloatArray) -> Box:

@@ -47,24 +47,20 @@ class PointToPointTask(TaskSection):
     stay: NotNegative | None = None
 
     def foreign_keys(self, motion: str) -> Iterator[str]:
-        """Also ends that are no points, which the paper's motion has not."""
         yield from super().foreign_keys(motion)
         if motion not in POSTURES_ALLOWED:
             yield from (key for key in ("start", "goal") if not isinstance(getattr(self, key), tuple))
 
     def rest_places(self) -> tuple[Any, Any]:
-        """Start and goal; a goal may be a list."""
         for key in ("via", "start_velocity", "goal_velocity", "start_acceleration"):
             if getattr(self, key):
                 raise ScenarioError(f"task.{key}: is for a move from rest to rest that passes nothing; leave it out")
         return self.start, self.goal
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
-        """The problem itself."""
         return BUILDERS[model.motion](self, robot, obstacles, model)
 
     def judged(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
-        """Places, limits and objective, without the postures that a search begins with."""
         if model.motion != "spline":
             return super().judged(robot, obstacles, model)
         objective = objective_named(find_objective(self.objective, self.own_objectives), robot)

@@ -53,11 +53,9 @@ class ShapeSection(ObstacleSection):
 
     @property
     def corners(self) -> int:
-        """What the obstacle says."""
         return self.build().complexity
 
     def build(self) -> Obstacle:
-        """The obstacle itself."""
         return self.of(**{key: in_tuples(getattr(self, key)) for key in self.fields()})
 
     def __reduce__(self) -> Any:

@@ -82,7 +82,6 @@ class GivenPathTask(TaskSection):
         raise ScenarioError(f"task.kind: {self.kind!r} is timed; there is nothing to search for")
 
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
-        """What the motion is judged by, and how it is made."""
         try:
             speeds = self.start_speed, self.goal_speed
             task = JointFollowing(robot, self.path(), obstacles, *speeds, self.total_time, *self.made_of())
@@ -107,7 +106,6 @@ class JointPathTask(GivenPathTask):
     tolerance: Angle | None = Field(default=None, ge=0.0)
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with the rows of its CSV file, if it names one."""
         if not isinstance(self.joints, str):
             return self
         try:
@@ -117,7 +115,6 @@ class JointPathTask(GivenPathTask):
         return self.model_copy(update={"joints": rows})
 
     def path(self) -> JointPath:
-        """A spline through the rows, or straight lines with blends."""
         if isinstance(self.joints, str):
             raise ScenarioError(f"task.joints: {self.joints!r} has not been read; only a scenario file can name a CSV")
         if len({len(row) for row in self.joints}) > 1:
@@ -125,7 +122,6 @@ class JointPathTask(GivenPathTask):
         return PATHS[self.interpolation](np.array(self.joints), self.tolerance)
 
     def made_of(self) -> tuple[FloatArray, float | None]:
-        """Its rows."""
         return np.array(self.joints), self.tolerance
 
 
@@ -155,7 +151,6 @@ class JointPiecesTask(GivenPathTask):
     coefficients: Annotated[list[list[list[float]]], Field(min_length=2, max_length=MOST_COEFFICIENTS)]
 
     def path(self) -> JointPath:
-        """The pieces themselves."""
         return JointPath(*trajectory_pieces(self.breakpoints, self.coefficients))
 
 
@@ -203,7 +198,6 @@ class PathTask(TaskSection):
         raise NotImplementedError
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
-        """The problem itself."""
         check_path(self.path(), robot, obstacles)
         return BUILDERS[model.motion](self, robot, obstacles, model)
 
@@ -295,7 +289,6 @@ class PointsTask(PathTask):
     count: int | None = Field(default=None, ge=2, le=MOST_POINTS)
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with the points of its CSV file, if it names one."""
         if not isinstance(self.points, str):
             return self
         try:
@@ -334,7 +327,6 @@ class PentagramTask(PathTask):
     count: int = Field(default=50, ge=6, le=MOST_POINTS)
 
     def path(self) -> Path:
-        """The points."""
         return pentagram(self.center, self.radius, self.angle, self.count)
 
 
@@ -350,5 +342,4 @@ class ClosedCurveTask(PathTask):
     count: int = Field(default=50, ge=4, le=MOST_POINTS)
 
     def path(self) -> Path:
-        """The points."""
         return closed_curve(self.center, self.radius, self.angle, self.waves, self.depth, self.count)

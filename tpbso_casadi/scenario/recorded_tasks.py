@@ -57,7 +57,6 @@ class StatedMotionTask(TaskSection):
         raise ScenarioError(f"task.kind: {self.kind!r} is judged as it is; there is nothing to search for")
 
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
-        """What the motion is judged by."""
         return recorded_motion(self.stated(robot, obstacles), model.further_limits)
 
     def _recorded(
@@ -84,7 +83,6 @@ class MotionRowsTask(StatedMotionTask):
     interpolation: RowInterpolation = "auto"
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with the rows of its file, if it names one."""
         if self.file is None:
             return self
         if self.times or self.positions:
@@ -96,7 +94,6 @@ class MotionRowsTask(StatedMotionTask):
         return self.model_copy(update=rows_table(rows) | {"file": None, "message": None})
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
-        """The pieces between the rows."""
         if self.file is not None:
             raise ScenarioError(f"task.file: {self.file!r} has not been read; only a scenario file can name a file")
         rows = self._rows(robot)

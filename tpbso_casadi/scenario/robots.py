@@ -97,7 +97,6 @@ class ArmSection(Section):
         return f"arm of {len(self.link_lengths)} links"
 
     def in_radians(self) -> Self:
-        """The same, read as a table in degrees."""
         base = [*self.base[:2], *map(radians, self.base[2:])]
         return super().in_radians().model_copy(update={"base": base})
 

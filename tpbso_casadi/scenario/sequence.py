@@ -99,7 +99,6 @@ class SequenceTask(TaskSection):
 
     @property
     def stated_objective(self) -> str:
-        """The time of all stages together."""
         return "time"
 
     @property
@@ -120,7 +119,6 @@ class SequenceTask(TaskSection):
         return [_label(numbers, stage.kind) for numbers, stage in self.legs]
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with the shapes that are in files."""
         return self.model_copy(update={"stages": with_files(self.stages, folder, "task.stages")})
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
@@ -132,7 +130,6 @@ class SequenceTask(TaskSection):
         raise ScenarioError(f"task.kind: {self.kind!r} is of several motions; there is no one problem to state")
 
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
-        """Those of a sequence of which nothing is planned yet."""
         return SequenceCriteria(task=StagedTask(robot, obstacles), objective=OBJECTIVES["time"], limits=())
 
     def criteria_of(self, scenario: Scenario, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:

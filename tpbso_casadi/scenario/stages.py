@@ -170,11 +170,9 @@ class MoveStage(MovingStage):
 
     @property
     def vias(self) -> list[PlaceValue] | None:
-        """As stated."""
         return self.via
 
     def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
-        """As stated."""
         return self.goal  # type: ignore[no-any-return]
 
 
@@ -194,11 +192,9 @@ class LedStage(MovingStage):
         raise NotImplementedError
 
     def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
-        """The end of the way, with the tool's orientation in space."""
         return read_place(stated_place(self.end(robot, posture), "goal"))
 
     def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
-        """The way, along which the tool turns evenly."""
         (start, turned), end = _tool(robot, posture), self.end(robot, posture)
         way = self.way(robot, start, end.position(robot))
         if turned is None or not isinstance(end, Pose):
@@ -207,7 +203,6 @@ class LedStage(MovingStage):
         return ToolPath(way, (turned, end.rotation))
 
     def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
-        """Nearness to the way, and the speed of the tool."""
         path = self.tool_path(robot, posture)
         assert path is not None
         kinds = path.constraints(robot, self.accuracy, self.angular_accuracy)
@@ -236,7 +231,6 @@ class LineStage(LedStage):
         return self
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
-        """As stated, or so far from here."""
         start, turned = _tool(robot, posture)
         if self.by is not None:
             return _standing(start + _numbers(robot, self.by, "by"), turned)
@@ -246,7 +240,6 @@ class LineStage(LedStage):
         return _standing(_numbers(robot, goal.position(robot), "goal"), turned)
 
     def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
-        """The line or the arc."""
         if self.through is None:
             return StraightWay(start, end)
         return Arc(start, _numbers(robot, self.through, "through"), end)
@@ -260,7 +253,6 @@ class PathStage(LedStage):
     accuracy: Positive
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with the points of its CSV file, if it names one."""
         if not isinstance(self.points, str):
             return self
         try:
@@ -278,11 +270,9 @@ class PathStage(LedStage):
         return np.array(self.points, dtype=np.float64)
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
-        """The last point."""
         return _standing(self._given(robot)[-1], _tool(robot, posture)[1])
 
     def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
-        """Lines with rounded corners."""
         points = self._given(robot)
         onward = points[1:] if np.linalg.norm(points[0] - start) <= self.accuracy else points
         return Corners(np.vstack([start, onward]), ROUNDING * self.accuracy)
@@ -310,11 +300,9 @@ class AttachStage(StageSection):
         return own if self.body is None else own | self.body.model_dump()
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with the shape that is in a file."""
         return self if self.body is None else self.model_copy(update={"body": self.body.with_files(folder)})
 
     def changed(self, cell: Cell, posture: FloatArray) -> Cell:
-        """The body is carried."""
         return cell.attached(self.name, self.mass, self.body, posture)
 
 
@@ -325,7 +313,6 @@ class DetachStage(StageSection):
     name: Name
 
     def changed(self, cell: Cell, posture: FloatArray) -> Cell:
-        """The body is an obstacle."""
         return cell.detached(self.name, posture)
 
 
@@ -337,7 +324,6 @@ class WaitStage(StageSection):
 
     @property
     def pause(self) -> float:
-        """As stated."""
         return self.seconds
 
 

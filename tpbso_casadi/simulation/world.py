@@ -99,11 +99,9 @@ class KnownActor(Actor):
 
     @property
     def true(self) -> Obstacle:
-        """The same."""
         return self.obstacle
 
     def observed(self, time: float) -> Obstacle:
-        """The same, later."""
         return self.obstacle.later(time)
 
 
@@ -123,11 +121,9 @@ class Wanderer(Actor):
 
     @property
     def true(self) -> Obstacle:
-        """Along its course."""
         return MovingObstacle(self.still, self.course)
 
     def observed(self, time: float) -> Obstacle:
-        """At the velocity of that time from then on."""
         piece = min(int(np.searchsorted(self.course.breaks, time, side="right")), len(self.course.breaks) - 1) - 1
         velocity = tuple(rows[piece][-2] for rows in self.course.pieces)
         origin = tuple(self.course.placed(np.zeros((1, self.still.dim)), time)[0].tolist())

@@ -159,7 +159,6 @@ class Baseline(Method):
     """As many evaluations as the searches of all points have together; each member of its front is verified."""
 
     def run(self, work: FrontWork) -> None:
-        """One run, which leaves nothing where it is interrupted."""
         if work.store.points(self.name):
             return
         began = time.perf_counter()

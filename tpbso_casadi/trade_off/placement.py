@@ -109,14 +109,12 @@ class EpsilonConstraint(Placement):
     duration: int
 
     def near_ends(self, ends: Sequence[Point]) -> list[Scalarisation]:
-        """The least time is a bound, with a little more."""
         near, times = super().near_ends(ends), [point.values[self.duration] for point in ends]
         longest = times[self.duration] + NEAR_END * float(np.ptp(times))
         near[self.duration] = Scalarisation(ENDS[1 - self.duration], _rounded(longest))
         return near
 
     def between(self, before: Point, after: Point) -> Scalarisation:
-        """Half-way between the durations of both."""
         middle = (before.values[self.duration] + after.values[self.duration]) / 2.0
         return Scalarisation(ENDS[1 - self.duration], _rounded(middle))
 
@@ -128,7 +126,6 @@ class EpsilonConstraint(Placement):
         return abs(one.longest - other.longest) <= allowed
 
     def neighbours(self, asked: Scalarisation, front: PointFront) -> list[Point]:
-        """The slowest that keeps the bound, and the fastest that does not."""
         by_time = sorted(front.points, key=lambda point: point.values[self.duration])
         if asked.longest is None:
             return by_time[-1:] if asked.weights[self.duration] == 0.0 else by_time[:1]
@@ -152,7 +149,6 @@ class WeightedSums(Placement):
         return abs(angles[0] - angles[1]) <= SAME_REQUEST
 
     def neighbours(self, asked: Scalarisation, front: PointFront) -> list[Point]:
-        """The two with the least sums."""
         return sorted(front.points, key=lambda point: float(np.dot(asked.weights, point.values)))[:2]
 
 

@@ -28,15 +28,12 @@ class ReferenceCore(Core):
     name = "NumPy"
 
     def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
-        """What a description says."""
         return ReferenceWorld(Model.read(counts, numbers))
 
     def steps(self, geometry: SpatialArm) -> Steps:
-        """Damped Newton steps of an arm, of which nothing but where its tool is counts."""
         return NewtonSteps(geometry)
 
     def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
-        """The solution of a linear program."""
         return minimised(program)
 
 
@@ -75,7 +72,6 @@ class ReferenceWorld(CoreWorld):
         moving: Moving | None = None,
         errors: FloatArray | None = None,
     ) -> None:
-        """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m."""
         for part, postures in self._parts(theta, moving, errors):
             for side in self._asked(which):
                 lower_to_rooms(side, postures, found[part], first_hit)
@@ -88,7 +84,6 @@ class ReferenceWorld(CoreWorld):
         moving: Moving | None = None,
         errors: FloatArray | None = None,
     ) -> Nearby:
-        """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
         sides, parts = self._asked(which), []
         for part, postures in self._parts(theta, moving, errors):
             found = nearest_two(sides, postures, below)
@@ -97,12 +92,10 @@ class ReferenceWorld(CoreWorld):
         return Nearby(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
     def prove(self, asked: ProofAsked) -> ProofFound:
-        """Bound the room of a motion for all t."""
         motion = Motion(asked.breaks, asked.coefficients, asked.tracking)
         prover = Prover(self._model, motion, self._asked(asked.which), asked.drifts, asked.rounding)
         return prover(asked.gap, asked.cells, asked.most_items)
 
     def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
-        """A way between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 where none is found."""
         path = Connect(self._model, self._asked(Kept.ALL), search)(start, goal)
         return np.array(path).reshape(-1, self._model.dof)

@@ -220,7 +220,6 @@ class FromSolids(Side):
 
     @cached_property
     def tops(self) -> tuple[Numbers, Numbers]:
-        """First nodes of links, and solids."""
         return self.model.watched[:, 0], self.model.watched[:, 1]
 
     @cached_property
@@ -230,7 +229,6 @@ class FromSolids(Side):
         return nodes, links
 
     def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
-        """Of all links and all solids at once."""
         model, (nodes, links), solids = self.model, self._links, self.tops[1]
         kept = (model.nodes.radii[nodes] + model.margins[0])[None, :, None]
         if not postures.is_exact:
@@ -244,7 +242,6 @@ class FromSolids(Side):
         return np.asarray((model.solids.from_all(points, ways, enough + kept) - kept)[solids, links])
 
     def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
-        """Of nodes from solids."""
         kept = self.model.nodes.radii[items.one] + self.model.margins[0]
         if postures.moving is not None:
             kept += postures.moving.more[items.two, items.row]
@@ -259,11 +256,9 @@ class FromSolids(Side):
         return points if postures.moving is None else points - postures.moving.ways[:, items.two, items.row]
 
     def openings(self, items: Items) -> FloatArray:
-        """Of nodes."""
         return self.model.nodes.openings[items.one]
 
     def opened(self, items: Items) -> Items:
-        """Nodes' children."""
         children, parents = self.model.nodes.children(items.one)
         return Items(items.row[parents], items.top[parents], children, items.two[parents])
 
@@ -273,7 +268,6 @@ class FromSolids(Side):
         return np.where(self.model.solids.is_exact[items.two], found, np.inf)
 
     def ways_out(self, postures: Postures, items: Items) -> FloatArray:
-        """By differences."""
         seen, m = self.seen(postures, items), len(items.row)
         around = np.repeat(seen[:, None], 6, axis=1)  # (3, 6, m)
         for axis in range(3):
@@ -284,16 +278,13 @@ class FromSolids(Side):
         return _unit(there[:, 0] - there[:, 1])
 
     def rates(self, items: Items, out: FloatArray, drifts: FloatArray) -> FloatArray:
-        """By what solids come nearer, and by what more is kept of them."""
         own = drifts[items.two]
         return np.asarray(-(own[:, 3:6] * out.T).sum(axis=1) - own[:, 6])
 
     def standing(self, items: Items) -> Numbers:
-        """Solids are not carried."""
         return np.zeros(len(items.row), dtype=np.intp)
 
     def paces(self, items: Items, drifts: FloatArray) -> FloatArray:
-        """Of solids, with what is kept of them as it grows."""
         return np.asarray(_length(drifts[:, 3:6].T) + drifts[:, 6])[items.two]
 
 
@@ -304,7 +295,6 @@ class FromEachOther(Side):
 
     @cached_property
     def tops(self) -> tuple[Numbers, Numbers]:
-        """First nodes of both."""
         return self.model.groups[:, 0], self.model.groups[:, 1]
 
     @cached_property
@@ -319,7 +309,6 @@ class FromEachOther(Side):
         return np.asarray(radii[one] + radii[two] + self.model.margins[1])
 
     def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
-        """Of all pairs at once."""
         nodes, (one, two) = self._links
         points = postures.centers_everywhere(nodes)
         apart = points[:, one] - points[:, two]
@@ -331,7 +320,6 @@ class FromEachOther(Side):
         return found - postures.tubes(np.repeat(first, count), row, standing).reshape(-1, count)
 
     def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
-        """Of two nodes."""
         radii = self.model.nodes.radii
         apart = postures.centers(items.one, items.row) - postures.centers(items.two, items.row)
         found = np.asarray(_length(apart) - (radii[items.one] + radii[items.two] + self.model.margins[1]))
@@ -354,7 +342,6 @@ class FromEachOther(Side):
         return np.where(self._listed[items.top], both, found)
 
     def opened(self, items: Items) -> Items:
-        """The children of the larger, or the pairs that are listed."""
         nodes = self.model.nodes
         listed = self._listed[items.top]
         second = nodes.openings[items.one] < nodes.openings[items.two]
@@ -379,23 +366,18 @@ class FromEachOther(Side):
         return Items(items.row[parents], items.top[parents], one, two)
 
     def most(self, postures: Postures, items: Items, rooms: FloatArray) -> FloatArray:
-        """Balls are at the far sides of both nodes at most."""
         return rooms + postures.sides * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two]) + NEARLY
 
     def ways_out(self, postures: Postures, items: Items) -> FloatArray:
-        """From one centre to the other."""
         return _unit(postures.centers(items.one, items.row) - postures.centers(items.two, items.row))
 
     def rates(self, items: Items, out: FloatArray, drifts: FloatArray) -> FloatArray:
-        """Links move with the joints alone."""
         return np.zeros(len(items.row))
 
     def standing(self, items: Items) -> Numbers:
-        """That of the other node."""
         return self.model.nodes.body[items.two]
 
     def paces(self, items: Items, drifts: FloatArray) -> FloatArray:
-        """Links move with the joints alone."""
         return np.zeros(len(items.row))
 
 

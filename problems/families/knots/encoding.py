@@ -141,7 +141,6 @@ class PathEncoding(KnotPostures[P]):
         return self.robot.middle
 
     def posture_at(self, x: Matrix, row: Matrix, before: Matrix) -> Matrix:
-        """Inverse kinematics at a knot, near the posture before."""
         share, point = row[: self.redundancy_values].T, row[self.redundancy_values :]
         values, elbow, _ = self.parts(x)
         return self.posture(point, self.redundancy_at(share, point, values), elbow, before)
@@ -158,7 +157,6 @@ class PathEncoding(KnotPostures[P]):
         return ca.horzcat(*redundancy).T, ca.vertcat(*theta[1:])
 
     def postures(self, x: Matrix) -> Matrix:
-        """Joint angles at all knots, (M, dof), rad."""
         return self.at_knots(x)[1]
 
 
@@ -189,12 +187,10 @@ class KnotsEncoding(PathEncoding[SplineShape]):
 
     @property
     def knots(self) -> FloatArray:
-        """Path parameters of the knots, (M,)."""
         return self.motion.spline.knots
 
     @cached_property
     def knot_points(self) -> FloatArray:
-        """The points at the knots, (M, dim), m."""
         return self.task.path.array[list(self.task.knot_indices)]
 
     @property

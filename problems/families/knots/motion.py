@@ -50,7 +50,6 @@ class RestSpline(InterpolatingSpline):
         return without_rounding(rows)
 
     def known(self, angles: Matrix) -> Matrix:
-        """Right-hand side (M + 4, k) of ``conditions`` for knot angles (M, k): rest, knots, rest."""
         scaled = self.scaled(angles)
         rest = ca.DM.zeros(2, angles.shape[1])
         return ca.vertcat(scaled[0, :], rest, scaled[1:-1, :], rest, scaled[-1, :])
@@ -120,7 +119,6 @@ class KnotSpline(SplineInTime):
 
     @cached_property
     def spline(self) -> RestSpline:
-        """The spline through the knots."""
         return RestSpline(np.array(self.knots))
 
     @cached_property
@@ -148,7 +146,6 @@ class KnotSpline(SplineInTime):
         return SampleGrid(rows=np.column_stack([speed, acceleration, half_steps]), pieces=pieces)
 
     def trajectory(self, parameters: SplineShape) -> Trajectory:
-        """The exact piecewise polynomial of the spline."""
         pieces = self.spline.pieces(as_array(parameters.coefficients))
         return Trajectory.from_pieces(np.diff(self.spline.nodes) * float(parameters.time), pieces)
 
@@ -158,7 +155,6 @@ class KnotSpline(SplineInTime):
         return {"t_T": np.array([time]), **named, "u_knots": self.spline.knots}
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Equal steps, the samples among them; many, as pieces are short."""
         intervals = self.parameters_u.size - 1
         steps = intervals * max(ROWS_PER_SAMPLE, int(np.ceil((at_least - 1) / intervals)))
         return np.linspace(0.0, trajectory.duration, steps + 1)

@@ -138,11 +138,9 @@ class PathFollowingProblem(Problem[SplineShape]):
         return KnotSteps(self).program()
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        """The same with its parts."""
         return KnotSteps(self).parts()
 
     def nlp(self) -> PathNlp:
-        """The same problem for solvers that follow gradients."""
         return PathNlp(self.task, self.motion, self.encoding, self.objective, self.limits, self.trajectory)
 
     @cached_property
@@ -216,7 +214,6 @@ class KnotSteps(CostSteps[SplineShape]):
         self.accuracy = self.arguments.symbolic_copy(problem.accuracy)
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """The steps from the candidate to the motion's blocks."""
         k = self.motion.robot.dof
         theta = ca.SX.sym("theta", k * len(self.encoding.knot_points))
         shape = self.encoding.shape(ca.reshape(theta, k, -1).T, self.encoding.parts(self.x)[2])
@@ -250,7 +247,6 @@ class KnotSteps(CostSteps[SplineShape]):
 
     @property
     def least_orders(self) -> tuple[int, ...]:
-        """The angles, which the points of the path need even if no sample does."""
         return (0,)
 
     def _nodes(self) -> tuple[Step, int]:
@@ -294,5 +290,4 @@ class KnotSteps(CostSteps[SplineShape]):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """The penalty of the accuracy."""
         return ("accuracy",)

@@ -127,7 +127,6 @@ class PathNlp(MotionProgram):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Angles and second derivatives by joint and node, t_T, x_phi, slacks."""
         nodes, joints = range(self.form.nodes.size), range(1, self.robot.dof + 1)
         angles = [f"theta_{joint}[{node}]" for joint in joints for node in nodes]
         bends = [f"d2theta_{joint}[{node}]" for joint in joints for node in nodes[1:-1]]
@@ -163,7 +162,6 @@ class PathNlp(MotionProgram):
 
     @cached_property
     def f(self) -> Matrix:
-        """The objective without kinks."""
         return self.objective.smooth(self._motion, self.split(self.x)[-1]) / self.objective_size
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
@@ -212,7 +210,6 @@ class PathNlp(MotionProgram):
         return {limit: limit.constraints_at(moments) for limit in chosen}
 
     def finer(self) -> PathNlp:
-        """With speeds between the nodes."""
         return replace(self, speed_samples=FINER_SAMPLES)
 
     def bounds_near(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -236,11 +233,9 @@ class PathNlp(MotionProgram):
         return lower, upper
 
     def from_search(self, x: FloatArray) -> FloatArray:
-        """The spline of a search vector, and its x_phi."""
         return self._variables(self.decode(x), x[: self.value_count])
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
-        """The spline itself; x_phi, which it does not tell, in the middle."""
         return self._variables(trajectory, np.full(self.value_count, 0.5))
 
     def _variables(self, trajectory: Trajectory, values: FloatArray) -> FloatArray:
@@ -258,7 +253,6 @@ class PathNlp(MotionProgram):
         return np.concatenate([part.ravel(order="F")[:size] for part, size in zip(parts, self.sizes, strict=True)])
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Cheapest sequences over a grid of the redundancy, constant redundancy and random redundancy, alternating."""
         limits = self.encoding.exact_limits(self.limits)
         for knots, x_phi in self._starts.sequence(rng):
             angles, bends, speeds, grid = (operator @ knots for operator in self._operators)
@@ -292,7 +286,6 @@ class PathNlp(MotionProgram):
         return ca.Function("shape", [angles], [self.motion.spline.coefficients(angles)])
 
     def trajectory(self, x: FloatArray) -> Trajectory:
-        """The spline through a solution's knots, as fast as the limits allow for all t where sooner is better."""
         unit = self.motion.trajectory(SplineShape(self._shape(self._knot_angles(x)), ca.DM(1.0)))
         least = safe_time_scale(self.limits, unit)
         if self.held or not self.objective.sooner_is_better:
@@ -300,6 +293,5 @@ class PathNlp(MotionProgram):
         return unit.time_scaled(max(self.encoding.time_box[0], least))
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
-        """Redundancy angles phi at the knots and t_T of a solution, after time scaling."""
         phi = self.robot.redundant_values(self._knot_angles(x))
         return self.motion.quantities(phi, self.trajectory(x).duration)

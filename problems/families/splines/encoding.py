@@ -227,17 +227,14 @@ class ControlPoints(PathTiming):
         return (*variables(self.task), *offsets, *scales, *self.timing_variables)
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
-        """The least time along the path."""
         at_stops = postures(self.task, x)
         timed = self.motion.timed(*self._through(x, at_stops), self.speed_shares(x))
         return Decoded(parameters=timed, reach=self._arrival(at_stops))
 
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
-        """Control points (N, dof), rad, and (du/dt)^2 at both ends."""
         return self._through(x, postures(self.task, x))
 
     def path_and_arrival(self, x: Matrix) -> tuple[Matrix, Rates, Constraint | None]:
-        """The same, and that the stops are reached; None where that is certain."""
         at_stops = postures(self.task, x)
         return *self._through(x, at_stops), self._arrival(at_stops)
 

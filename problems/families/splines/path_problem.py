@@ -116,7 +116,6 @@ class SplineProblem(Problem[TimedPath]):
         return super().exact_time_scale(trajectory) if self.encoding.at_rest else 1.0
 
     def safe_time_scale(self, trajectory: Trajectory) -> float:
-        """The same and a little more, so that rounding breaks no limit."""
         return super().safe_time_scale(trajectory) if self.encoding.at_rest else 1.0
 
 
@@ -161,7 +160,6 @@ class MoveSteps(CostSteps[TimedPath]):
         return stay_matters(self.limits, self.encoding.task.stay)
 
     def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
-        """A loop over the time after arrival."""
         return [*super().further_steps(orders), *([self._stay()] if self.stays else [])]
 
     def _stay(self) -> Step:
@@ -175,7 +173,6 @@ class MoveSteps(CostSteps[TimedPath]):
         return Step.of("stay", given | state, {"stay": state["stay"] + penalty}, loop)
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """The steps from the candidate to the motion's samples."""
         zeros = {name: ca.SX.zeros(size) for name, size in starting_values.items()}
         stacks = {"blocks": orders} if starting_values or orders else {}
         peaks = peak_loop(self.motion, self.slowing, self.p) if self.slowing else None

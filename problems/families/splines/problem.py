@@ -195,7 +195,6 @@ class MoveProblem(SplineProblem):
         }
 
     def on_branch(self, branch: Mapping[str, FloatArray]) -> MoveProblem:
-        """The same problem on the branches of given postures."""
         own = (self.branches or (self,))[0]
         if set(branch) != set(own.branch):
             raise InvalidProblem("branches", f"postures at {', '.join(own.branch) or 'no stop'} are needed")
@@ -210,7 +209,6 @@ class MoveProblem(SplineProblem):
 
     @property
     def free_space_time(self) -> float:
-        """Of straight lines in joint space, with a stop at each via."""
         return least_time(self.task)
 
     @property
@@ -237,11 +235,9 @@ class MoveProblem(SplineProblem):
         )
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        """The same with its parts."""
         return MoveSteps(self).parts()
 
     def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
-        """That of the sibling with other numbers, where there is one."""
         if self.same_structure_as is None:
             return super().new_evaluator(options)
         return self.same_structure_as.evaluator(options).with_numbers(self.program.parameters)
@@ -274,7 +270,6 @@ class MoveProblem(SplineProblem):
 
     @property
     def ends_may_move(self) -> bool:
-        """Where an end is a pose, which leaves postures to choose."""
         ends = (self.task.start, *self.task.goals)
         return (self.is_polished or self._has_ladder) and not all(place.always_reached for place in ends)
 
@@ -327,7 +322,6 @@ class MoveProblem(SplineProblem):
         return torques is None or torques.time_scale_of(trajectory, times) <= 1.0
 
     def approaches(self) -> Sequence[Approach]:
-        """The postures at the goal that are clear, the most promising first."""
         world = World.of(self.robot, self.obstacles) if self._has_ladder else None
         start = branch_posture(self.robot, self.task.start)
         if world is None or not self._allowed(start[None]).all():
@@ -392,7 +386,6 @@ class MoveProblem(SplineProblem):
 
     @property
     def least_bound(self) -> float:
-        """That of the most promising posture at the goal, of those that are known."""
         return float(self._goals[1][0])
 
     @cached_property
@@ -434,6 +427,5 @@ class MoveProblem(SplineProblem):
         return {**theta, "u_stops": at}
 
     def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
-        """When the vias are passed."""
         times = self.task.via_times(trajectory)
         return tuple(Milestone(label=f"via {number}", time=float(t)) for number, t in enumerate(times, start=1))

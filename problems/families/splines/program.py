@@ -283,7 +283,6 @@ class MoveNlp(MotionProgram):
         return self.sampling * max(least, -(-SAMPLED_STEPS // self.variables.count))
 
     def finer(self) -> MoveNlp:
-        """Where torques count, or what bends as they do."""
         return replace(self, sampling=FINER) if self._is_dynamic and self.has_free_durations else self
 
     @cached_property
@@ -310,7 +309,6 @@ class MoveNlp(MotionProgram):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the variables."""
         _, _, misses, slack = self._symbols
         numbered = [("miss", misses.numel()), ("slack", slack.numel())]
         return (*self.variables.names, *(f"{s}[{i}]" for s, n in numbered for i in range(1, n + 1)))
@@ -323,11 +321,9 @@ class MoveNlp(MotionProgram):
 
     @cached_property
     def f(self) -> Matrix:
-        """The objective without kinks."""
         return self.objective.smooth(self._samples, self._symbols[3]) / self.objective_size
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
-        """Pieces that join, waypoints, limits, the task's duration, slacks."""
         return self._constraints(self._samples, margin)
 
     def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
@@ -371,7 +367,6 @@ class MoveNlp(MotionProgram):
         return MoveBounds(self.task, self.variables, self.waypoints).near(x)
 
     def from_search(self, x: FloatArray) -> FloatArray:
-        """The variables of a search vector's motion."""
         return self.from_trajectory(self.decode(x))
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
@@ -397,11 +392,9 @@ class MoveNlp(MotionProgram):
         return ca.Function("angles", [self._symbols[0]], [self._samples.theta])
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Straight lines between near postures, by turns with detours."""
         return map(self._variables, MoveStarts(self.task, self.objective, self.limits).sequence(rng))
 
     def trajectory(self, x: FloatArray) -> Trajectory:
-        """The exact motion of a solution; as fast as the limits allow for all t if its ends are at rest."""
         motion = through(self.variables.accelerations(x), self._exact_waypoints(x), self.variables.smooth)
         if not self.task.at_rest:
             return motion

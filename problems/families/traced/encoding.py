@@ -61,7 +61,6 @@ class CornerSpline(InterpolatingSpline):
         return without_rounding(np.array(rows))
 
     def basis_functions(self, u: FloatArray, derivative: int = 0) -> FloatArray:
-        """All basis functions, or a derivative of them from the right, at parameters (n,)."""
         return np.asarray(self.basis(u, derivative))
 
     def known(self, angles: Matrix) -> Matrix:
@@ -93,7 +92,6 @@ class TracedSpline(PathSpline):
 
     @cached_property
     def spline(self) -> CornerSpline:
-        """The spline through the knots."""
         return CornerSpline(np.array(self.nodes), self.corners)
 
     @cached_property
@@ -110,7 +108,6 @@ class TracedSpline(PathSpline):
 
     @property
     def stops(self) -> tuple[int, ...]:
-        """The first grid point at each corner."""
         return tuple(corner * self.steps + before for before, corner in enumerate(self.corners))
 
     @cached_property
@@ -141,7 +138,6 @@ class TracedKnots(PathTiming, KnotPostures[TimedPath]):
         return (*self.posture_variables, *self.timing_variables) or (Variable("unused", 0.0, 1.0, "1"),)
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
-        """The least time along the spline through the knots."""
         return Decoded(parameters=self.motion.timed(*self.path(x), self.speed_shares(x)))
 
     def path(self, x: Matrix) -> tuple[Matrix, Rates]:
@@ -188,12 +184,10 @@ class Tracing(PathEncoding[TimedPath], TracedKnots):
 
     @cached_property
     def knots(self) -> FloatArray:
-        """Path parameters of the knots, (M,)."""
         return np.array(self.motion.nodes)
 
     @cached_property
     def knot_points(self) -> FloatArray:
-        """The points at the knots, (M, dim), m."""
         return np.array(self.points)
 
 
@@ -261,7 +255,6 @@ class SpaceKnots(TracedKnots):
 
     @property
     def lead(self) -> int:
-        """All strides in which the first posture wanders off, but the last."""
         return STRIDES - 1
 
     def offsets(self, x: Matrix, share: Matrix) -> Matrix:
@@ -282,7 +275,6 @@ class SpaceKnots(TracedKnots):
         return found
 
     def posture_at(self, x: Matrix, row: Matrix, before: Matrix) -> Matrix:
-        """The posture before, wandered off and led back onto the path."""
         share, target = row[: self.offset_values].T, row[self.offset_values :]
         return self._led_back(before + self.offsets(x, share), target, STEPS)
 
@@ -327,7 +319,6 @@ class SpaceKnots(TracedKnots):
 
     @property
     def most_change(self) -> float:
-        """Bound of how much a joint changes from knot to knot, rad or m: by its offset, and by all Newton steps."""
         grown = float(np.abs(self.knot_rows[:, : self.offset_values]).sum(axis=1).max())
         return MOST_OFFSET * grown + LONGEST_STEP * (STEPS + 2 * LAST_STEPS)
 

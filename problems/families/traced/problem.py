@@ -108,7 +108,6 @@ class TracedProblem(SplineProblem):
         return TracedSteps(self).program()
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        """The same with its parts."""
         return TracedSteps(self).parts()
 
 
@@ -124,7 +123,6 @@ class TracedSteps(MoveSteps):
         self.accuracies = self.arguments.symbolic_copy(problem.accuracies)
 
     def path_steps(self, begin: Mapping[str, ca.SX]) -> list[Step]:
-        """Inverse kinematics in a loop over the knots, then the spline."""
         k = self.motion.robot.dof
         theta = ca.SX.sym("theta", k * len(self.encoding.knot_rows))
         points = self.motion.spline.coefficients(ca.reshape(theta[k * self.encoding.lead :], k, -1).T)
@@ -135,7 +133,6 @@ class TracedSteps(MoveSteps):
 
     @property
     def least_orders(self) -> tuple[int, ...]:
-        """The angles, which the distance from the path needs even if no limit does."""
         return (0,)
 
     def further_steps(self, orders: tuple[int, ...]) -> list[Step]:
@@ -153,7 +150,6 @@ class TracedSteps(MoveSteps):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """The penalty of the accuracy."""
         return ("accuracy",)
 
 
@@ -214,7 +210,6 @@ class TracingProblem(TracedProblem):
     encoding: Tracing
 
     def nlp(self) -> TracingNlp:
-        """The same problem for solvers that follow gradients."""
         return TracingNlp(
             task=end_to_end(self.task),
             objective=self.objective,
@@ -234,7 +229,6 @@ class TracingProblem(TracedProblem):
         return {**{f"phi_{j}": column for j, column in enumerate(phi.T, start=3)}, "u_knots": knots}
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
-        """Every constraint, the distance from the path for all t among them."""
         times = self.task.point_times(trajectory)
         near = prove_tracing(self.robot, self.task.path.array, self.task.accuracy, trajectory, times)
         return [*super().verify(trajectory), near]
@@ -370,7 +364,6 @@ class TracingNlp(MoveNlp):
 
     @property
     def steps(self) -> int:
-        """Time steps of a piece."""
         return PROGRAM_STEPS
 
     def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
@@ -394,11 +387,9 @@ class TracingNlp(MoveNlp):
         return self._variables(PassedMotion(trajectory, times))
 
     def node_times(self, motion: PassedMotion) -> FloatArray:
-        """When the knots are passed, a little apart."""
         return node_times(motion.trajectory, motion.times, 1, self.robot.limits)
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Random search vectors."""
         while True:
             yield self.from_search(rng.uniform(*self.box))
 

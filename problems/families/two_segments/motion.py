@@ -202,7 +202,6 @@ class TwoSegments(Motion[Quantities]):
         return size, size
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
-        """One sample."""
         k, first = self.robot.dof, 0
         derivatives: list[Matrix | None] = [None] * len(self.orders)
         for order in orders:
@@ -232,18 +231,14 @@ class TwoSegments(Motion[Quantities]):
         return 2
 
     def as_matrices(self, parameters: Quantities) -> list[Matrix]:
-        """The quantities, in the order of the fields."""
         return [getattr(parameters, field.name) for field in fields(parameters)]
 
     def from_matrices(self, matrices: Sequence[Matrix]) -> Quantities:
-        """The quantities, in the order of the fields."""
         return Quantities(*matrices)
 
     def trajectory(self, parameters: Quantities) -> Trajectory:
-        """The exact quartic and quintic."""
         return parameters.trajectory()
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Equal steps in each segment, a whole number of them between two samples."""
         steps = self.steps * int(np.ceil((at_least - 1) / (2 * self.steps)))
         return trajectory.times(2 * steps + 1)

@@ -115,7 +115,6 @@ class SegmentsEncoding(Encoding[Quantities]):
         """Bounds of t1 and t2 before any time scaling, s."""
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
-        """Bounds that no candidate of the search box exceeds."""
         t1, t2 = self.time_boxes
         duration, (fastest, sharpest) = t1[1] + t2[1], self.magnitudes()
         rotation = duration * fastest
@@ -147,13 +146,11 @@ class PaperSegments(PaperCost, SegmentsEncoding):
         return tuple(self._variables(middle, Variable("phi", -pi, pi, "rad"), times))
 
     def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
-        """The redundancy angles, which are decision variables themselves."""
         return values
 
     def quantities(
         self, theta_s: Matrix, theta_m: Matrix, dtheta_m: Matrix, theta_f: Matrix, times: Matrix
     ) -> Quantities:
-        """The quantities, which are decision variables themselves."""
         return Quantities(theta_s, theta_m, dtheta_m, theta_f, times[0], times[1])
 
     @property
@@ -162,7 +159,6 @@ class PaperSegments(PaperCost, SegmentsEncoding):
         return self.task.time_box, self.task.time_box
 
     def largest_magnitudes(self) -> dict[str, FloatArray]:
-        """Those of speeds and accelerations."""
         fastest, sharpest = self.magnitudes()
         return {"speed": fastest, "acceleration": sharpest}
 
@@ -261,11 +257,9 @@ class PointToPointProblem(Problem[Quantities]):
         return SegmentSteps(self).program()
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        """The same with its parts."""
         return SegmentSteps(self).parts()
 
     def nlp(self) -> PointToPointNlp:
-        """The same problem for solvers that follow gradients."""
         return PointToPointNlp(self.task, self.motion, self.objective, self.limits, self.parameters_of)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
@@ -273,7 +267,6 @@ class PointToPointProblem(Problem[Quantities]):
         return self.parameters_of(x).arrays()
 
     def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
-        """The control point, where the segments meet."""
         return (Milestone(label="control point", time=float(trajectory.breakpoints[1])),)
 
 
@@ -283,7 +276,6 @@ class SegmentSteps(CostSteps[Quantities]):
     encoding: SegmentsEncoding
 
     def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        """The steps from the candidate to the motion's blocks."""
         decoded = self.encoding.decode(self.x)
         reach = {} if decoded.reach is None else {"reach": decoded.reach.expression.T}
         if not self.encoding.scales_time:

@@ -108,11 +108,9 @@ class PointToPointNlp(MotionProgram):
 
     @cached_property
     def f(self) -> Matrix:
-        """The objective without kinks."""
         return self.objective.smooth(self._symbols[2], self._symbols[3]) / self.objective_size
 
     def constraints(self, margin: float) -> tuple[Constraint, ...]:
-        """Both ends, the limits that time scaling does not restore, obstacles, slacks."""
         return self._constraints(self._symbols[2], margin)
 
     def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
@@ -176,7 +174,6 @@ class PointToPointNlp(MotionProgram):
         return lower, upper
 
     def from_search(self, x: FloatArray) -> FloatArray:
-        """The arm's own quantities of a search vector."""
         return self._variables(self.decode(x))
 
     def from_trajectory(self, trajectory: Trajectory) -> FloatArray:
@@ -201,7 +198,6 @@ class PointToPointNlp(MotionProgram):
         return ca.Function("angles", [x], [samples.theta])
 
     def starts(self, rng: np.random.Generator) -> Iterator[FloatArray]:
-        """Least displacements between end postures, alternating with random postures at both ends."""
         for quantities in self._starts.sequence(rng, self._violation):
             yield self._variables(quantities)
 
