@@ -114,7 +114,12 @@ def function_of(member: object) -> object:
 def methods(kind: type) -> Iterator[Method]:
     for name, member in [*vars(kind).items()]:
         function = function_of(member)
-        if not inspect.isfunction(function) or function.__name__ != name or name.startswith("_"):
+        if (
+            not inspect.isfunction(function)
+            or function.__name__ != name
+            or function.__module__ != kind.__module__
+            or name.startswith("_")
+        ):
             continue
         above = [
             each for each in kind.__mro__[1:] if name in vars(each) or name in vars(each).get("__annotations__", {})
