@@ -21,7 +21,7 @@ FLOORS = {  # of the folders of a package; a package that is not here has none
     "problems": {
         **{"base": 1, "geometry": 2, "evaluation": 3, "robots": 3, "scene": 3, "motions": 4},
         **{"core": 5, "limits": 6, "objectives": 6, "timing": 6, "tasks": 7, "certify": 7},
-        **{"nlp": 8, "sequential": 8, "ladder": 9, "assembly": 9, "families": 10},
+        **{"programs": 8, "sequential": 8, "polish": 9, "assembly": 9, "families": 10},
     },
     "tpbso_casadi": {
         **{"plain": 1, "html": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},

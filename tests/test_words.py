@@ -25,10 +25,10 @@ POINTING = re.compile(
 )
 LONGEST, SHORTEST = 25, 4  # words of a first line
 UNREVISED = {  # folders whose first lines are not all sentences that stand alone
-    *("problems/robots", "problems/core", "problems/families", "problems/certify", "problems/ladder"),
+    *("problems/robots", "problems/core", "problems/families", "problems/certify", "problems/polish"),
     *("problems/limits", "problems/motions", "problems/sequential", "problems/scene", "problems/tasks"),
     *("problems/assembly", "problems/timing", "problems/evaluation", "problems/geometry", "problems/objectives"),
-    *("problems/base", "problems/nlp", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/campaign"),
+    *("problems/base", "problems/programs", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/campaign"),
     *("tpbso_casadi/planning", "tpbso_casadi/suite", "tpbso_casadi/facade", "tpbso_casadi/figures"),
     *("tpbso_casadi/storage", "tpbso_casadi/cli", "tpbso_casadi/trade_off", "tpbso_casadi/replanning"),
     *("tpbso_casadi/simulation", "tpbso_casadi/animation", "tpbso_casadi/referee", "tpbso_casadi/reproduction"),

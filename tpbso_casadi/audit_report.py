@@ -18,7 +18,7 @@ from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.certify import freedom, structure_of
 from problems.limits import SAMPLING_MARGIN, ExpressionLimit
-from problems.nlp import Optimality, optimality
+from problems.programs import Optimality, optimality
 from tpbso_casadi.planning import Motion, nearest_optimum
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import CertificateResult, StoredRun

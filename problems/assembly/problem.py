@@ -17,8 +17,8 @@ from problems.base import FloatArray, InvalidProblem, Matrix, Relaxation
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, peaks_of
 from problems.motions import JointPath, Motion, Trajectory
-from problems.nlp import NonlinearProgram
 from problems.objectives import OBJECTIVES, Objective
+from problems.programs import NonlinearProgram
 from problems.robots import Robot
 from problems.tasks import check_choice
 

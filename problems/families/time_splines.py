@@ -37,8 +37,8 @@ from problems.evaluation import EvaluationOptions, PopulationFunction, Program, 
 from problems.families.splines import selected
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, LimitKind, StepLimit, TaperedMargin, limits_of
 from problems.motions import ClampedSpline, SplineInTime, SplineShape, Trajectory
-from problems.nlp import NonlinearProgram
 from problems.objectives import MotionBounds, Objective
+from problems.programs import NonlinearProgram
 from problems.robots import Robot
 from problems.tasks import Move, check_at_least
 from problems.timing import MotionState, least_duration

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from problems.ladder import Deviations, Integrals, Minimised
 from problems.objectives import OBJECTIVES, Objective
+from problems.polish import Deviations, Integrals, Minimised
 from problems.robots import Robot
 
 

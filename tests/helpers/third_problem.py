@@ -20,8 +20,8 @@ from problems.certify import safe_time_scale
 from problems.evaluation import Program, Step
 from problems.limits import Limit, limits_of
 from problems.motions import Motion, SampleGrid, Samples
-from problems.nlp import NonlinearProgram
 from problems.objectives import MotionBounds
+from problems.programs import NonlinearProgram
 from problems.scene import Obstacle
 from problems.tasks import Task
 from tpbso_casadi.scenario import ModelSection, TaskSection

@@ -15,7 +15,7 @@ from problems import InvalidProblem, Problem, Trajectory, Verdict
 from problems.assembly import Criteria
 from problems.base import FloatArray, as_array
 from problems.limits import holds_time
-from problems.nlp import NonlinearProgram
+from problems.programs import NonlinearProgram
 from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
 from tpbso_casadi.planning.motion import Motion

@@ -24,7 +24,7 @@ import numpy as np
 
 from problems import Constraint, Problem
 from problems.base import STEP, Relaxation, as_array
-from problems.nlp import NonlinearProgram
+from problems.programs import NonlinearProgram
 from solvers import IPOPT, Solution, StopReason
 from tpbso_casadi.planning.finishing import Refinement, in_least_time, retimed
 from tpbso_casadi.planning.motion import Motion

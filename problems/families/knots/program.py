@@ -29,8 +29,8 @@ from problems.families.knots.starts import PathStarts
 from problems.families.two_segments import AXES
 from problems.limits import Accuracy, Constraint, Limit, StepLimit, minimum_time_scale, peaks_of
 from problems.motions import Samples, SplineShape, Trajectory
-from problems.nlp import MAX_ANGLE_CHANGE, MotionProgram, equality, slack_constraints
 from problems.objectives import Objective
+from problems.programs import MAX_ANGLE_CHANGE, MotionProgram, equality, slack_constraints
 from problems.robots import Robot
 from problems.tasks import PathFollowing, narrow_elbow
 

@@ -24,8 +24,8 @@ from problems.base import FloatArray, as_array
 from problems.families.knots.encoding import KnotsEncoding
 from problems.limits import proximity_limits
 from problems.motions import Samples
-from problems.nlp import Displacement, Postures, displacement_of
 from problems.objectives import Objective
+from problems.programs import Displacement, Postures, displacement_of
 from problems.robots import Robot
 from problems.scene import Obstacle, standing
 

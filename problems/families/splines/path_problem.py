@@ -14,7 +14,6 @@ import numpy as np
 from problems.assembly import CostSteps, PathTiming, Problem, peak_loop
 from problems.base import FloatArray, InvalidProblem, Matrix, Operand, as_array, split
 from problems.evaluation import Loop, Step
-from problems.ladder import Integrals
 from problems.limits import SAMPLING_MARGIN, Constraint, looks, stay_constraints, stay_matters
 from problems.motions import (
     ALONG,
@@ -35,6 +34,7 @@ from problems.motions import (
     limited,
     within,
 )
+from problems.polish import Integrals
 from problems.robots import JointLimits
 from problems.timing import SpeedProfile, retime
 

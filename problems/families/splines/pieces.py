@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from problems.base import FloatArray, Matrix, split
 from problems.limits import Constraint
 from problems.motions import Samples, Trajectory
-from problems.nlp import equality
+from problems.programs import equality
 from problems.robots import JointLimits, Robot
 from problems.timing import AccelerationPieces
 

@@ -21,7 +21,20 @@ from problems.families.splines.branches import branch_posture, branched, least_t
 from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
-from problems.ladder import (
+from problems.limits import (
+    MAX_STEP_SHARE,
+    SAMPLING_MARGIN,
+    Constraint,
+    LimitKind,
+    StepLimit,
+    limits_of,
+    looks,
+    stay_constraints,
+    stay_matters,
+)
+from problems.motions import JointPath, PathSpline, TimedPath, Trajectory
+from problems.objectives import DirectMoves, Objective
+from problems.polish import (
     GOOD_ENOUGH,
     Climb,
     Deviations,
@@ -37,19 +50,6 @@ from problems.ladder import (
     postures_around,
     postures_on_the_way,
 )
-from problems.limits import (
-    MAX_STEP_SHARE,
-    SAMPLING_MARGIN,
-    Constraint,
-    LimitKind,
-    StepLimit,
-    limits_of,
-    looks,
-    stay_constraints,
-    stay_matters,
-)
-from problems.motions import JointPath, PathSpline, TimedPath, Trajectory
-from problems.objectives import DirectMoves, Objective
 from problems.sequential import JointTorques, Polish, can_be_polished, limits_can_be_polished
 from problems.tasks import Milestone, Move, Surroundings, check_at_least
 from problems.timing import least_durations, retime

@@ -30,7 +30,8 @@ from problems.families.splines.pieces import SHORTEST, Pieces, PieceVariables, W
 from problems.families.splines.starts import MoveStarts, PassedMotion
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit, looks, stay_constraints, stay_matters
 from problems.motions import Samples, Trajectory
-from problems.nlp import (
+from problems.objectives import Objective
+from problems.programs import (
     MAX_ANGLE_CHANGE,
     MotionProgram,
     composed_hessian,
@@ -38,7 +39,6 @@ from problems.nlp import (
     replace_with_symbols,
     slack_constraints,
 )
-from problems.objectives import Objective
 from problems.robots import Robot
 from problems.tasks import ANGLE_TOLERANCE, Move, Place, narrow_elbow
 

@@ -20,8 +20,8 @@ from problems.families.splines.encoding import postures, variables
 from problems.families.two_segments import OPTIONS, SAME_VALUE_TOLERANCE
 from problems.limits import SAMPLING_MARGIN, Limit
 from problems.motions import Samples, Trajectory
-from problems.nlp import MAX_ANGLE_CHANGE, Displacement, displacement_of
 from problems.objectives import Objective
+from problems.programs import MAX_ANGLE_CHANGE, Displacement, displacement_of
 from problems.robots import Robot
 from problems.tasks import ANGLE_TOLERANCE, Move, Place, narrow_elbow
 from problems.timing import least_durations, least_time_move

@@ -23,11 +23,11 @@ from problems.families.splines import MoveNlp, MoveSteps, PassedMotion, SplinePr
 from problems.families.traced.encoding import AT_REST, SpaceKnots, TracedKnots, TracedSpline, Tracing, as_tuples
 from problems.families.traced.nearness import Nearness
 from problems.families.traced.proofs import ToolMotion, TracedTool, prove_tracing
-from problems.ladder import PIECES, OwnLimits, faster_nearby
 from problems.limits import SAMPLING_MARGIN, Accuracy, AngularAccuracy, Constraint, LimitKind, limits_of, shares_along
 from problems.motions import Samples, TimedPath, Trajectory
-from problems.nlp import NonlinearProgram
 from problems.objectives import Objective
+from problems.polish import PIECES, OwnLimits, faster_nearby
+from problems.programs import NonlinearProgram
 from problems.robots import Robot, SpatialArm
 from problems.sequential import limits_can_be_polished
 from problems.tasks import (

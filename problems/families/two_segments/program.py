@@ -24,7 +24,8 @@ from problems.families.two_segments.motion import TIME_SHARES, Quantities, TwoSe
 from problems.families.two_segments.starts import PointToPointStarts
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit
 from problems.motions import Samples, Trajectory
-from problems.nlp import (
+from problems.objectives import Objective
+from problems.programs import (
     MAX_ANGLE_CHANGE,
     MotionProgram,
     composed_hessian,
@@ -32,7 +33,6 @@ from problems.nlp import (
     replace_with_symbols,
     slack_constraints,
 )
-from problems.objectives import Objective
 from problems.robots import Robot
 from problems.tasks import PointToPoint, narrow_elbow
 

@@ -25,8 +25,8 @@ import numpy as np
 
 from problems.base import FloatArray, as_array, repeated, total
 from problems.families.two_segments.motion import QUARTIC, QUINTIC, Quantities
-from problems.nlp import MAX_ANGLE_CHANGE, Displacement, Postures, displacement_of
 from problems.objectives import Objective
+from problems.programs import MAX_ANGLE_CHANGE, Displacement, Postures, displacement_of
 from problems.robots import Robot
 from problems.tasks import Elbow, PointToPoint, narrow_elbow
 

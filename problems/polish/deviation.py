@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from problems.base import BSpline, FloatArray
 from problems.core import SingleRows, WholeRows
-from problems.ladder.spline import AT_REST, DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
 from problems.motions import Trajectory
+from problems.polish.spline import AT_REST, DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
 from problems.robots import JointLimits
 from problems.timing import MotionState, fastest_move, least_durations, rest_to_rest, switch_shares
 

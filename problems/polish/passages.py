@@ -16,9 +16,9 @@ import numpy as np
 
 from problems.base import FloatArray, as_array
 from problems.core import WholeRows
-from problems.ladder.deviation import Deviations
-from problems.ladder.spline import AT_REST
 from problems.motions import increasing_choice
+from problems.polish.deviation import Deviations
+from problems.polish.spline import AT_REST
 from problems.robots import Robot
 from problems.tasks import Place
 

@@ -14,7 +14,7 @@ import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, as_array
-from problems.nlp.program import NonlinearProgram
+from problems.programs.program import NonlinearProgram
 
 ACTIVE_ROW_DISTANCE = 1e-3  # a scaled row that is nearer than this to its bound is active
 NNLS_ITERATIONS = 30  # at most, for each bound

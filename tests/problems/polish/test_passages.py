@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import World
-from problems.ladder import Climb, Deviations, Passages, joint_box
+from problems.polish import Climb, Deviations, Passages, joint_box
 from problems.scene import Box
 from problems.tasks import Joints, Pose
 from problems.tasks.place import Place

@@ -8,14 +8,14 @@ import numpy as np
 
 from problems.base import FloatArray
 from problems.core import World
-from problems.ladder.climb import Climb, joint_box
-from problems.ladder.deviation import Deviations
-from problems.ladder.minimised import Integrals, Minimised
-from problems.ladder.own_limits import OwnLimits
-from problems.ladder.passages import Passages
-from problems.ladder.spline import PIECES
 from problems.limits import Limit
 from problems.motions import JointPath, Trajectory
+from problems.polish.climb import Climb, joint_box
+from problems.polish.deviation import Deviations
+from problems.polish.minimised import Integrals, Minimised
+from problems.polish.own_limits import OwnLimits
+from problems.polish.passages import Passages
+from problems.polish.spline import PIECES
 from problems.scene import Obstacle
 from problems.sequential import JointTorques
 from problems.tasks import Place

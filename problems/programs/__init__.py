@@ -1,7 +1,7 @@
 """The smooth nonlinear programs: variables, rows, structured starts, optimality."""
 
-from problems.nlp.optimality import Optimality, optimality
-from problems.nlp.program import (
+from problems.programs.optimality import Optimality, optimality
+from problems.programs.program import (
     MAX_ANGLE_CHANGE,
     MotionProgram,
     NonlinearProgram,
@@ -10,7 +10,7 @@ from problems.nlp.program import (
     replace_with_symbols,
     slack_constraints,
 )
-from problems.nlp.starts import Displacement, Postures, displacement_of
+from problems.programs.starts import Displacement, Postures, displacement_of
 
 __all__ = [
     "MAX_ANGLE_CHANGE",

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix, total
 from problems.core import WholeRows, joined
-from problems.ladder.deviation import Deviations, PostureRows
-from problems.ladder.spline import AT_REST
 from problems.motions import SAMPLED_ORDERS, Samples
 from problems.objectives import DirectMoves, Integrand, Objective
+from problems.polish.deviation import Deviations, PostureRows
+from problems.polish.spline import AT_REST
 from problems.robots import Robot
 
 KEPT = 16  # objectives

@@ -19,9 +19,9 @@ from problems.certify import limit_verdicts, verdict
 from problems.families.splines import MoveNlp
 from problems.families.splines.starts import WaypointPostures
 from problems.limits import limits_of
-from problems.nlp import optimality
-from problems.nlp.optimality import least_squares_multipliers
-from problems.nlp.starts import LONGEST
+from problems.programs import optimality
+from problems.programs.optimality import least_squares_multipliers
+from problems.programs.starts import LONGEST
 from problems.scene.moving import ConstantVelocity, MovingObstacle
 from problems.tasks import Joints, Move, Position
 from problems.timing.free_space import least_durations, least_time_move, rest_to_rest

@@ -9,9 +9,9 @@ from helpers.core_robots import robot_of
 from helpers.minimised import minimised
 
 from problems.core import World
-from problems.ladder import Climb, DeviationPolish, Deviations, gentler, joint_box
-from problems.ladder.climb import GOOD_ENOUGH
 from problems.limits import TorqueLimit, limits_of
+from problems.polish import Climb, DeviationPolish, Deviations, gentler, joint_box
+from problems.polish.climb import GOOD_ENOUGH
 from problems.robots import SpatialArm
 from problems.scene import Box
 from problems.sequential import JointTorques

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.ladder import Deviations
-from problems.ladder.deviation import smoothed
-from problems.ladder.spline import DeviationSpline
 from problems.motions import JointPath, Trajectory
+from problems.polish import Deviations
+from problems.polish.deviation import smoothed
+from problems.polish.spline import DeviationSpline
 from problems.robots import JointLimits
 from problems.timing import retime
 

@@ -20,7 +20,7 @@ from problems.families.knots import starts
 from problems.families.knots.starts import RedundancyGrid, evenly_spread
 from problems.families.two_segments.starts import PROFILES, SKEWED, EndPostures, Ends, PointToPointStarts, Profile
 from problems.limits import limits_of
-from problems.nlp.starts import LONGEST, SUM, Displacement, Postures
+from problems.programs.starts import LONGEST, SUM, Displacement, Postures
 from problems.tasks import Elbow
 
 ARM = PlanarArm((0.6, 0.6, 0.5, 0.3), (4.0, 2.0, 4.0, 4.0), (20.0, 20.0, 40.0, 20.0))

@@ -8,8 +8,8 @@ from helpers.minimised import minimised
 
 from problems import Joints, Move, move
 from problems.core import World
-from problems.ladder import Climb, Deviations, joint_box
 from problems.motions import Trajectory
+from problems.polish import Climb, Deviations, joint_box
 from problems.robots import SpatialArm
 from problems.scene import Box, ConstantVelocity, MovingObstacle, Obstacle
 

@@ -12,13 +12,13 @@ import numpy as np
 
 from problems.base import FloatArray
 from problems.core import Schedule, World
-from problems.ladder.descent import DeviationPolish, Reached
-from problems.ladder.deviation import Deviations, direct_motion
-from problems.ladder.minimised import Minimised
-from problems.ladder.own_limits import OwnLimits
-from problems.ladder.passages import Passages
 from problems.limits import looks
 from problems.motions import Trajectory
+from problems.polish.descent import DeviationPolish, Reached
+from problems.polish.deviation import Deviations, direct_motion
+from problems.polish.minimised import Minimised
+from problems.polish.own_limits import OwnLimits
+from problems.polish.passages import Passages
 from problems.robots import JointLimits, Robot
 from problems.sequential import JointTorques
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from helpers.core_robots import robot_of
 
-from problems.ladder import at_the_bound
-from problems.ladder.rephasing import LOOKS, Rephased, drawn, looks
+from problems.polish import at_the_bound
+from problems.polish.rephasing import LOOKS, Rephased, drawn, looks
 from problems.robots import JointLimits
 from problems.scene import Ball
 from problems.tasks import Surroundings

@@ -13,7 +13,7 @@ from helpers.slow import slow_except
 import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import SingleRows, WholeRows, World
-from problems.ladder import Climb, Deviations, Rates, joint_box
+from problems.polish import Climb, Deviations, Rates, joint_box
 from problems.robots import JointLimits
 from problems.scene import Box
 from problems.timing import MotionState, fastest_move

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from helpers.space import small_arm
 
-from problems.ladder import OwnLimits
-from problems.ladder.own_limits import SMALL, SPARE
 from problems.limits import StatedExpression, ToolRegion, ToolSpeed, Upright
 from problems.motions import traced
+from problems.polish import OwnLimits
+from problems.polish.own_limits import SMALL, SPARE
 
 ARM = small_arm()
 RNG = np.random.default_rng(3)

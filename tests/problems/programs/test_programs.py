@@ -33,7 +33,7 @@ from problems.base import FloatArray, as_array
 from problems.certify import exact_time_scale
 from problems.limits import SAMPLING_MARGIN, holds_time, limits_of
 from problems.limits.joint_limits import SpeedLimit
-from problems.nlp import NonlinearProgram, composed_hessian
+from problems.programs import NonlinearProgram, composed_hessian
 from solvers import IPOPT, Box, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
-from problems.ladder.deviation import Deviations, JointRows, PostureRows
-from problems.ladder.minimised import Minimised, Nearly
-from problems.ladder.own_limits import OwnLimits
-from problems.ladder.passages import Passage, Passages
-from problems.ladder.spline import AT_REST
 from problems.limits import looks
+from problems.polish.deviation import Deviations, JointRows, PostureRows
+from problems.polish.minimised import Minimised, Nearly
+from problems.polish.own_limits import OwnLimits
+from problems.polish.passages import Passage, Passages
+from problems.polish.spline import AT_REST
 from problems.sequential import JointTorques
 
 CLEARANCE_PRICE = 30.0  # s/m: what a program pays for clearance that is missing

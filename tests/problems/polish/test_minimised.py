@@ -15,9 +15,9 @@ from scipy.integrate import quad
 import tpbso_casadi as tp
 from problems.base import FloatArray, as_array
 from problems.families.splines import move
-from problems.ladder import Deviations, Integrals, Minimised
 from problems.motions import MotionView, traced
 from problems.objectives import OBJECTIVES, ExpressionObjective, Objective, WeightedSum
+from problems.polish import Deviations, Integrals, Minimised
 from problems.robots import SpatialArm
 from problems.tasks import Joints, Move
 
@@ -90,7 +90,7 @@ def test_energy_is_the_integral_of_squared_torques(motions: Deviations) -> None:
 
 @pytest.mark.parametrize("name", EVERY)
 def test_slopes_are_those_of_differences(name: str, motions: Deviations, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("problems.ladder.minimised.CORNER", 1e-6)  # absolute values are not rounded off
+    monkeypatch.setattr("problems.polish.minimised.CORNER", 1e-6)  # absolute values are not rounded off
     worth, x, duration, step = minimised(motions, panda(), EVERY[name]), drawn(motions, 3), 2.5, 1e-5
     nearly = worth.nearly(x, duration)
     for seed, longer in ((4, 0.0), (5, 1.0), (6, -2.0)):
