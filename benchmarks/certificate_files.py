@@ -39,7 +39,7 @@ from tpbso_casadi.scenario import Scenario, ScenarioError, overridden, parse_sce
 Content = dict[str, Any]
 TIMES, LOOKS = 2_001, 401  # at which a motion is looked at: its torques, and what is near it
 LESS, NEARER = 1e-6, 1e-5  # how much a limit is put below what is reached, of it; how much a margin above the room, m
-LADDER = {"name": "ladder"}
+DIRECT = {"name": "direct"}
 ROBOTS = {
     "panda": [0.0, -0.8, 0.0, -2.4, 0.0, 1.6, 0.8],
     "ur5e": [0.0, -1.6, 1.6, -1.6, -1.6, 0.0],
@@ -61,7 +61,7 @@ def plans(options: argparse.Namespace) -> Iterator[PlannedMotion]:
     if options.problems is not None:
         question = Question(setting_of(options), to_pose=False)
         for problem in problems_of(options, options.problems):
-            yield from _planned(lambda problem=problem: overridden(question.scenario(problem), solver=LADDER))
+            yield from _planned(lambda problem=problem: overridden(question.scenario(problem), solver=DIRECT))
     move = random_planar_move if options.plane else random_move
     for seed in range(options.seed, options.seed + 100_000):
         yield from _planned(lambda seed=seed: move(np.random.default_rng(seed)))
@@ -86,7 +86,7 @@ def random_move(rng: np.random.Generator) -> Scenario:
             "task": {"kind": "point-to-point", "start": {"joints": start}, "goal": {"joints": goal}},
             "obstacles": [_solid(rng) for _ in range(rng.integers(1, 6))],
             "model": {"margin": 0.01},
-            "solver": LADDER,
+            "solver": DIRECT,
         }
     )
 

@@ -61,7 +61,7 @@ SOLVERS = {  # by label in the tables
     "random search": "random",
     "CMA-ES (cma)": "cma",
     "DE (SciPy)": "scipy-de",
-    "DIRECT (SciPy)": "direct",
+    "DIRECT (SciPy)": "scipy-direct",
     "dual annealing (SciPy)": "annealing",
     "PSO (pymoo)": "pymoo",
     "DE (pymoo)": "pymoo(algorithm=de)",

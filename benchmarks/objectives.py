@@ -82,7 +82,7 @@ def measured(
         start, goal = next(drawn), next(drawn)
         with suppress(tp.ScenarioError):
             posture = tp.Joints(tuple(goal))
-            cases = [("ladder", pose_of(goal)), ("ladder", posture)] if posed else [(each, posture) for each in solvers]
+            cases = [("direct", pose_of(goal)), ("direct", posture)] if posed else [(each, posture) for each in solvers]
             yield tuple(outcome(start, asked, objective, solver) for solver, asked in cases)
             left -= 1
 
@@ -119,11 +119,11 @@ def main() -> None:
     parser.add_argument("--problems", type=int, default=20)
     parser.add_argument("--seed", type=int, default=3)
     parser.add_argument("--objective", nargs="+", default=["energy"], help="a name, or NAME=WEIGHT of several")
-    parser.add_argument("--solver", nargs="*", default=["abso"], help="besides the ladder")
+    parser.add_argument("--solver", nargs="*", default=["abso"], help="besides direct")
     parser.add_argument("--goal", choices=("joints", "pose"), default="joints")
     given = parser.parse_args()
     posed = given.goal == "pose"
-    names = ("pose", "posture") if posed else ("ladder", *given.solver)
+    names = ("pose", "posture") if posed else ("direct", *given.solver)
     print(report(list(measured(given.problems, given.seed, stated(given.objective), names, posed)), names))
 
 

@@ -1,4 +1,4 @@
-"""Where each millisecond of a plan goes: the stages of the ladder on MotionBenchMaker problems, in one process.
+"""Where each millisecond of a plan goes: the stages of direct planning on MotionBenchMaker problems, in one process.
 
     python -m benchmarks.stages panda.jsonl --robot-urdf panda.urdf --spheres panda-spheres.toml
 
@@ -29,11 +29,11 @@ STAGES = {
     "statement": "tables read and checked",
     "model": "robot, task and limits as one problem, branches of a pose included",
     "bound": "motions at the bound: drawn, looked at, clear for all t",
-    "ladder": "ways and their polish",
+    "direct": "ways and their polish",
     "certificate": "all verdicts",
     "rest": "what is left",
 }
-SAID = re.compile(r"^(model|bound|ladder|certificate): .*in ([\d.]+) s")
+SAID = re.compile(r"^(model|bound|direct|certificate): .*in ([\d.]+) s")
 
 
 class Heard(logging.Handler):
@@ -57,13 +57,13 @@ def stages_of(question: Question, problem: MotionProblem, heard: Heard) -> list[
     """
     heard.seconds.clear()
     began = time.perf_counter()
-    scenario = overridden(question.scenario(problem), solver={"name": "ladder"})
+    scenario = overridden(question.scenario(problem), solver={"name": "direct"})
     stated = time.perf_counter() - began
     plan(scenario)
     whole, found = time.perf_counter() - began, heard.seconds
     verdicts, at_bound = found["certificate"], found["bound"]
-    inside = "ladder" if found["ladder"] else "bound"  # where motions are judged
-    known = {"statement": stated, "model": found["model"], "bound": at_bound, "ladder": found["ladder"]}
+    inside = "direct" if found["direct"] else "bound"  # where motions are judged
+    known = {"statement": stated, "model": found["model"], "bound": at_bound, "direct": found["direct"]}
     known[inside] = max(known[inside] - verdicts, 0.0)
     known["certificate"] = verdicts
     return [*known.values(), max(whole - sum(known.values()), 0.0), whole]

@@ -84,7 +84,7 @@ class Controllers:
 
 def planned(scene: Scene, seed: int, tracking: TrackingError | None) -> SearchedMotion:
     """The plan of a scene."""
-    text = scene.scenario(6000, seed, "ladder")
+    text = scene.scenario(6000, seed, "direct")
     if tracking is not None:
         text = text.replace('model = "panda"\n', f'model = "panda"\n{toml_line(tracking)}\n', 1)
     with tempfile.TemporaryDirectory() as folder:

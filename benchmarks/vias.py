@@ -142,13 +142,13 @@ def main() -> None:
     parser.add_argument("--problems", type=int, default=20)
     parser.add_argument("--seed", type=int, default=3)
     parser.add_argument("--via", choices=("joints", "position", "none"), default="joints")
-    parser.add_argument("--solver", nargs="*", default=["abso"], help="besides the ladder")
+    parser.add_argument("--solver", nargs="*", default=["abso"], help="besides direct")
     parser.add_argument("--blend", type=float, help="compare a stop at the via with a corner missed by so much")
     parser.add_argument("--moving", action="store_true", help="joints move at both ends, past a via too")
     given = parser.parse_args()
     drawn = given.problems, given.seed, given.via
     if given.blend is None:
-        solvers = ("ladder", *given.solver)
+        solvers = ("direct", *given.solver)
         found = measured(lambda *move: tuple(outcome(*move, each, given.moving) for each in solvers), *drawn)
         print(report(found, solvers))
         return

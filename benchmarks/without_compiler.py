@@ -1,4 +1,4 @@
-"""What plans cost with the compiled core, and in NumPy: processor seconds of the ladder on MotionBenchMaker problems.
+"""What plans cost with the compiled core, and in NumPy: processor seconds of direct plans of MotionBenchMaker problems.
 
     python -m benchmarks.without_compiler panda.jsonl --robot-urdf panda.urdf --spheres panda-spheres.toml --first 3
     TPBSO_CASADI_CORE=off python -m benchmarks.without_compiler panda.jsonl ...
@@ -27,7 +27,7 @@ def planned(scenario: Scenario) -> tuple[float, float]:
     """Processor seconds, and the duration of the certified plan, s; infinite where there is none."""
     began = time.process_time()
     try:
-        motion = plan(overridden(scenario, solver={"name": "ladder"})).motion
+        motion = plan(overridden(scenario, solver={"name": "direct"})).motion
     except ScenarioError:  # it has no solution
         return time.process_time() - began, np.inf
     return time.process_time() - began, motion.trajectory.duration if motion.feasible else np.inf

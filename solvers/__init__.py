@@ -19,11 +19,10 @@ from solvers.driver import (
 from solvers.functions import BENCHMARK_FUNCTIONS, BenchmarkFunction, InvalidFunction, benchmark_function
 from solvers.ga import GA
 from solvers.ipopt import IPOPT, Descent, DescentResult, Program, Solution, descend
-from solvers.ladder import Ladder
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.random_search import RandomSearch
-from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS, AnySolver, External
+from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, NO_SEARCH, SOLVERS, AnySolver, External
 from solvers.solver import (
     STARTS,
     Box,
@@ -47,6 +46,7 @@ __all__ = [
     "GRADIENT_SOLVERS",
     "IPOPT",
     "LSHADE",
+    "NO_SEARCH",
     "PSO",
     "SOLVERS",
     "STARTS",
@@ -64,7 +64,6 @@ __all__ = [
     "Interruption",
     "InvalidFunction",
     "Iterations",
-    "Ladder",
     "Preset",
     "Program",
     "RandomSearch",

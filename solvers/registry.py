@@ -10,7 +10,6 @@ from solvers.bas import BAS
 from solvers.bso import BSO
 from solvers.ga import GA
 from solvers.ipopt import IPOPT
-from solvers.ladder import Ladder
 from solvers.lshade import LSHADE
 from solvers.pso import PSO
 from solvers.random_search import RandomSearch
@@ -42,18 +41,18 @@ class External:
 SOLVERS: dict[str, type[Solver]] = {
     "bso": BSO,
     "abso": AdaptiveBeetleSwarm,
-    "ladder": Ladder,
     "pso": PSO,
     "ga": GA,
     "lshade": LSHADE,
     "bas": BAS,
     "random": RandomSearch,
 }
+NO_SEARCH = "direct plans motions and searches nothing else; DIRECT of SciPy is scipy-direct"  # asked for by name
 GRADIENT_SOLVERS: dict[str, type[IPOPT]] = {"ipopt": IPOPT}
 EXTERNAL = {
     "scipy-de": External(path="solvers.external.scipy_solvers:SciPyDE"),
     "annealing": External(path="solvers.external.scipy_solvers:DualAnnealing"),
-    "direct": External(path="solvers.external.scipy_solvers:DirectRectangles"),
+    "scipy-direct": External(path="solvers.external.scipy_solvers:DirectRectangles"),
     "cma": External(path="solvers.external.cma_es:CMAES", package="cma", extra="cma"),
     "pymoo": External(path="solvers.external.pymoo_solvers:Pymoo", package="pymoo", extra="pymoo"),
     "nevergrad": External(path="solvers.external.nevergrad_solvers:Nevergrad", package="nevergrad", extra="nevergrad"),

@@ -131,7 +131,6 @@ class SolverTraits:
         solves_program: whether it descends on a smooth program (:func:`solvers.descend`) rather than searching a box
             (:func:`solvers.driver`).
         steps: what the entries of its history count.
-        bound_first: whether a motion that nothing can beat is to be looked for before anything is searched.
         presets: settings that belong together, by a name that stands for them: ``bso(printed)``.
     """
 
@@ -139,7 +138,6 @@ class SolverTraits:
     has_population: ClassVar[bool]
     solves_program: ClassVar[bool]
     steps: ClassVar[Steps]
-    bound_first: ClassVar[bool] = False
     presets: ClassVar[Mapping[str, Preset]] = NO_PRESETS
 
 

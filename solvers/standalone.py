@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from solvers.budget import Budget
 from solvers.driver import Result, Status, keep_best
 from solvers.driver import minimize as drive
-from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, SOLVERS
+from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, NO_SEARCH, SOLVERS
 from solvers.solver import Box, FloatArray, Solver, is_solver_class
 
 
@@ -158,6 +158,8 @@ def _named(name: str) -> Any:
         if external.package and find_spec(external.package) is None:
             raise ValueError(f"solver: {name} needs the package {external.package}: {external.install}")
         return resolve_name(external.path)
+    if name in {"direct", "ladder"}:
+        raise ValueError(f"solver: {NO_SEARCH}")
     if name in GRADIENT_SOLVERS:
         raise ValueError(f"solver: {name} needs the derivatives of a program, and a function of numbers has none")
     if ":" in name:

@@ -207,8 +207,8 @@ def by_roboplan(setting: Setting, problem: MotionProblem, seconds: float) -> Mad
 
 
 def by_ours(setting: Setting, problem: MotionProblem, seconds: float) -> Made | None:
-    """The ladder; a plan that is not proven is no plan."""
-    planner = Planner(Question(setting, to_pose=False).scenario(problem), solver="ladder", seed=1)
+    """Direct planning; a plan that is not proven is no plan."""
+    planner = Planner(Question(setting, to_pose=False).scenario(problem), solver="direct", seed=1)
     plan = planner.plan(Joints(problem.start), Joints(problem.goal))
     return made(plan.trajectory) if plan.certified else None
 
@@ -253,7 +253,7 @@ FOREIGN: dict[str, ForeignPlanner] = {
     "drake": ForeignPlanner("Drake KinematicTrajectoryOptimization", by_drake),  # accelerations at ends are free
     "drake-toppra": ForeignPlanner("the same, and Drake's Toppra", by_drake_and_toppra),
     "roboplan": ForeignPlanner("roboplan RRT-Connect, shortcuts, TOPP-RA: defaults", by_roboplan),
-    "ladder": ForeignPlanner("ours, `ladder`", by_ours, AMONG_OBSTACLES | {"jerk"}),
+    "direct": ForeignPlanner("ours, `direct`", by_ours, AMONG_OBSTACLES | {"jerk"}),
     "toppra": ForeignPlanner("TOPP-RA through 5 random waypoints: defaults", toppra_at_random, TIMED, random=True),
     "ruckig": ForeignPlanner("Ruckig through 5 random waypoints", ruckig_at_random, TIMED | {"jerk"}, random=True),
 }

@@ -155,5 +155,5 @@ def test_what_is_needed_or_unknown_is_said(
     assert capsys.readouterr().err == "benchmarks.motion_bench_maker: --robot-urdf: is needed\n"
     options = argparse.Namespace(planners="ompl,moveit", payloads=None)
     assert compare_in_space(options) == 2
-    known = "ompl, roboplan, drake, ladder"
+    known = "ompl, roboplan, drake, direct"
     assert capsys.readouterr().err == f"benchmarks.peers: --planners: 'moveit' is not one of {known}\n"

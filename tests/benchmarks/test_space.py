@@ -53,7 +53,7 @@ def test_lines_are_divided_ever_more_and_doubled_waypoints_left_out() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("planner", "package"),
-    [("ompl", "ompl"), ("roboplan", "roboplan"), ("drake", "pydrake"), ("ladder", "tpbso_casadi")],
+    [("ompl", "ompl"), ("roboplan", "roboplan"), ("drake", "pydrake"), ("direct", "tpbso_casadi")],
 )
 def test_a_planner_answers_with_a_motion_that_is_judged(
     planner: str, package: str, setting: Setting, folder: Path
@@ -79,7 +79,7 @@ def test_a_planner_answers_with_a_motion_that_is_judged(
     [
         ("ompl", "ompl", "no path in time"),
         ("roboplan", "roboplan", "roboplan: Invalid start configuration requested, cannot plan!"),
-        ("ladder", "tpbso_casadi", "task.start: joint 3: 5 is not within -2 and 2 rad"),
+        ("direct", "tpbso_casadi", "task.start: joint 3: 5 is not within -2 and 2 rad"),
     ],
 )
 def test_a_start_outside_the_ranges_of_the_joints_has_no_path(

@@ -9,7 +9,7 @@ import pytest
 from solvers import EXTERNAL, SOLVERS, Solver
 
 LIBRARIES_OF_MANY = ("nevergrad", "mealpy")  # a tenth to a millisecond a candidate: see test_libraries.py instead
-WITHOUT_CHANCE = ("direct",)  # any seed gives the same search
+WITHOUT_CHANCE = ("scipy-direct",)  # any seed gives the same search
 NAMES = [*SOLVERS, *EXTERNAL]
 PARAMETERS = [pytest.param(name, marks=[pytest.mark.slow] * (name in LIBRARIES_OF_MANY)) for name in NAMES]
 

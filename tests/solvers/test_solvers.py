@@ -248,7 +248,6 @@ BAD_SETTINGS: dict[str, dict[str, list[object]]] = {
         **{"effort": [0], "last_population": [3], "antenna": [0.0], "momentum": [-0.1], "leaders_last": [0.0]},
         **{"directions_first": [1.1], "principal": [-0.1], "archive_rate": [-1.0]},
     },
-    "ladder": {"effort": [0], "antenna": [0.0]},
     "lshade": {"effort": [0], "last_population": [3], "memory_size": [0], "best": [0.0], "archive_rate": [-1.0]},
     "ga": {"tournament": [0], "crossover_rate": [1.5], "mutation_rate": [-0.1], "mutation_eta": [-1.0]},
     "scipy-de": {"recombination": [1.1], "strategy": ["rand3"]},
@@ -259,7 +258,7 @@ BAD_SETTINGS: dict[str, dict[str, list[object]]] = {
     "mealpy": {"algorithm": ["PSO", "Optimizer"]},
     "bas": {"first_step": [0.0], "eta": [1.0], "shortest_antenna": [-0.1], "last_step": [0.0]},
     "random": {},
-    "direct": {"locally_biased": [2], "eps": [-1.0]},
+    "scipy-direct": {"locally_biased": [2], "eps": [-1.0]},
     "pygmo": {"algorithm": ["best"]},
     "minion": {"algorithm": ["NelderMead"]},
 }

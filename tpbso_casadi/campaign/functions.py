@@ -11,7 +11,17 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from problems.base import FloatArray
-from solvers import BenchmarkFunction, Box, InvalidFunction, Result, Solver, StopReason, benchmark_function, minimize
+from solvers import (
+    NO_SEARCH,
+    BenchmarkFunction,
+    Box,
+    InvalidFunction,
+    Result,
+    Solver,
+    StopReason,
+    benchmark_function,
+    minimize,
+)
 from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
@@ -67,6 +77,8 @@ def section_of(table: Mapping[str, Any]) -> SolverSection:
         section = SolverSection.model_validate(dict(table))
     except ValidationError as error:
         raise ScenarioError(f"solver.{describe(error, SolverSection, dict(table))}") from error
+    if section.is_direct:
+        raise ScenarioError(NO_SEARCH)
     if section.kind().solves_program or section.polish_starts:
         raise ScenarioError("IPOPT needs the derivatives of a program, which a benchmark function does not give")
     section.build()

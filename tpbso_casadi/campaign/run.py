@@ -266,7 +266,7 @@ class Run:
 
     def seconds_after(self, descent: float) -> float:
         """Of a plan: timing, proofs, a record; and refinement, of sequential programs about as much as of a descent."""
-        polished = not self.section.kind().bound_first and problem_of(self.scenario).is_polished
+        polished = not self.section.is_direct and problem_of(self.scenario).is_polished
         return PLAN_SECONDS + (1 if polished else self.section.polish_starts) * descent
 
     @property

@@ -362,7 +362,7 @@ class SequencePlanner:
 
     def _planned(self, statement: Scenario, thorough: bool) -> Trajectory | None:
         solver = statement.solver.build()
-        if solver.bound_first and not thorough:
+        if statement.solver.is_direct and not thorough:
             problem = statement.problem()
             planning = replace(self.planning, scenario=statement, solver=solver, settings=statement.solver)
             found = without_search(problem, planning)

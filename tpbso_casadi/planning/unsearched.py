@@ -30,7 +30,7 @@ WORTH_TRYING = 1.002  # of a bound: what is gained below that is not worth a way
 
 def without_search(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
     """A certified plan of a solver that tries first what costs less than a search; None where it finds none."""
-    if not (planning.solver.bound_first and planning.scenario.model.retime):
+    if not (planning.settings.is_direct and planning.scenario.model.retime):
         return None
     return planning.interruption.attempt(partial(_climbed_from_the_bound, problem, planning))
 
@@ -87,7 +87,7 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
                 best = motion, branch
         if best is not None and (len(tried) >= MOST_APPROACHES or planning.satisfied()):
             break
-    LOG.info("ladder: ways to %d of %d postures in %.3f s", len(tried), len(approaches), time.perf_counter() - began)
+    LOG.info("direct: ways to %d of %d postures in %.3f s", len(tried), len(approaches), time.perf_counter() - began)
     if best is None or (known is not None and best[0] is known.motion):
         return known
     return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, len(tried))

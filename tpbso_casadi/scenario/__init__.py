@@ -1,7 +1,7 @@
 """Scenarios: files that are validated key by key, and the built-in ones."""
 
 from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known, builtin
-from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, find_objective, find_solver
+from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, current_name, find_objective, find_solver
 from tpbso_casadi.scenario.constraints import hand_table
 from tpbso_casadi.scenario.input_files import (
     LARGEST_ANGLE,
@@ -135,6 +135,7 @@ __all__ = [
     "best_known",
     "built",
     "builtin",
+    "current_name",
     "describe",
     "each_of",
     "find_objective",

@@ -22,7 +22,7 @@ from typing import Generic, TypeGuard, TypeVar
 from problems import LIMITS, OBJECTIVES, ROBOTS, Limit, Objective, Robot
 from problems.objectives import WeightedSum
 from problems.robots import BUILT_IN
-from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, is_solver_class
+from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AdaptiveBeetleSwarm, AnySolver, is_solver_class
 from tpbso_casadi.plain import nearest
 
 T = TypeVar("T")
@@ -182,10 +182,16 @@ def _is_solver(candidate: object) -> TypeGuard[type[AnySolver]]:
     return is_solver_class(candidate) or subclass_of(IPOPT)(candidate)
 
 
+DIRECT = "direct"  # plans motions without a search; what it finds none for is searched by the adaptive beetle swarm
+FORMER_NAMES = {"ladder": DIRECT}
+
 SOLVER_CATALOGUE: Catalogue[type[AnySolver]] = Catalogue(
     kind="solver",
     group="tpbso_casadi.solvers",
-    registry={**SOLVERS, **GRADIENT_SOLVERS, **{name: external.path for name, external in EXTERNAL.items()}},
+    registry={
+        **{DIRECT: AdaptiveBeetleSwarm, **SOLVERS, **GRADIENT_SOLVERS},
+        **{name: external.path for name, external in EXTERNAL.items()},
+    },
     accepts=_is_solver,
     requirement="a dataclass derived from solvers.Solver",
     extras={name: (external.package, external.extra) for name, external in EXTERNAL.items() if external.package},
@@ -217,12 +223,17 @@ def find_solver(name: str) -> type[AnySolver]:
     """The class of a solver.
 
     Args:
-        name: of a solver of ours or of another library, in the entry-point group ``tpbso_casadi.solvers``, or
-            ``package.module:Class``.
+        name: of a solver of ours (of ``direct`` the one that searches what is left) or of another library, in the
+            entry-point group ``tpbso_casadi.solvers``, or ``package.module:Class``.
 
     Raises:
         PluginError: nothing of that name, it is not a :class:`solvers.Solver`, or its library is not installed.
     """
     if not isinstance(name, str):
         raise PluginError(f"solver: a name is needed, not {reprlib.repr(name)}")
-    return SOLVER_CATALOGUE.find(name)
+    return SOLVER_CATALOGUE.find(current_name(name))
+
+
+def current_name(solver: str) -> str:
+    """The name that a solver has now, where it had another one."""
+    return FORMER_NAMES.get(solver, solver)

@@ -11,7 +11,7 @@ from typing import Any
 
 from problems.base import number_of, whole_of
 from solvers import Preset
-from tpbso_casadi.scenario.catalogues import PluginError, find_solver
+from tpbso_casadi.scenario.catalogues import PluginError, current_name, find_solver
 from tpbso_casadi.scenario.validation import ScenarioError
 
 STATED = re.compile(r"(?P<name>[^()+\s]+)(?:\((?P<settings>[^()]*)\))?(?P<polish>\+polish(?P<starts>\d*))?")
@@ -58,7 +58,7 @@ def named_solver(text: str, key: str = "solver") -> NamedSolver:
     for part in match["settings"].split(",") if match["settings"] else []:
         settings |= _preset(match["name"], part.strip()) or dict([_setting(f"{key}: {text!r}", part)])
     starts = 0 if match["polish"] is None else _polish_starts(f"{key}: {text!r}", match["starts"] or "1")
-    return NamedSolver(match["name"], settings, starts)
+    return NamedSolver(current_name(match["name"]), settings, starts)
 
 
 def each_of(text: str) -> list[str]:

@@ -14,7 +14,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
 
-from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
 
 from problems import InvalidProblem, Obstacle, Problem, Robot, Trajectory
 from problems.assembly import Criteria
@@ -29,10 +36,12 @@ from tpbso_casadi.scenario.carried import (
     with_contacts,
 )
 from tpbso_casadi.scenario.catalogues import (
+    DIRECT,
     LIMIT_CATALOGUE,
     OBJECTIVE_CATALOGUE,
     ROBOT_CATALOGUE,
     SOLVER_CATALOGUE,
+    current_name,
     failure,
     find_solver,
     is_raised_in,
@@ -95,7 +104,7 @@ class BuiltScene(NamedTuple):
 class SolverSection(Section):
     """[solver]: which search, how long, from which seed; the command line overrides."""
 
-    name: Word = "bso"
+    name: Annotated[Word, AfterValidator(current_name)] = "bso"
     population: int | None = Field(default=None, le=MOST_MEMBERS)
     iterations: int | None = Field(default=None, gt=0, le=MOST_ITERATIONS)
     evaluations: int | None = Field(default=None, gt=0, le=MOST_EVALUATIONS)
@@ -106,8 +115,13 @@ class SolverSection(Section):
     polish_starts: int = Field(default=0, ge=0, le=MOST_POLISH_STARTS)
     settings: dict[str, int | float | Word] = Field(default_factory=dict)
 
+    @property
+    def is_direct(self) -> bool:
+        """Whether motions are planned without a search, where one is found so."""
+        return self.name == DIRECT
+
     def kind(self) -> type[AnySolver]:
-        """The class of the solver.
+        """The class of what searches.
 
         Raises:
             ScenarioError: an unknown solver.
@@ -133,9 +147,9 @@ class SolverSection(Section):
             raise ScenarioError(f"solver.within: {self.name} starts again and again by itself; say time_limit")
         if self.within is not None and self.time_limit is not None:
             raise ScenarioError("solver.within: has a time limit of its own; leave time_limit out")
-        if self.first and not kind.bound_first:
+        if self.first and not self.is_direct:
             raise ScenarioError(
-                f"solver.first: {self.name} searches for the best; name ladder, in space, or say within"
+                f"solver.first: {self.name} searches for the best; name direct, in space, or say within"
             )
         self._check_settings(kind, settings)
         foreign = [] if self.name in SOLVER_CATALOGUE.registry else [self.name]

@@ -130,7 +130,7 @@ class SpatialRobotSection(Section):
     avoids_itself: ClassVar[bool] = True
     usual_samples: ClassVar[int] = 100
     usual_descents: ClassVar[int] = 0
-    usual_solver: ClassVar[str] = "ladder"
+    usual_solver: ClassVar[str] = "direct"
 
     model: Word | None = None
     urdf: FileName | None = None

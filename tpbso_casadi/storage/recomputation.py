@@ -369,7 +369,7 @@ def _unsearched(result: RunResult, motion: Motion) -> Iterator[str]:
     """Where nothing was searched, the solver tries other things first; at the bound is what the slowest joint takes."""
     if result.evaluations or result.solver is None or result.retiming is not None:
         return
-    if not result.scenario.solver.kind().bound_first:
+    if not result.scenario.solver.is_direct:
         yield f"evaluations: {result.scenario.solver.name} needs some"
     ends, trajectory = motion.trajectory.breakpoints[[0, -1]], motion.trajectory
     bound = least_durations(np.subtract(*trajectory.at(ends)), motion.problem.robot.limits).max()

@@ -24,7 +24,7 @@ from problems.certify import WorstIs
 from solvers import StopReason
 from tpbso_casadi.plain import plain, settings_of
 from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming
-from tpbso_casadi.scenario import Scenario, StrictModel
+from tpbso_casadi.scenario import Scenario, StrictModel, current_name
 
 
 def _all_finite(settings: dict[str, Any]) -> dict[str, Any]:
@@ -61,7 +61,7 @@ class StoredTable(StrictModel, from_attributes=True):
 class SolverResult(StoredTable):
     """The solver and its hyper-parameters, which may be those of any plug-in."""
 
-    name: str
+    name: Annotated[str, AfterValidator(current_name)]
     settings: Annotated[dict[str, Any], AfterValidator(_all_finite)]
 
     @classmethod

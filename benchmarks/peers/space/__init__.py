@@ -1,1 +1,1 @@
-"""What others plan for robots among obstacles, and we: OMPL with TOPP-RA, roboplan, Drake, and the ladder."""
+"""What others plan for robots among obstacles, and we: OMPL with TOPP-RA, roboplan, Drake, and direct planning."""

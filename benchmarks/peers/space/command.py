@@ -14,8 +14,8 @@ from benchmarks.motion_bench_maker.runs import Run, run_all
 from benchmarks.motion_bench_maker.table import printed, rows
 from benchmarks.peers.space.planners import PLANNERS, record
 
-SEEDS = {"ompl": 3, "roboplan": 3, "drake": 1, "ladder": 3}
-SECONDS = {"ompl": 10.0, "roboplan": 10.0, "drake": 30.0, "ladder": 30.0}
+SEEDS = {"ompl": 3, "roboplan": 3, "drake": 1, "direct": 3}
+SECONDS = {"ompl": 10.0, "roboplan": 10.0, "drake": 30.0, "direct": 30.0}
 
 
 def add_space_options(parser: argparse.ArgumentParser) -> None:

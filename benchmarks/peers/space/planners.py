@@ -93,13 +93,13 @@ def by_roboplan(setting: Setting, problem: MotionProblem, seed: int, seconds: fl
     return Answer(found.motion.trajectory, found.seconds, "", details)
 
 
-def by_ladder(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:
+def by_direct(setting: Setting, problem: MotionProblem, seed: int, seconds: float) -> Answer:
     """Our own, as ``Planner.plan`` plans by default, certificates included; without a limit of time.
 
     The way back is planned before, so that code is loaded and robot and scene are there, as those of the others are.
     """
     scenario = Question(setting, to_pose=False).scenario(problem)
-    planner, start, goal = Planner(scenario, solver="ladder", seed=seed), Joints(problem.start), Joints(problem.goal)
+    planner, start, goal = Planner(scenario, solver="direct", seed=seed), Joints(problem.start), Joints(problem.goal)
     began = time.process_time()
     with suppress(ScenarioError):
         planner.plan(goal, start)
@@ -118,7 +118,7 @@ PLANNERS: dict[str, Callable[[Setting, MotionProblem, int, float], Answer]] = {
     "ompl": by_ompl,
     "roboplan": by_roboplan,
     "drake": by_drake,
-    "ladder": by_ladder,
+    "direct": by_direct,
 }
 
 

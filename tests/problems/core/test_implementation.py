@@ -65,7 +65,7 @@ from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario
 
 for _ in range(2):
-    assert plan(parse_scenario(space_scenario(solver={"name": "ladder", "evaluations": 300}))).motion.feasible
+    assert plan(parse_scenario(space_scenario(solver={"name": "direct", "evaluations": 300}))).motion.feasible
 """
 
 

@@ -78,7 +78,7 @@ from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario
 
 assert core().name == "NumPy"
-found = plan(parse_scenario(space_scenario(solver={"name": "ladder", "evaluations": 300})))
+found = plan(parse_scenario(space_scenario(solver={"name": "direct", "evaluations": 300})))
 assert found.motion.feasible
 assert found.search.evaluations == 0, found.search.evaluations
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from helpers.slow import slow_except
 import tpbso_casadi as tp
 from problems.objectives import OBJECTIVES
 from problems.timing import least_durations
+from tpbso_casadi.plain import as_json, sealed
 
 START, GOAL = [0.0, -0.8, 0.0, -2.2, 0.0, 1.5, 0.8], [0.9, -0.3, 0.2, -1.8, 0.3, 1.7, 0.2]
 ENDS: dict[str, Any] = {"start": {"joints": START}, "goal": {"joints": GOAL}}
@@ -35,7 +37,7 @@ def direct_tool(share: float) -> np.ndarray:
 
 def test_where_nothing_is_in_the_way_nothing_is_searched() -> None:
     plan = tp.plan("panda", **ENDS)
-    assert plan.certified and plan.scenario.solver.name == "ladder"
+    assert plan.certified and plan.scenario.solver.name == "direct"
     assert plan.motion.trajectory.duration == pytest.approx(bound(plan), rel=1e-9)
     assert plan.search is not None
     assert (plan.search.evaluations, plan.search.stop_reason) == (0, tp.StopReason.TARGET)
@@ -53,6 +55,17 @@ def test_joints_wait_for_each_other_at_the_bound() -> None:
     half = np.array([0.5 * direct.duration])
     assert np.abs(direct.at(half) - own.at(half)).max() > 0.01
     assert tp.audit(plan).certified
+
+
+def test_a_run_that_names_ladder_is_one_of_direct(tmp_path: Path) -> None:
+    stored = tp.plan("panda", **ENDS, solver="ladder").save(tmp_path / "run", figures=()) / "result.json"
+    content = json.loads(stored.read_text())
+    del content["seal"]
+    assert content["solver"]["name"] == content["scenario"]["solver"]["name"] == "direct"
+    content["solver"]["name"] = content["scenario"]["solver"]["name"] = "ladder"
+    stored.write_text(as_json(sealed(content), 2))
+    assert tp.read_run(tmp_path / "run").scenario.solver.name == "direct"
+    assert tp.audit(tmp_path / "run").certified
 
 
 def test_a_solver_that_is_named_searches() -> None:
@@ -90,7 +103,7 @@ def test_the_first_certified_plan_is_enough_where_it_is_asked_for() -> None:
 
 @pytest.mark.parametrize("what", [{"solver": "bso"}, {"solver": "ipopt"}])
 def test_a_search_has_no_first_plan(what: dict[str, Any]) -> None:
-    with pytest.raises(tp.ScenarioError, match=r"first: \w+ searches for the best; name ladder"):
+    with pytest.raises(tp.ScenarioError, match=r"first: \w+ searches for the best; name direct"):
         tp.plan("panda", **ENDS, first=True, **what)
 
 

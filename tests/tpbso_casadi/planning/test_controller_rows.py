@@ -37,7 +37,7 @@ def panda() -> Motion:
 @cache
 def jerky() -> Motion:
     """Accelerations jump: nothing limits the jerk."""
-    content = space_scenario(task=HASTE, obstacles=[], solver={"name": "ladder", "evaluations": None})
+    content = space_scenario(task=HASTE, obstacles=[], solver={"name": "direct", "evaluations": None})
     return plan(parse_scenario(content)).motion
 
 

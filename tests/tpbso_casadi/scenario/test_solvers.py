@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.slow import slow_except
+from helpers.space_scenarios import space_scenario
 
+import tpbso_casadi as tp
 from solvers import EXTERNAL, IPOPT, SOLVERS, Solver
 from tpbso_casadi import Scenario, find_solver, parse_scenario
+from tpbso_casadi.campaign import function_grid, parse_solvers, suite_grid
 from tpbso_casadi.cli.commands.solve import parser
 from tpbso_casadi.planning import plan
-from tpbso_casadi.scenario import PluginError
+from tpbso_casadi.scenario import PluginError, ScenarioError, named_solver
 from tpbso_casadi.scenario.cases import random_scenario, random_scenarios
 
 PLUGIN = """
@@ -46,6 +49,26 @@ def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_our_own() -> None:
     assert {name: find_solver(name) for name in SOLVERS} == SOLVERS
     assert find_solver("ipopt") is IPOPT
+
+
+def test_direct_and_its_former_name() -> None:
+    assert find_solver("direct") is find_solver("ladder") is SOLVERS["abso"]
+    assert named_solver("ladder(antenna=0.2)+polish").table("direct", {"momentum": 0.5}) == {
+        **{"name": "direct", "settings": {"momentum": 0.5, "antenna": 0.2}, "polish_starts": 1},
+    }
+    stated = parse_scenario(space_scenario(solver={"name": "ladder"})).solver
+    assert (stated.name, stated.is_direct) == ("direct", True)
+
+
+@pytest.mark.parametrize("name", ["direct", "ladder"])
+def test_direct_searches_nothing_else(name: str) -> None:
+    line = "direct plans motions and searches nothing else; DIRECT of SciPy is scipy-direct"
+    with pytest.raises(ValueError, match=line):
+        tp.minimize(np.sum, [(0.0, 1.0)], name)
+    with pytest.raises(ScenarioError, match=line):
+        function_grid(["sphere-10"], parse_solvers(name), [1])
+    with pytest.raises(ScenarioError, match=line):
+        suite_grid(tp.suite()[:1], parse_solvers(name), 1, 10)
 
 
 @pytest.mark.parametrize("name", EXTERNAL)

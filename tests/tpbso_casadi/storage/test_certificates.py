@@ -29,7 +29,7 @@ HALTS = {"shape": "box", "center": [0.4, 0.0, 0.62], "size": [0.1, 0.1, 0.1]}
 
 
 def planned(**tables: Any) -> Plan:
-    content = space_scenario(task=TOWARD, obstacles=[], solver={"name": "ladder", "evaluations": None}, **tables)
+    content = space_scenario(task=TOWARD, obstacles=[], solver={"name": "direct", "evaluations": None}, **tables)
     return Plan(plan(parse_scenario(content)))
 
 

@@ -150,7 +150,7 @@ def add_search_options(search: Group) -> None:
         metavar="NAME",
         help=f"{listed(SOLVER_CATALOGUE.registry)}, a plug-in, or package.module:Class; settings and a polish may "
         "follow, as in bso(c1=1.5)+polish; an iteration of ipopt is a start [default: the scenario's, else abso with "
-        "--polish, in space ladder]",
+        "--polish, in space direct]",
     )
     add_population(search, whole_number(0, MOST_MEMBERS))
     add_iterations(search, whole_number(1, MOST_ITERATIONS))
