@@ -3,7 +3,7 @@
     python -m benchmarks.landscape --out docs/images     # features into runs/landscape.csv, the map, tables in Markdown
     python -m benchmarks.landscape --read runs/landscape.csv --out docs/images     # the same of features that are there
 
-Features (:mod:`tpbso_casadi.suite.features`) are of the merit, of two objectives of the first one, on the sample that
+Features (:mod:`benchmarks.freeze.features`) are of the merit, of two objectives of the first one, on the sample that
 the suite's instances were chosen by. BBOB is that of ioh, which has it for any number of variables, so that each
 landscape is compared with BBOB's of as many: 0 is their mean of a feature, 1 their deviation.
 """
@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from benchmarks.freeze.features import FEATURES, features, sample_of
 from problems.base import FloatArray
 from tpbso_casadi.suite import suite
-from tpbso_casadi.suite.features import FEATURES, features, sample_of
 
 BBOB = "bbob"
 INSTANCES = (1, 2, 3)  # of BBOB

@@ -26,14 +26,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.freeze.definitions import DEFINITIONS, MENDED, NEWEST, Definition, Tables
+from benchmarks.freeze.freezing import frozen, has_postures, lower_bound
 from solvers import LSHADE, Box, Budget, Solver, minimize
 from tpbso_casadi.campaign.front_search import search_front
 from tpbso_casadi.cli.commands.suite import numbers
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import SolverSection, find_solver
 from tpbso_casadi.suite import SUITE, SUITES, SuiteProblem, suite
-from tpbso_casadi.suite.definitions import DEFINITIONS, MENDED, NEWEST, Definition, Tables
-from tpbso_casadi.suite.freezing import frozen, has_postures, lower_bound
 from tpbso_casadi.suite.fronts import CORNER
 from tpbso_casadi.suite.frozen import DESCRIPTIONS, Content, content_of, folder_of
 from tpbso_casadi.suite.motions import problem_of

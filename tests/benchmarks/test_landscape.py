@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.freeze.features import FEATURES
 from benchmarks.landscape import BBOB, FARTHEST, Landscape, Map, draw, read, told, write
-from tpbso_casadi.suite.features import FEATURES
 
 HALF = len(FEATURES) // 2
 

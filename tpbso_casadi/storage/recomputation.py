@@ -27,7 +27,6 @@ from tpbso_casadi.planning import (
 )
 from tpbso_casadi.storage.result import RunResult, of_motion, of_timing
 from tpbso_casadi.storage.tables import (
-    CertificateResult,
     ConstraintResult,
     PiecesResult,
     PolishedMotion,
@@ -87,7 +86,6 @@ TOLERANCES = {
     "retiming.motion.breakpoints": Tolerance(),
     "retiming.motion.coefficients": Tolerance(least=1.0),
 }  # by path, of all numbers below it; anything else has to be the same
-ADDED_ROWS = ("waypoints", "lines")  # verdicts that older results do not have; an audit proves them all the same
 TIMED_AGAIN_SEARCHED = {"solution.time_scale": Tolerance(TIMED_AGAIN)}
 TIMED_AGAIN_POLISHED = {
     "polish.before.objective": Tolerance(TIMED_AGAIN),
@@ -180,11 +178,6 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
         Contradiction: naming the first key that does not.
     """
     keys, tolerances = of_motion(motion), TOLERANCES
-    for key in ("closest_approach", "at_goal"):
-        if getattr(result, key) is None:  # older results have none
-            del keys[key]
-    if result.certificate.in_words is None:
-        keys |= _as_in_version_1(result, motion, keys["constraints"])
     if result.versions.get(CORE) != versions()[CORE]:
         keys["constraints"] = _proven_otherwise(result, keys["constraints"])
     names = (name for name in ("python", *versions()) if name != CORE or name in result.versions)
@@ -209,28 +202,6 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
     trees = (tree.model_dump(mode="json", include=set(keys)) for tree in (result, computed))
     stored, follows = ({key: tree[key] for key in keys if key in tree} for tree in trees)  # in the order of the keys
     compare(stored, follows, tolerances)
-
-
-def _as_in_version_1(result: RunResult, motion: Motion, rows: Sequence[ConstraintResult]) -> dict[str, Any]:
-    """The keys of a result of version 1.0.0, which said less of a certificate; an audit proves all of it all the same.
-
-    What is neither exact nor the same today, bounds of fewer bodies and peaks that were not followed, is believed.
-    """
-    stated = {row.name: row for row in result.constraints}
-
-    def as_it_was(row: ConstraintResult) -> ConstraintResult:
-        older = stated.get(row.name, row)
-        believed = {} if row.worst_is is WorstIs.EXACT else {"worst": older.worst, "where": older.where}
-        return row.model_copy(update={"worst_is": None, **believed})
-
-    known = [
-        row for row in rows if row.name in stated or (row.worst_is is WorstIs.EXACT and row.name not in ADDED_ROWS)
-    ]
-    return {
-        "certificate": CertificateResult(verdict=motion.status),
-        "constraints": [as_it_was(row) for row in known],
-        "closest_approach": result.closest_approach,
-    }
 
 
 def _proven_otherwise(result: RunResult, rows: Sequence[ConstraintResult]) -> list[ConstraintResult]:

@@ -5,7 +5,6 @@ A number that is not finite is null on disk and None in the model.
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -110,7 +109,7 @@ class ObjectiveResult(StoredTable):
 class ConstraintResult(StoredTable):
     """One constraint, judged for all t; worst and bound in ``unit``.
 
-    ``worst_is`` says whether that value is exact, a proven bound or the worst found; None in results of version 1.0.0.
+    ``worst_is`` says whether that value is exact, a proven bound or the worst found.
     """
 
     name: str
@@ -120,7 +119,7 @@ class ConstraintResult(StoredTable):
     status: CertificateStatus
     where: str
     satisfied: bool
-    worst_is: WorstIs | None = None
+    worst_is: WorstIs
 
 
 class ClosestApproachResult(StoredTable):
@@ -181,13 +180,13 @@ class CertificateResult(StoredTable):
 
     Attributes:
         verdict: certified, violated or undecided.
-        in_words: the same with the links whose geometry was left out; None in results of version 1.0.0.
-        not_judged: what no verdict speaks of, a line each; None likewise.
+        in_words: the same with the links whose geometry was left out.
+        not_judged: what no verdict speaks of, a line each.
     """
 
     verdict: CertificateStatus
-    in_words: str | None = None
-    not_judged: list[str] | None = None
+    in_words: str
+    not_judged: list[str]
 
     @classmethod
     def of(cls, motion: Motion) -> Self:
@@ -195,22 +194,10 @@ class CertificateResult(StoredTable):
         return cls(verdict=motion.status, in_words=motion.status_in_words, not_judged=list(motion.not_judged))
 
 
-FORMER_NAMES = (  # of variables, in results of version 1.0.0
-    (re.compile("slowness"), "time_scale"),
-    (re.compile(r"pace_(\d+)"), r"local_time_scale_\1"),
-    (re.compile(r"pace_([a-z]\w*)"), r"time_scale_\1"),
-)
-
-
-def present_name(name: str) -> str:
-    """What a variable is called today."""
-    return next((match.expand(now) for then, now in FORMER_NAMES if (match := then.fullmatch(name))), name)
-
-
 class VariableResult(StoredTable):
     """One entry of the search vector, in ``unit``."""
 
-    name: Annotated[str, AfterValidator(present_name)]
+    name: str
     value: float
     unit: str
 

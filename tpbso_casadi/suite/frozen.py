@@ -20,9 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from tpbso_casadi.suite.definitions import SUITES
 from tpbso_casadi.suite.kernels import FloatArray, Kernel
 
+SUITES = ("arm-motions-1", "arm-motions-2")
+SUITE = SUITES[0]  # the default: results of it are published
+INTEGRALS_AT_SAMPLES = (SUITE,)  # suites that count one side alone of every jump of an acceleration
 DESCRIPTIONS = "suite.json"
 CHECK_POINTS = 64  # of an instance
 INVALID_FILE = "is not the file that belongs to this suite; install the package anew"

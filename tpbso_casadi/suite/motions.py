@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,7 @@ from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from tpbso_casadi.planning import Motion, PlannedMotion, motion_of
 from tpbso_casadi.scenario import Scenario, parse_scenario
-from tpbso_casadi.suite.definitions import INTEGRALS_AT_SAMPLES
-from tpbso_casadi.suite.freezing import Instance
+from tpbso_casadi.suite.frozen import INTEGRALS_AT_SAMPLES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -79,8 +78,15 @@ def motion(scenario: Scenario, x: FloatArray, suite: str, name: str) -> SuiteMot
 
 def interpreted(scenario: Scenario, form: str, suite: str) -> list[Callable[[FloatArray], FloatArray]]:
     """Functions of merit, objective and violations in CasADi's virtual machine, for each objective."""
-    instance = Instance({}, problem_of(scenario, suite), form)
-    return [PopulationFunction(program, EvaluationOptions("vm")).of_any for program, _ in instance.programs]
+    programs = [problem.parts_program()[0] for problem in problems_of(problem_of(scenario, suite), form)]
+    return [PopulationFunction(program, EvaluationOptions("vm")).of_any for program in programs]
+
+
+def problems_of(problem: Problem[Any], form: str) -> list[Problem[Any]]:
+    """One problem for each objective, all with the same search box: each term of a sum where there are two."""
+    whole = problem.objective
+    objectives = [part for _, part in whole.terms] if form == "two objectives" else [whole]
+    return [replace(problem, objective=objective) for objective in objectives]
 
 
 def problem_of(scenario: Scenario, suite: str) -> Problem[Any]:

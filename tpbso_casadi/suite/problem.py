@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from tpbso_casadi.suite.definitions import SUITE
 from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import (
     INVALID_FILE,
+    SUITE,
     Content,
     Description,
     InvalidSuite,

@@ -94,51 +94,6 @@ def test_what_is_written_is_read_again(kind: str) -> None:
     assert list(json.loads(text))[:5] == ["scenario", "solver", "seed", "objective", "cost"]
 
 
-@pytest.mark.parametrize(
-    ("former", "now"),
-    [
-        ("slowness", "time_scale"),
-        ("pace_12", "local_time_scale_12"),
-        ("pace_goal", "time_scale_goal"),
-        ("pace", "pace"),
-    ],
-)
-def test_variables_of_older_results_are_known_by_their_names_of_today(former: str, now: str) -> None:
-    document = json.loads(result("search").to_json())
-    document["solution"]["variables"][0]["name"] = former
-    read = RunResult.from_json(as_json(sealed({key: value for key, value in document.items() if key != "seal"})))
-    assert read.solution.variables is not None and read.solution.variables[0].name == now
-
-
-def as_in_version_1(document: dict[str, Any]) -> dict[str, Any]:
-    """A result without what was not stored then: waypoints' verdict, what a worst value is, the status in words."""
-    rows = [{key: value for key, value in row.items() if key != "worst_is"} for row in document["constraints"]]
-    rows = [row for row in rows if row["name"] != "waypoints"]
-    verdict = {"verdict": document["certificate"]["verdict"]}
-    return {k: v for k, v in document.items() if k != "seal"} | {"constraints": rows, "certificate": verdict}
-
-
-def test_results_of_version_1_are_read(tmp_path: Path) -> None:
-    arm = {"link_lengths": [1.0, 1.0], "max_speed": 2.0, "max_acceleration": 10.0}
-    task = {"kind": "joint-path", "joints": [[0.0, 0.0], [1.0, 0.5], [0.0, 1.0]]}
-    oval = {"center": [0.5, 3.5], "semi_axes": [1.6, 0.1]}
-    write_run(tmp_path / "run", plan(parse_scenario({"arm": arm, "task": task, "obstacles": [oval]})), plots=False)
-    file = tmp_path / "run" / "result.json"
-    older = as_in_version_1(json.loads(file.read_text()))
-    names = [row["name"] for row in older["constraints"]]
-    next(row for row in older["constraints"] if row["name"] == "clearance")["worst"] += 0.1  # of fewer bodies, then
-    file.write_text(as_json(sealed(older)))
-    now = [verdict.name for verdict in read_run(tmp_path / "run").motion.verdicts]
-    assert "waypoints" in now and [name for name in now if name != "waypoints"] == names
-    for wrong in (
-        [row for row in older["constraints"] if row["name"] != "speed"],
-        [row | {"worst": row["worst"] / 2.0} if row["name"] == "speed" else row for row in older["constraints"]],
-    ):
-        file.write_text(as_json(sealed(older | {"constraints": wrong})))
-        with pytest.raises(InvalidRun, match="constraints"):
-            read_run(tmp_path / "run")
-
-
 def test_settings_of_any_solver_fit() -> None:
     settings = result("plug-in").solver.settings
     assert settings == settings_of(Peculiar())

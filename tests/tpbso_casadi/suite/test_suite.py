@@ -13,13 +13,12 @@ import pytest
 from helpers.evaluation import needs_compiler
 
 import tpbso_casadi as tp
+from benchmarks.freeze.definitions import DEFINITIONS, INSTANCES
 from benchmarks.suite import table_lines
 from problems.evaluation import EvaluationOptions, NativeUnavailable
 from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, frozen, kernels, problem, problem_named
-from tpbso_casadi.suite.definitions import DEFINITIONS, INSTANCES
-from tpbso_casadi.suite.freezing import Instance, instance_of, lower_bound
 from tpbso_casadi.suite.frozen import check_points, content_of, descriptions
-from tpbso_casadi.suite.motions import problem_of
+from tpbso_casadi.suite.motions import problem_of, problems_of
 
 SUITE, SECOND = tp.suite(), tp.suite(version=2)
 EVERY = [*SUITE, *(each for each in SECOND if each.suite == SECOND.name)]
@@ -105,14 +104,14 @@ def test_the_bits_are_those_of_the_frozen_suite_and_of_the_models(name: str) -> 
     """The kernels give what they gave, and what the scenario's problem gives today in CasADi's virtual machine."""
     each = SUITE[name] if "/" not in name else problem_named(name)
     assert each.is_intact()
-    instance = Instance({}, problem_of(each.scenario, each.suite), each.form)
+    problem = problem_of(each.scenario, each.suite)
     candidates = points_of(each, 60)
     found = each.values(candidates)
-    for number, part in enumerate(instance.problems):
+    for number, part in enumerate(problems_of(problem, each.form)):
         merit = part.evaluator(EvaluationOptions("vm"))(candidates)
         assert np.array_equal(found.merit.reshape(60, -1)[:, number], merit)
-    assert each.names == tuple(variable.name for variable in instance.problem.variables)
-    assert all(np.array_equal(*pair) for pair in zip(each.bounds, instance.problem.bounds, strict=True))
+    assert each.names == tuple(variable.name for variable in problem.variables)
+    assert all(np.array_equal(*pair) for pair in zip(each.bounds, problem.bounds, strict=True))
 
 
 @pytest.mark.slow
@@ -271,41 +270,11 @@ def test_check_points_lie_in_the_box_and_differ() -> None:
 # How it was made
 
 
-@pytest.mark.parametrize("name", ["arm-motions-1/spline-2@5", "arm-motions-2/energy-3@5"])
-def test_an_instance_is_made_of_its_scenario(name: str) -> None:
-    """What is stored follows from the tables alone; the last digits may be those of another CasADi."""
-    each = problem_named(name)
-    [definition] = [found for found in DEFINITIONS if found.name == each.function.name]
-    content = content_of(each.suite, each.function.name, each.function.digest)
-    instance = instance_of(content.scenarios[4], definition)
-    [(numbers, indices)] = instance.scenes()
-    np.testing.assert_allclose(numbers, content.numbers[0][4], rtol=1e-13)
-    assert np.array_equal(indices, content.indices[0][4])
-    assert [structure.source for structure in instance.structures] == [kernel.source for kernel in content.kernels]
-
-
 def test_the_straight_motion_is_no_answer_where_something_stands() -> None:
     for name in ("spline-2@1", "constrained-3@1"):
         each = SUITE[name]
         middle = np.mean(each.bounds, axis=0)[None]
         assert each.merit(middle)[0] > each.feasible_merit
-
-
-def test_lower_bounds_are_those_of_joints_by_themselves() -> None:
-    each = SUITE["spline-2@1"]
-    tables, model = each._content.scenarios[0], problem_of(each.scenario, each.suite)
-    arm, task = tables["arm"], tables["task"]
-    way = np.abs(np.subtract(task["goal"]["joints"], task["start"]["joints"]))
-    speed, acceleration = np.array(arm["max_speed"]), np.array(arm["max_acceleration"])
-    full, short = way / speed + speed / acceleration, 2.0 * np.sqrt(way / acceleration)
-    ramps = np.where(way * acceleration > speed**2, full, short)
-    assert lower_bound(tables, model) == pytest.approx(ramps.max(), rel=1e-12)
-    assert each.lower_bound == pytest.approx(ramps.max(), rel=1e-12)
-    paper = SUITE["paper-time-3@1"]
-    assert (
-        lower_bound(paper._content.scenarios[0], problem_of(paper.scenario, paper.suite)) is None
-        and paper.lower_bound is None
-    )
 
 
 # What is known

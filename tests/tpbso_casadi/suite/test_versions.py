@@ -11,10 +11,10 @@ import pytest
 from helpers.evaluation import needs_compiler
 
 import tpbso_casadi as tp
+from benchmarks.freeze.definitions import INSTANCES
 from benchmarks.suite import difference_line, differences_of
 from problems.base import as_array
 from tpbso_casadi.suite import frozen, problem_named
-from tpbso_casadi.suite.definitions import INSTANCES
 from tpbso_casadi.suite.motions import problem_of
 
 SUITE, SECOND = tp.suite(), tp.suite(version=2)

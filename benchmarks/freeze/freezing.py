@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from itertools import chain, count, islice
@@ -19,6 +19,8 @@ from zlib import crc32
 
 import numpy as np
 
+from benchmarks.freeze.definitions import INSTANCES, Definition, NoPlace, Tables
+from benchmarks.freeze.features import alike_part, features, sample_of, standardised
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program, ProgramStructure
@@ -26,10 +28,9 @@ from problems.objectives import DirectMoves
 from problems.timing import least_durations
 from solvers import LSHADE, Box, Budget, minimize
 from tpbso_casadi.scenario import ScenarioError, parse_scenario
-from tpbso_casadi.suite.definitions import INSTANCES, Definition, NoPlace, Tables
-from tpbso_casadi.suite.features import alike_part, features, sample_of, standardised
 from tpbso_casadi.suite.frozen import Content, Description, check_points, digest_of
 from tpbso_casadi.suite.kernels import Kernel
+from tpbso_casadi.suite.motions import problems_of
 
 SEED = 1  # of the suite
 SURVEYED = 10  # drawn instances of which the most frequent structure is taken
@@ -63,15 +64,9 @@ class Instance:
     form: str
 
     @cached_property
-    def objectives(self) -> list[Any]:
-        """What is minimised: each term of a sum by itself, where there are two objectives."""
-        whole = self.problem.objective
-        return [part for _, part in whole.terms] if self.form == "two objectives" else [whole]
-
-    @cached_property
     def problems(self) -> list[Problem[Any]]:
         """One for each objective, all with the same search box."""
-        return [replace(self.problem, objective=objective) for objective in self.objectives]
+        return problems_of(self.problem, self.form)
 
     @cached_property
     def programs(self) -> list[tuple[Program, tuple[str, ...]]]:
@@ -248,7 +243,7 @@ def frozen(definition: Definition, fine: Sequence[Tables] = ()) -> tuple[Descrip
         fine=definition.fine,
         dimension=len(first.problem.variables),
         variables=tuple(variable.name for variable in first.problem.variables),
-        objectives=tuple((objective.name, objective.unit) for objective in first.objectives),
+        objectives=tuple((objective.name, objective.unit) for objective in (each.objective for each in first.problems)),
         constraints=first.programs[0][1],
         instances=len(instances),
         digest=sha256(written).hexdigest(),

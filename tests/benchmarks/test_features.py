@@ -9,10 +9,10 @@ from math import log
 import numpy as np
 import pytest
 
-from tpbso_casadi.suite import features as suite_features
-from tpbso_casadi.suite import freezing
-from tpbso_casadi.suite.definitions import DEFINITIONS
-from tpbso_casadi.suite.features import (
+from benchmarks.freeze import features as suite_features
+from benchmarks.freeze import freezing
+from benchmarks.freeze.definitions import DEFINITIONS
+from benchmarks.freeze.features import (
     FEATURES,
     Sample,
     _dispersions,
@@ -23,7 +23,7 @@ from tpbso_casadi.suite.features import (
     sample_of,
     standardised,
 )
-from tpbso_casadi.suite.freezing import NotFrozen, chosen, different
+from benchmarks.freeze.freezing import NotFrozen, chosen, different
 
 LINE = Sample(np.array([[0.0], [0.1], [0.3], [0.6], [1.0]]))
 CUBE = sample_of(3)

@@ -2,7 +2,7 @@
 
 A function is a kind of task for a kind of robot; its instances differ in robots, postures and obstacles, never in the
 structure of the model. Obstacles are drawn where the arm passes on the straight line between the postures at the ends,
-clear of both. What is drawn here is tables of scenario files; :mod:`tpbso_casadi.suite.freezing` keeps those that can
+clear of both. What is drawn here is tables of scenario files; :mod:`benchmarks.freeze.freezing` keeps those that can
 be done.
 """
 
@@ -14,16 +14,15 @@ from functools import partial
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from tpbso_casadi.suite import SUITES
+from tpbso_casadi.suite.kernels import FloatArray
+
 Tables = dict[str, Any]
 Draw = Callable[[np.random.Generator], Tables]
 Form = Literal["penalised", "constrained", "two objectives"]
 
-SUITES = ("arm-motions-1", "arm-motions-2")
-SUITE, NEWEST = SUITES[0], SUITES[-1]  # of which results are published, hence the default; and the one that is made now
-INTEGRALS_AT_SAMPLES = (SUITE,)  # suites that count one side alone of every jump of an acceleration
+NEWEST = SUITES[-1]  # the suite that is made now
 MENDED = ("energy-3", "time-energy-3")  # functions that are others in the newest suite than in the one before
 INSTANCES = 15  # of each function
 REACH = 2.0  # m, of planar arms, about
