@@ -25,7 +25,7 @@ POINTING = re.compile(
 )
 LONGEST, SHORTEST = 25, 4  # words of a first line
 UNREVISED = {  # folders whose first lines are not all sentences that stand alone
-    *("problems/robots", "problems/core", "problems/families", "problems/certify", "problems/polish"),
+    *("problems/robots", "problems/core", "problems/families", "problems/certify"),
     *("problems/limits", "problems/motions", "problems/sequential", "problems/scene", "problems/tasks"),
     *("problems/assembly", "problems/timing", "problems/evaluation", "problems/geometry", "problems/objectives"),
     *("problems/base", "problems/programs", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/campaign"),

@@ -10,6 +10,7 @@ from problems.core.implementation import core, core_account, implementation
 from problems.core.interface import Kept, Nearby, Schedule
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.rows import SingleRows, WholeRows, joined
+from problems.core.trust_region import TrustRegion
 from problems.core.world import MOST_ITEMS, Proof, Where, World, known_robot
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "RobotNumbers",
     "Schedule",
     "SingleRows",
+    "TrustRegion",
     "Where",
     "WholeRows",
     "World",

@@ -1,31 +1,48 @@
-"""Motions among obstacles, what costs least first: direct, at a bound, polished from ways that were found."""
+"""Motions among obstacles, refined: paths that are found, polished by sequential programs, proven; lower bounds."""
 
-from problems.polish.climb import GOOD_ENOUGH, Climb, gentler, joint_box
 from problems.polish.descent import DeviationPolish
 from problems.polish.deviation import Deviations, Rates
+from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.goals import postures_around
-from problems.polish.minimised import Integrals, Minimised
 from problems.polish.nearby import faster_nearby
-from problems.polish.own_limits import OwnLimits
+from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages, postures_on_the_way
+from problems.polish.refinement import Refinement, gentler_limits, joint_box
 from problems.polish.rephasing import at_the_bound, everywhere
+from problems.polish.settings import (
+    DeviationSettings,
+    ExpressionSettings,
+    NearbySettings,
+    ObjectiveSettings,
+    PassageSettings,
+    PolishSettings,
+    RefinementSettings,
+    RephasingSettings,
+)
 from problems.polish.spline import PIECES
 
 __all__ = [
-    "GOOD_ENOUGH",
     "PIECES",
-    "Climb",
     "DeviationPolish",
+    "DeviationSettings",
     "Deviations",
-    "Integrals",
-    "Minimised",
-    "OwnLimits",
+    "ExpressionLimits",
+    "ExpressionSettings",
+    "IntegrandFunctions",
+    "NearbySettings",
+    "ObjectiveSettings",
+    "PassageSettings",
     "Passages",
+    "PolishObjective",
+    "PolishSettings",
     "Rates",
+    "Refinement",
+    "RefinementSettings",
+    "RephasingSettings",
     "at_the_bound",
     "everywhere",
     "faster_nearby",
-    "gentler",
+    "gentler_limits",
     "joint_box",
     "postures_around",
     "postures_on_the_way",

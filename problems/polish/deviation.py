@@ -21,15 +21,13 @@ from numpy.typing import NDArray
 from problems.base import BSpline, FloatArray
 from problems.core import SingleRows, WholeRows
 from problems.motions import Trajectory
+from problems.polish.settings import DEFAULT_DEVIATION, DeviationSettings
 from problems.polish.spline import AT_REST, DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
 from problems.robots import JointLimits
 from problems.timing import MotionState, fastest_move, least_durations, rest_to_rest, switch_shares
 
 R = TypeVar("R", SingleRows, WholeRows)
-SAME = 1e-9  # of the duration: breakpoints that are one
-SPEEDS, MORE_SPEEDS = 4, 12  # in each part of one cubic; between moving ends, where time mends nothing
-MOVING_ALLOWANCE = 1e-5  # of the duration: between moving ends the direct motion is no faster than that
-AGREEING = 20  # steps to a duration
+TIME_ROUNDING = 1e-9  # of the duration: breakpoints that are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class JointRows:
     base: FloatArray
 
     def values(self, padded: FloatArray) -> FloatArray:
-        """Of all control points (pieces + 3, k): (m,)."""
+        """The values at given control points, all (pieces + 3, k) of them: (m,)."""
         points = padded[self.first[:, None] + np.arange(4), self.joint[:, None]]
         return np.asarray(self.base + np.einsum("ma,ma->m", self.weights, points))
 
@@ -71,7 +69,7 @@ class PostureRows:
     base: FloatArray
 
     def values(self, padded: FloatArray) -> FloatArray:
-        """Of all control points (pieces + 3, k): (n, k)."""
+        """The postures at given control points, all (pieces + 3, k) of them: (n, k)."""
         points = padded[self.first[:, None] + np.arange(4)]
         return np.asarray(self.base + np.einsum("na,nak->nk", self.weights, points))
 
@@ -90,14 +88,14 @@ class Rates:
 
     @property
     def moves(self) -> bool:
-        """Whether there is one that is not zero."""
+        """Whether any velocity is not zero."""
         return bool(self.start.any() or self.goal.any())
 
 
 def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits, rates: Rates | None = None) -> Trajectory:
     """The fastest direct motion between two postures (k,), at rest where no rates are given.
 
-    It is a second of rest where it begins and ends in the same posture at rest.
+    Between equal postures at rest it is a second of rest.
 
     Raises:
         InvalidProblem: there is none within the limits.
@@ -109,15 +107,12 @@ def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits, rate
     return rest_to_rest(start, goal, limits)
 
 
-SMOOTHED = 10  # pieces of a motion that is deviated from, for each of the deviation
-
-
 def smoothed(trajectory: Trajectory, pieces: int) -> Trajectory:
     """The uniform cubic spline of so many pieces whose control points are postures of a motion from rest to rest.
 
-    Its derivatives are averages of those of the motion: what limits that keeps, the spline keeps. It is at rest a
-    little before and after, so that it takes two more of its steps, and is nowhere farther from the motion than that
-    goes in one.
+    Derivatives of the spline are averages of those of the motion, so that it keeps the limits that the motion keeps. It
+    is at rest a little before and after, takes two more of its steps, and is nowhere farther from the motion than that
+    goes in one step.
     """
     step = trajectory.duration / pieces
     knots = step * np.arange(-DEGREE, pieces + 3 + DEGREE, dtype=np.float64)
@@ -134,11 +129,12 @@ class Deviations:
         start: (k,), rad.
         goal: likewise.
         limits: of the joints.
-        gentler: limits of the direct motion that is deviated from; near both ends there is nothing but that.
+        gentler: limits of the direct motion that is deviated from; near both ends a deviation has no effect.
         rates: velocities at both ends; at rest where None.
         at_least: no motion may take less time, s.
         around: a motion from rest to rest that is deviated from in the place of the direct one.
         pieces: of the spline.
+        settings: of the rows.
 
     Attributes:
         direct: the fastest motion between the two, within the gentler limits where there are some; or that one.
@@ -154,24 +150,26 @@ class Deviations:
         start: FloatArray,
         goal: FloatArray,
         limits: JointLimits,
+        *,
         gentler: JointLimits | None = None,
         rates: Rates | None = None,
         at_least: float = 0.0,
         around: Trajectory | None = None,
         pieces: int = PIECES,
+        settings: DeviationSettings = DEFAULT_DEVIATION,
     ) -> None:
-        self.start, self.goal, self.limits = start, goal, limits
+        self.start, self.goal, self.limits, self.settings = start, goal, limits, settings
         self.spline = DeviationSpline.of(pieces)
-        self._own_limits = limits if gentler is None else gentler
+        self._direct_limits = limits if gentler is None else gentler
         self.moving = rates is not None and rates.moves
         self._is_direct = around is None
         self.direct = (
-            direct_motion(start, goal, self._own_limits, rates)
+            direct_motion(start, goal, self._direct_limits, rates)
             if around is None
-            else smoothed(around, SMOOTHED * pieces)
+            else smoothed(around, settings.smoothing * pieces)
         )
         at_rest = float(least_durations(goal - start, limits).max())
-        self.bound = max((1.0 - MOVING_ALLOWANCE) * self.direct.duration if self.moving else at_rest, at_least)
+        self.bound = max((1.0 - settings.allowance) * self.direct.duration if self.moving else at_rest, at_least)
         self.at_ends = np.zeros((self.spline.count, start.size))
         if rates is not None and rates.moves:
             self.at_ends[:AT_REST], self.at_ends[-AT_REST:] = (
@@ -192,14 +190,14 @@ class Deviations:
     def padded(self, x: FloatArray, duration: float | None = None) -> FloatArray:
         """All control points (pieces + 3, k) of a motion of a duration in s with some that are free (free, k).
 
-        Of one as long as the direct motion where no duration is given.
+        Without a duration the motion takes as long as the direct one.
         """
         return self.changed(x, 0.0 if duration is None else duration - self.direct.duration)
 
     def changed(self, x: FloatArray, longer: float) -> FloatArray:
         """How all control points (pieces + 3, k) change with those that are free (free, k) and a longer duration, s."""
-        found = np.pad(x, ((AT_REST, AT_REST), (0, 0)))
-        return found + longer * self.at_ends if self.moving else found
+        padded = np.pad(x, ((AT_REST, AT_REST), (0, 0)))
+        return padded + longer * self.at_ends if self.moving else padded
 
     def with_ends(self, rows: R) -> R:
         """Rows of free control points with what a change of the duration does to those at the ends."""
@@ -223,40 +221,40 @@ class Deviations:
 
     @property
     def _changes(self) -> list[FloatArray]:
-        """Where each joint's direct motion goes from one cubic to another, as shares of its duration."""
+        """Breakpoints between the cubics of each joint's direct motion, as shares of its duration."""
         jerks, inner = self.direct.coefficients[0], self.direct.breakpoints[1:-1] / self.direct.duration
-        changes = np.abs(np.diff(jerks, axis=0)) > SAME * np.abs(jerks).max()
+        changes = np.abs(np.diff(jerks, axis=0)) > TIME_ROUNDING * np.abs(jerks).max()
         return [inner[column] for column in changes.T]
 
     @cached_property
     def _intervals(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
-        """Of each joint, parts in which its motion is one cubic: number of the joint, beginning and end, each (m,)."""
+        """Parts in which a joint's motion is one cubic: number of the joint, beginning and end, each (m,)."""
         switching = self._is_direct and not self.moving
-        shares = switch_shares(self.goal - self.start, self._own_limits) if switching else self._changes
+        shares = switch_shares(self.goal - self.start, self._direct_limits) if switching else self._changes
         joints, ends = [], []
         for joint, own in enumerate(shares):
             nodes = np.unique(np.concatenate([self.spline.edges, own]))
-            nodes = np.append(nodes[:-1][np.diff(nodes) > SAME], 1.0)
+            nodes = np.append(nodes[:-1][np.diff(nodes) > TIME_ROUNDING], 1.0)
             joints.append(np.full(nodes.size - 1, joint))
             ends.append(np.column_stack([nodes[:-1], nodes[1:]]))
         both = np.concatenate(ends)
         return np.concatenate(joints), both[:, 0], both[:, 1]
 
     def _rows(self, u: FloatArray, joint: NDArray[np.intp], order: int, within: FloatArray) -> JointRows:
-        """At parameters on the edge of, or in, the part of which others lie within."""
-        found, piece = self.spline.weights(u, order, within)
+        """Rows at parameters that lie in, or at the edge of, the parts in which other parameters lie."""
+        weights, piece = self.spline.weights(u, order, within)
         base = sum(
             self._base(within, order + more)[np.arange(len(u)), joint] * (u - within) ** more / FACTORIALS[more]
             for more in range(DEGREE + 1 - order)
         )
-        return JointRows(order, joint, piece, found, np.asarray(base))
+        return JointRows(order, joint, piece, weights, np.asarray(base))
 
     @cached_property
     def limited(self) -> list[JointRows]:
-        """What the limits of speed, acceleration and jerk are of, as far as there are any."""
+        """Rows of speeds, accelerations and jerks where their limits are enforced, as far as there are any."""
         joint, begin, end = self._intervals
         middle = (begin + end) / 2.0
-        count = MORE_SPEEDS if self.moving else SPEEDS
+        count = self.settings.moving_speed_rows if self.moving else self.settings.speed_rows
         inside = begin + (end - begin) * np.arange(1, count)[:, None] / count
         u, who, around = np.append(end, inside), np.tile(joint, count), np.tile(middle, count)
         rows = [self._rows(u, who, 1, around)]
@@ -276,7 +274,7 @@ class Deviations:
         return self._rows(u, np.concatenate([joint, joint, who]), 0, within)
 
     def parameters(self, in_piece: int = SAMPLES) -> FloatArray:
-        """So many in each piece, were they of one length, without both ends, (n,)."""
+        """The parameters of samples, so many in each piece of the even spline, without both ends, (n,)."""
         return self.spline.parameters(in_piece)
 
     @cached_property
@@ -286,8 +284,8 @@ class Deviations:
 
     def postures(self, u: FloatArray, order: int = 0) -> PostureRows:
         """Postures at parameters (n,), or a derivative of them by u."""
-        own, piece = self.spline.weights(u, order)
-        return PostureRows(piece, own, self._base(u, order))
+        weights, piece = self.spline.weights(u, order)
+        return PostureRows(piece, weights, self._base(u, order))
 
     def time_scale(self, padded: FloatArray) -> float:
         """The least duration of the motion with some control points, as far as rows say, s."""
@@ -299,31 +297,31 @@ class Deviations:
         return float(max(needed))
 
     def least_duration(self, x: FloatArray, near: float, at_least: float = 0.0) -> float:
-        """The same of free control points (free, k), no less than some, s; between moving ends that nearest to another.
+        """The least duration of the motion of free control points (free, k), no less than a given one, s.
 
-        There the motion depends on its duration, and the least is where both agree.
+        Between moving ends the motion depends on its duration: the result is a fixed point near a given duration in s.
         """
         least = max(self.bound, at_least)
         if not self.moving:
             return max(self.time_scale(self.padded(x)), least)
         duration = near
-        for _ in range(AGREEING):
-            found = max(self.time_scale(self.padded(x, duration)), least)
-            if abs(found - duration) <= SAME * found:
+        for _ in range(self.settings.duration_steps):
+            needed = max(self.time_scale(self.padded(x, duration)), least)
+            if abs(needed - duration) <= TIME_ROUNDING * needed:
                 break
-            duration = found
-        return max(found, duration)
+            duration = needed
+        return max(needed, duration)
 
     def fitted(self, path: FloatArray, begin: float = 0.0) -> FloatArray:
-        """Free control points (free, k) of a motion along a way of straight parts, (m, dof), rad.
+        """Free control points (free, k) of a motion along a path of straight parts, (m, dof), rad.
 
-        It leaves its beginning and reaches its end at rest; how fast it is in between does not matter. It may wait a
-        share of the time before it begins.
+        The motion leaves and arrives at rest; its speed in between does not matter. It may wait a share of the time
+        before it begins.
         """
         steps = (np.abs(np.diff(path, axis=0)) / np.array(self.limits.speed)).max(axis=1)
         at = np.concatenate([[0.0], np.cumsum(steps)])
-        kept = np.concatenate([[True], np.diff(at) > 0.0])
-        at, path = at[kept] / at[-1], path[kept]
+        moved = np.concatenate([[True], np.diff(at) > 0.0])
+        at, path = at[moved] / at[-1], path[moved]
         u = self.parameters()
         into = np.maximum(u - begin, 0.0) / (1.0 - begin)
         share = into**3 * (10.0 - 15.0 * into + 6.0 * into**2)
@@ -332,39 +330,38 @@ class Deviations:
 
     @property
     def fit(self) -> FloatArray:
-        """From changes of postures at the usual parameters to those of free control points: (free, n)."""
+        """The matrix from changes of postures at the usual parameters to those of free control points, (free, n)."""
         return self.spline.fit
 
     def trajectory(self, x: FloatArray, duration: float, at_least: float = 0.0) -> Trajectory:
         """The motion of free control points (free, k) in a time in s, or in a little more that limits need.
 
-        Where they let it be faster, it is, but takes no less time than is said, s.
+        Where limits let it be faster, it is, but takes no less time than a given one, s.
         """
-        found = self._run(x, duration)
-        scale = self.limits.time_scale(_peak_shares(found, self.limits))
+        motion = self._in_duration(x, duration)
+        scale = self.limits.time_scale(_peak_shares(motion, self.limits))
         if not self.moving:
-            return found.time_scaled(max(scale, self.bound / duration, at_least / duration))
-        for _ in range(AGREEING):
+            return motion.time_scaled(max(scale, self.bound / duration, at_least / duration))
+        for _ in range(self.settings.duration_steps):
             if scale <= 1.0:
                 break
-            duration *= scale * (1.0 + SAME)
-            found = self._run(x, duration)
-            scale = self.limits.time_scale(_peak_shares(found, self.limits))
-        return found
+            duration *= scale * (1.0 + TIME_ROUNDING)
+            motion = self._in_duration(x, duration)
+            scale = self.limits.time_scale(_peak_shares(motion, self.limits))
+        return motion
 
     def keeps_limits(self, trajectory: Trajectory) -> bool:
         """Whether speeds, accelerations and jerks of a motion of cubics are within their limits."""
-        return self.limits.time_scale(_peak_shares(trajectory, self.limits)) <= 1.0 + SAME
+        return self.limits.time_scale(_peak_shares(trajectory, self.limits)) <= 1.0 + TIME_ROUNDING
 
-    def _run(self, x: FloatArray, duration: float) -> Trajectory:
+    def _in_duration(self, x: FloatArray, duration: float) -> Trajectory:
         nodes = np.unique(np.concatenate([self.spline.edges, self.direct.breakpoints / self.direct.duration]))
-        nodes = np.append(nodes[:-1][np.diff(nodes) > SAME], 1.0)
+        nodes = np.append(nodes[:-1][np.diff(nodes) > TIME_ROUNDING], 1.0)
         begin, middle = nodes[:-1], (nodes[:-1] + nodes[1:]) / 2.0
         padded, back = self.padded(x, duration), (begin - middle)[:, None]
         there = []
         for order in range(DEGREE + 1):
-            own, piece = self.spline.weights(middle, order)
-            there.append(PostureRows(piece, own, self._base(middle, order)).values(padded))
+            there.append(self.postures(middle, order).values(padded))
         rows = [
             sum(there[order + more] * back**more / FACTORIALS[more] for more in range(DEGREE + 1 - order))
             / (FACTORIALS[order] * duration**order)
@@ -374,7 +371,7 @@ class Deviations:
 
 
 def _peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:
-    """Of speed, acceleration and jerk of a motion of cubics, as shares of their limits; exact."""
+    """The exact peaks of speed, acceleration and jerk of a motion of cubics, as shares of their limits."""
     cubic, square, linear, _ = trajectory.coefficients
     h = np.diff(trajectory.breakpoints)[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""Faster motions near one that is known: deviations of it, and the least time along their paths."""
+"""Faster motions near a known one: deviations of it, and the least time along their paths."""
 
 from __future__ import annotations
 
@@ -10,25 +10,22 @@ from problems.base import FloatArray
 from problems.core import World
 from problems.limits import Limit
 from problems.motions import JointPath, Trajectory
-from problems.polish.climb import Climb, joint_box
 from problems.polish.deviation import Deviations
-from problems.polish.minimised import Integrals, Minimised
-from problems.polish.own_limits import OwnLimits
+from problems.polish.expression_limits import ExpressionLimits
+from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages
+from problems.polish.refinement import Refinement, joint_box
+from problems.polish.settings import DEFAULT_NEARBY, NearbySettings
 from problems.polish.spline import PIECES
 from problems.scene import Obstacle
 from problems.sequential import JointTorques
 from problems.tasks import Place
 from problems.timing import retime
 
-POINTS = (65, 257)  # of the path of a motion that is timed anew: so many first, more where that leaves a limit
-LOOKS_EACH = 50  # times for each of them
-WORTH_TIMING = 0.99  # of the duration: what programs gain less of is not timed anew
 
-
-def evenly_along(motion: Trajectory, count: int) -> FloatArray:
-    """Postures (count, dof) of a motion from rest to rest, in equal steps of the way that its joints go."""
-    times = motion.times(LOOKS_EACH * count)
+def evenly_along(motion: Trajectory, count: int, times_per_point: int = NearbySettings.times_per_point) -> FloatArray:
+    """Postures (count, dof) of a motion from rest to rest, in equal steps of the arc length in joint space."""
+    times = motion.times(times_per_point * count)
     steps = np.linalg.norm(np.diff(motion.at(times), axis=0), axis=1)
     moved = np.append(True, steps > 0.0)
     length = np.append(0.0, np.cumsum(steps))[moved]
@@ -37,41 +34,46 @@ def evenly_along(motion: Trajectory, count: int) -> FloatArray:
 
 def faster_nearby(
     known: Trajectory,
-    integrals: Integrals,
+    integrand: IntegrandFunctions,
     obstacles: tuple[Obstacle, ...],
     limits: Sequence[Limit],
+    *,
     places: tuple[Place, ...] = (),
     pieces: int = PIECES,
+    settings: NearbySettings = DEFAULT_NEARBY,
 ) -> Iterator[Trajectory]:
-    """What programs make of a motion from rest to rest: timed anew, as far as splines follow its path; then itself.
+    """A polished deviation of a motion from rest to rest: first timed anew along its path, then as it is.
 
     Nothing where obstacles move, where programs find none that is clear, or none that is worth it.
 
     Args:
-        known: the motion, between whose postures the others lead.
-        integrals: of what is minimised, in least time, and of the robot.
+        known: the motion that is deviated from.
+        integrand: of the objective, in least time, and of the robot.
         obstacles: to keep clear of.
         limits: that are kept.
         places: that are passed, each as near as it says.
         pieces: of the spline by which motions deviate.
+        settings: of the deviation and of what is timed anew.
     """
-    robot = integrals.robot
+    robot = integrand.robot
     world, (start, goal) = World.of(robot, obstacles), known.at(known.breakpoints[[0, -1]])
     if world is None or world.moves:
         return
     motions = Deviations(start, goal, robot.limits, around=known, pieces=pieces)
     duration = motions.direct.duration
-    found = Climb(
-        world,
-        motions,
-        Minimised(motions, integrals, (0.0, duration)),
-        joint_box(robot, start, goal),
-        JointTorques.among(limits),
-        OwnLimits.among(limits),
-        Passages(motions, robot, places) if places else None,
-    ).deviated()
-    if found is None or found.duration > WORTH_TIMING * duration:
+    polished = Refinement(
+        world=world,
+        motions=motions,
+        objective=PolishObjective(motions, integrand, (0.0, duration)),
+        box=joint_box(robot, start, goal),
+        torques=JointTorques.among(limits),
+        expressions=ExpressionLimits.among(limits),
+        passages=Passages(motions, robot, places) if places else None,
+        settings=settings.refinement,
+    ).polished_motion()
+    if polished is None or polished.duration > settings.worth_timing * duration:
         return
-    for count in POINTS:
-        yield retime(JointPath.through(evenly_along(found, count)), robot.limits, chain=robot.rigid_chain)
-    yield found
+    for count in settings.path_points:
+        path = JointPath.through(evenly_along(polished, count, settings.times_per_point))
+        yield retime(path, robot.limits, chain=robot.rigid_chain)
+    yield polished

@@ -1,8 +1,8 @@
-"""Places that a motion passes on its way, whenever it likes.
+"""Places that a motion passes on its way, at any time.
 
-A motion misses a place by what it is away from it where it comes nearest. Along the motion itself that is made up for
-by another time, so that a place is a condition on what is sideways alone: to first order, in linear programs; and
-undone to rounding, by Newton steps, where a motion is finished.
+A motion misses a place by its least distance from it. Along the motion itself another time makes up for a miss, so that
+a place is a condition on the sideways part alone: to first order in linear programs, and to rounding, by Newton steps,
+when a motion is finished.
 """
 
 from __future__ import annotations
@@ -18,18 +18,13 @@ from problems.base import FloatArray, as_array
 from problems.core import WholeRows
 from problems.motions import increasing_choice
 from problems.polish.deviation import Deviations
+from problems.polish.settings import DEFAULT_PASSAGES, PassageSettings
 from problems.polish.spline import AT_REST
 from problems.robots import Robot
 from problems.tasks import Place
 
-KEPT = 64  # places
-LOOKS = 101  # at a straight line of the joints
-LATER = 0.02  # of the duration: so much a step may change when a place is passed
-LEAST_ROOM = 0.3  # of what a place may be missed by: so much, at least, to sides to which it is not
-NEWTON = 8  # steps to where a motion comes nearest
-INSIDE = 1.0 - 1e-6  # of what a place may be missed by: what is kept
-STEPS, THERE = 30, 1e-12  # of the last correction; m or rad
-PASSAGE_PRICE = 30.0  # s/m or s/rad
+CACHED_PLACES = 64
+ROUNDING = 1e-12  # m or rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +34,8 @@ class Passage:
     Attributes:
         u: the parameter.
         missed: by how much it misses the place, in m or rad, (m,).
-        slopes: how that changes with the joints, (m, k).
-        along: and with u, (m,).
+        slopes: of the miss by the joints, (m, k).
+        along: slope of the miss by u, (m,).
     """
 
     u: float
@@ -50,39 +45,45 @@ class Passage:
 
     @cached_property
     def axes(self) -> FloatArray:
-        """Orthonormal rows (m, m): along the motion, and sideways, the first of these towards the place."""
+        """Orthonormal rows (m, m): along the motion, then sideways, the first of these towards the place."""
         first = np.column_stack([self.along, self.missed, np.eye(self.missed.size)])
         return np.asarray(np.linalg.qr(first)[0].T)
 
-    def room(self, within: float) -> FloatArray:
-        """How far the motion may be from the place along each axis, (m,), so that it is nowhere much farther from it.
+    def allowances(self, within: float, least_sideways: float) -> FloatArray:
+        """The allowed distance from the place along each axis, (m,), so that the motion is nowhere much farther.
 
         Toward the place all that is allowed; to other sides what that leaves of a ball.
+
+        Args:
+            within: allowed distance from the place, m or rad.
+            least_sideways: share of that which other sides have at least.
         """
-        beside = max(within**2 - float(self.missed @ self.missed), (LEAST_ROOM * within) ** 2) / self.missed.size
-        room = np.full(self.missed.size, np.sqrt(beside))
-        room[:2] = within
-        return room
+        square = max(within**2 - float(self.missed @ self.missed), (least_sideways * within) ** 2) / self.missed.size
+        allowances = np.full(self.missed.size, np.sqrt(square))
+        allowances[:2] = within
+        return allowances
 
 
 @dataclass(frozen=True, eq=False)
 class Passages:
-    """Places on the way.
+    """Places that motions pass in their order.
 
     Args:
         motions: that pass them.
         robot: that moves.
         places: in their order.
-        price: s/m or s/rad: what a program pays for what is missed.
+        price: s/m or s/rad, what a program pays for missing a place.
+        settings: of rows and corrections.
     """
 
     motions: Deviations
     robot: Robot
     places: tuple[Place, ...]
-    price: float = PASSAGE_PRICE
+    price: float = PassageSettings.price
+    settings: PassageSettings = DEFAULT_PASSAGES
 
     def nearest(self, padded: FloatArray) -> list[Passage]:
-        """Where the motion of control points (n, k) comes nearest to each place, in their order."""
+        """The passages of the motion of control points (n, k) at each place, in their order."""
         u = np.concatenate([[0.0], self.motions.parameters(), [1.0]])
         theta = self.motions.postures(u).values(padded)
         at, step = u[_nearest_of(theta, self.robot, self.places)], 1.0 / (u.size - 1)
@@ -92,7 +93,7 @@ class Passages:
 
     def _refined(self, padded: FloatArray, place: Place, u: float, low: float, high: float) -> Passage:
         best = self._passage(place, u, padded)
-        for _ in range(NEWTON):
+        for _ in range(self.settings.nearest_steps):
             slope = float(best.along @ best.along)
             if slope == 0.0:
                 break
@@ -111,22 +112,22 @@ class Passages:
         return Passage(u, missed.ravel(), slopes, slopes @ rate)
 
     def missing(self, passages: Sequence[Passage]) -> float:
-        """By how much places are missed, together, m and rad: in programs' terms, of each axis."""
+        """The sum of the misses of all places along their axes, as programs count them, m and rad."""
         return sum(
             float(np.maximum(np.abs(one.axes @ one.missed) - place.within, 0.0).sum())
             for one, place in zip(passages, self.places, strict=True)
         )
 
     def rows(self, passages: Sequence[Passage]) -> WholeRows:
-        """What control points keep of the places: on both sides of each axis."""
+        """Rows that keep the motion near the places, on both sides of each axis."""
         first, by_points, bounds = [], [], []
         for one, place in zip(passages, self.places, strict=True):
-            own, piece = self.motions.spline.weights(np.array([one.u]), 0)
+            weights, piece = self.motions.spline.weights(np.array([one.u]), 0)
             slopes, values = one.axes @ one.slopes, one.axes @ one.missed
-            most = one.room(place.within)
-            most[0] += LATER * float(np.linalg.norm(one.along))
+            most = one.allowances(place.within, self.settings.least_sideways)
+            most[0] += self.settings.most_later * float(np.linalg.norm(one.along))
             for sign in (1.0, -1.0):
-                by_points.append(sign * own[0][None, :, None] * slopes[:, None, :])
+                by_points.append(sign * weights[0][None, :, None] * slopes[:, None, :])
                 bounds.append(most - sign * values)
                 first.append(np.full(most.size, piece[0] - AT_REST))
         bound = np.concatenate(bounds)
@@ -136,23 +137,24 @@ class Passages:
         )  # fmt: skip
 
     def left(self, rows: WholeRows, changed: FloatArray) -> float:
-        """What a change of all control points (n, k) leaves of what is missed, to first order, m and rad."""
+        """The sum of the misses that a change of all control points (n, k) leaves, to first order, m and rad."""
         points = changed[rows.first[:, None] + AT_REST + np.arange(rows.weights.shape[1])]
         return float(np.maximum(np.einsum("mak,mak->m", rows.weights, points) - rows.bound, 0.0).sum())
 
     def exact(self, x: FloatArray, duration: float | None = None) -> FloatArray | None:
         """Free control points near some (free, k) whose motion passes all places; None where none are found.
 
-        Of one that may be missed, as near as it has to be. Between moving ends that is a motion of one duration, s; the
-        direct motion's where None.
+        A place that may be missed is passed as near as it has to be. Between moving ends the motion has one duration,
+        s; the direct motion's where None.
         """
-        for _ in range(STEPS):
+        inner = self.settings.inner_share
+        for _ in range(self.settings.exact_steps):
             passages = self.nearest(self.motions.padded(x, duration))
             missing = [
-                one.missed * max(0.0, 1.0 - INSIDE * place.within / max(float(np.linalg.norm(one.missed)), THERE))
+                one.missed * max(0.0, 1.0 - inner * place.within / max(float(np.linalg.norm(one.missed)), ROUNDING))
                 for one, place in zip(passages, self.places, strict=True)
             ]
-            if max(float(np.linalg.norm(each)) for each in missing) < THERE:
+            if max(float(np.linalg.norm(each)) for each in missing) < ROUNDING:
                 return x
             rows = [self._by_control_points(one) for one in passages]
             matrix, wanted = np.concatenate(rows), np.concatenate(missing)
@@ -160,43 +162,49 @@ class Passages:
         return None
 
     def _by_control_points(self, passage: Passage) -> FloatArray:
-        """How what is missed changes with the free control points, (m, free k)."""
-        own, piece = self.motions.spline.weights(np.array([passage.u]), 0)
-        found = np.zeros((passage.missed.size, self.motions.free + 2 * AT_REST, self.motions.dof))
-        found[:, piece[0] : piece[0] + own.shape[1]] = own[0][None, :, None] * passage.slopes[:, None, :]
-        return np.asarray(found[:, AT_REST:-AT_REST].reshape(passage.missed.size, -1))
+        """Slopes of the miss by the free control points, (m, free k)."""
+        weights, piece = self.motions.spline.weights(np.array([passage.u]), 0)
+        slopes = np.zeros((passage.missed.size, self.motions.free + 2 * AT_REST, self.motions.dof))
+        slopes[:, piece[0] : piece[0] + weights.shape[1]] = weights[0][None, :, None] * passage.slopes[:, None, :]
+        return np.asarray(slopes[:, AT_REST:-AT_REST].reshape(passage.missed.size, -1))
 
 
 def postures_on_the_way(
-    robot: Robot, places: Sequence[Place], usual: FloatArray, start: FloatArray, goal: FloatArray
+    robot: Robot,
+    places: Sequence[Place],
+    usual: FloatArray,
+    start: FloatArray,
+    goal: FloatArray,
+    settings: PassageSettings = DEFAULT_PASSAGES,
 ) -> list[FloatArray]:
-    """What ways may lead through: at each place the posture near the straight line from start to goal; the usual ones.
+    """Postures at places that paths may lead through: those near the straight line of the joints, then usual ones.
 
     Args:
         robot: that moves.
         places: in their order; there may be none.
         usual: a posture at each, (places, k), rad.
         start: (k,), rad.
-        goal: likewise.
+        goal: (k,), rad.
+        settings: of the comparison.
     """
     if not places:
         return [usual]
-    line = start + np.linspace(0.0, 1.0, LOOKS)[:, None] * (goal - start)
+    line = start + np.linspace(0.0, 1.0, settings.line_postures)[:, None] * (goal - start)
     nearest = _nearest_of(line, robot, places)
-    found = [place.near(robot, line[index]) for place, index in zip(places, nearest, strict=True)]
-    near = np.array([theta for theta, _ in found])
-    return [usual] if not all(there for _, there in found) or (near == usual).all() else [near, usual]
+    postures = [place.near(robot, line[index]) for place, index in zip(places, nearest, strict=True)]
+    near = np.array([theta for theta, _ in postures])
+    return [usual] if not all(there for _, there in postures) or (near == usual).all() else [near, usual]
 
 
 def _nearest_of(theta: FloatArray, robot: Robot, places: Sequence[Place]) -> list[int]:
-    """Numbers of the postures (n, k) on a way that come nearest to places, in their order."""
+    """Numbers of the postures (n, k) on a path that come nearest to places, in their order."""
     missed = [as_array(_missed(robot, place)(theta.T)[0]) for place in places]
     return increasing_choice(np.array([np.square(each).sum(axis=0) for each in missed]))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHED_PLACES)
 def _missed(robot: Robot, place: Place) -> ca.Function:
-    """From a posture (k, 1) to what it misses a place by, (m, 1), and how that changes with the joints, (m k, 1)."""
+    """The function from a posture (k, 1) to its miss of a place, (m, 1), and the slopes of that, (m k, 1)."""
     theta = ca.SX.sym("theta", robot.dof)
     missed = ca.densify(ca.SX(place.miss(robot, theta.T))).T
     slopes = ca.vec(ca.densify(ca.jacobian(missed, theta)))

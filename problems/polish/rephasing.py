@@ -1,8 +1,8 @@
-"""Motions that nothing can beat: as fast as the slowest joint alone would be.
+"""Motions at the lower bound of the duration: as fast as the slowest joint alone would be.
 
-Between two postures at rest the slowest joint decides the least duration, and how it moves. All others have time: they
-may run their own motions slower, and wait before or after. Most ways between two postures that are free at all are so
-in one of these; they are drawn at random, and looked at in a few postures before anything is proven.
+Between two postures at rest the slowest joint decides the least duration, and how it moves. All other joints have time:
+they may run their own motions slower, and wait before or after. Most pairs of postures with a clear motion at all have
+one among these; they are drawn at random, and examined in a few postures before anything is proven.
 """
 
 from __future__ import annotations
@@ -17,25 +17,23 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.motions import Trajectory
+from problems.polish.settings import DEFAULT_REPHASING, RephasingSettings
 from problems.robots import JointLimits
 from problems.tasks import Surroundings
 from problems.timing import Phasing, least_durations, rest_to_rest
 
-DRAWS = 500
-GOALS = 5  # of the postures at the goal, at the most
-OWN = 0.5  # of the draws: joints that run as fast as they can
-LOOKS = 64  # postures of a motion that are looked at before it is made
+EXAMINED_POSTURES = 64  # of a motion before it is made; a power of two
 
 
-def looks() -> FloatArray:
-    """Shares of the duration at which motions are looked at, those where contact is likely first."""
-    shares, found = np.arange(1, LOOKS) / LOOKS, []
-    width = LOOKS // 2
+def examined_shares() -> FloatArray:
+    """Shares of the duration at which motions are examined, those where contact is likely first."""
+    count, numbers = EXAMINED_POSTURES, list[int]()
+    width = count // 2
     while width >= 1:
-        level = np.arange(width, LOOKS, 2 * width)
-        found += sorted(level.tolist(), key=lambda number: abs(number - LOOKS // 2))
+        level = np.arange(width, count, 2 * width)
+        numbers += sorted(level.tolist(), key=lambda number: abs(number - count // 2))
         width //= 2
-    return np.asarray(shares[np.array(found) - 1])
+    return np.array(numbers) / count
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,19 +52,19 @@ class Rephased:
 
     @cached_property
     def direct(self) -> Trajectory:
-        """All joints move from the first moment to the last."""
+        """The motion in which all joints move from the first moment to the last."""
         return rest_to_rest(self.start, self.goal, self.limits)
 
     @cached_property
-    def _own(self) -> FloatArray:
+    def _least_shares(self) -> FloatArray:
         """Least durations of the joints as shares of that of the slowest, (dof,)."""
         durations = least_durations(self.goal - self.start, self.limits)
         return np.asarray(np.where(durations > 0.0, durations / durations.max(), 1.0))
 
     def postures(self, stretches: FloatArray, waits: FloatArray, share: float) -> FloatArray:
-        """Of motions with stretches and waits (n, dof), as of a :class:`Phasing`, at a share of the time, (n, dof)."""
-        own = self._own + stretches * (1.0 - self._own)
-        done = np.clip((share - waits * (1.0 - own)) / own, 0.0, 1.0)
+        """Postures (n, dof) at a share of the time of motions with stretches and waits (n, dof) of :class:`Phasing`."""
+        taken = self._least_shares + stretches * (1.0 - self._least_shares)
+        done = np.clip((share - waits * (1.0 - taken)) / taken, 0.0, 1.0)
         direct = self.direct
         times = done * direct.duration
         piece = np.clip(np.searchsorted(direct.breakpoints, times, side="right") - 1, 0, len(direct.breakpoints) - 2)
@@ -85,42 +83,50 @@ Allowed: TypeAlias = Callable[[FloatArray], NDArray[np.bool_]]
 
 
 def everywhere(theta: FloatArray) -> NDArray[np.bool_]:
-    """All postures (n, dof)."""
+    """A mask that allows all postures (n, dof)."""
     return np.ones(len(theta), dtype=bool)
 
 
-def drawn(count: int, dof: int, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Stretches and waits of so many motions, both (count, dof)."""
-    stretches = np.where(rng.random((count, dof)) < OWN, 0.0, rng.random((count, dof)))
+def random_phases(
+    count: int, dof: int, rng: np.random.Generator, fastest_share: float = RephasingSettings.fastest_share
+) -> tuple[FloatArray, FloatArray]:
+    """Random stretches and waits of so many motions, both (count, dof)."""
+    stretches = np.where(rng.random((count, dof)) < fastest_share, 0.0, rng.random((count, dof)))
     waits = rng.random((count, dof))
-    early_or_late = rng.random((count, 1)) < OWN
+    early_or_late = rng.random((count, 1)) < fastest_share
     return stretches, np.where(early_or_late, np.round(waits), waits)
 
 
 def at_the_bound(
-    around: Surroundings, start: FloatArray, goals: FloatArray, rng: np.random.Generator, allowed: Allowed = everywhere
+    around: Surroundings,
+    start: FloatArray,
+    goals: FloatArray,
+    rng: np.random.Generator,
+    allowed: Allowed = everywhere,
+    settings: RephasingSettings = DEFAULT_REPHASING,
 ) -> Iterator[Trajectory]:
-    """The direct motions and others as fast as they that are clear: proven, where the core can, else looked at.
+    """The direct motions and others as fast as they that are clear: proven where the core can, else at samples.
 
     Args:
-        around: the robot, and what it keeps clear of.
+        around: the robot, and the obstacles that it keeps clear of.
         start: at rest, (dof,), rad.
         goals: of which any will do, the soonest reached first, (n, dof), rad.
         rng: of the draws.
         allowed: which postures (n, dof) may be passed, (n,).
+        settings: of the draws.
     """
     limits, world = around.robot.limits, around.world
 
     def proven(trajectory: Trajectory) -> bool:
         return world is None or bool(world.prove(trajectory).status)
 
-    motions = [Rephased(start, goal, limits) for goal in goals[:GOALS]]
+    motions = [Rephased(start, goal, limits) for goal in goals[: settings.goals]]
     for motion in motions:
         none = np.zeros((1, start.size))
         if _clear(around, motion, none, none, allowed).size and proven(motion.direct):
             yield motion.direct
     for motion in motions:
-        stretches, waits = drawn(DRAWS // len(motions), start.size, rng)
+        stretches, waits = random_phases(settings.draws // len(motions), start.size, rng, settings.fastest_share)
         for number in _clear(around, motion, stretches, waits, allowed):
             trajectory = motion.made(stretches[number], waits[number])
             if proven(trajectory):
@@ -130,9 +136,9 @@ def at_the_bound(
 def _clear(
     around: Surroundings, motion: Rephased, stretches: FloatArray, waits: FloatArray, allowed: Allowed
 ) -> NDArray[np.intp]:
-    """Numbers of the motions that are clear at all looks."""
+    """Numbers of the motions that are clear at all examined postures."""
     left = np.arange(len(stretches))
-    for share in looks():
+    for share in examined_shares():
         if not left.size:
             break
         theta = motion.postures(stretches[left], waits[left], float(share))

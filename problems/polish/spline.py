@@ -13,18 +13,19 @@ from problems.base import BSpline, FloatArray
 
 DEGREE = 3
 AT_REST = 3  # control points at either end that are zero
-PIECES, SHORT = 24, (0.25, 0.5)  # of the spline, were they of one length; where the first and the last are cut again
-SAMPLES = 6  # in each piece, at which postures are looked at
-SMOOTH = 1e-3  # of the fit: control points of short pieces stay near zero
+PIECES = 24  # of the spline, were they of one length
+END_CUTS = (0.25, 0.5)  # shares of the first and the last piece where these are cut again
+SAMPLES = 6  # postures in each piece that programs examine
+FIT_DAMPING = 1e-3  # keeps control points of short pieces near zero in a fit
 FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
 @dataclass(frozen=True)
 class DeviationSpline:
-    """Those of so many pieces, were they of one length.
+    """Cubic splines on one division of the interval from 0 to 1, with short pieces at both ends.
 
     Args:
-        pieces: of the spline.
+        pieces: of the spline, were they of one length.
     """
 
     pieces: int = PIECES
@@ -32,14 +33,14 @@ class DeviationSpline:
     @classmethod
     @lru_cache(maxsize=8)
     def of(cls, pieces: int) -> Self:
-        """The same object for the same number, so that its tables are made once."""
+        """The cached spline of so many pieces, whose tables are made once."""
         return cls(pieces)
 
     @cached_property
     def edges(self) -> FloatArray:
-        """Where pieces begin and end, from 0 to 1: short ones at both ends, where accelerations rise."""
+        """Edges of the pieces, from 0 to 1: short ones at both ends, where accelerations rise."""
         even = np.linspace(0.0, 1.0, self.pieces + 1)
-        first = even[1] * np.array(SHORT)
+        first = even[1] * np.array(END_CUTS)
         return np.concatenate([[0.0], first, even[1:-1], 1.0 - first[::-1], [1.0]])
 
     @property
@@ -49,7 +50,7 @@ class DeviationSpline:
 
     @cached_property
     def _coefficients(self) -> FloatArray:
-        """Of the four functions that are not zero in each piece, powers of the way into it: (4 powers, pieces, 4)."""
+        """Coefficients of the four functions that are not zero in each piece, by powers: (4 powers, pieces, 4)."""
         begins, number = self.edges[:-1], np.arange(self.edges.size - 1)
         knots = np.concatenate([np.zeros(DEGREE), self.edges, np.ones(DEGREE)])
         functions = BSpline(knots, np.eye(self.count), DEGREE)
@@ -69,29 +70,29 @@ class DeviationSpline:
         around = u if within is None else within
         piece = np.clip(np.searchsorted(self.edges, around, side="right") - 1, 0, self.edges.size - 2)
         into = u - self.edges[piece]
-        table, found = self._coefficients[:, piece], np.zeros((len(u), DEGREE + 1))
+        table, weights = self._coefficients[:, piece], np.zeros((len(u), DEGREE + 1))
         for power in range(DEGREE, order - 1, -1):
             factor = FACTORIALS[power] / FACTORIALS[power - order]
-            found = found * into[:, None] + factor * table[power]
-        return found, piece
+            weights = weights * into[:, None] + factor * table[power]
+        return weights, piece
 
     def parameters(self, in_piece: int = SAMPLES) -> FloatArray:
-        """So many in each piece, were they of one length, without both ends, (n,)."""
+        """The parameters of samples, so many in each piece of the even spline, without both ends, (n,)."""
         return np.linspace(0.0, 1.0, self.pieces * in_piece + 1)[1:-1]
 
     @cached_property
     def fit(self) -> FloatArray:
-        """From deviations at the usual parameters to the free control points that come nearest: (free, n)."""
+        """The matrix from deviations at the usual parameters to the nearest free control points, (free, n)."""
         u = self.parameters()
-        own, piece = self.weights(u, 0)
+        weights, piece = self.weights(u, 0)
         matrix = np.zeros((u.size, self.count))
-        np.put_along_axis(matrix, piece[:, None] + np.arange(4), own, axis=1)
+        np.put_along_axis(matrix, piece[:, None] + np.arange(4), weights, axis=1)
         inner = matrix[:, AT_REST:-AT_REST]
-        return np.asarray(np.linalg.solve(inner.T @ inner + SMOOTH * np.eye(inner.shape[1]), inner.T))
+        return np.asarray(np.linalg.solve(inner.T @ inner + FIT_DAMPING * np.eye(inner.shape[1]), inner.T))
 
     def end_points(self, end: float, rate: FloatArray) -> FloatArray:
         """Control points (3, k) at an end whose spline has a derivative (k,) there, but no value and no second one."""
         at = np.array([end])
         powers = np.stack([self.weights(at, order)[0][0] for order in range(AT_REST)])
-        own = powers[:, :AT_REST] if end == 0.0 else powers[:, -AT_REST:]
-        return np.asarray(np.linalg.solve(own, np.stack([np.zeros_like(rate), rate, np.zeros_like(rate)])))
+        matrix = powers[:, :AT_REST] if end == 0.0 else powers[:, -AT_REST:]
+        return np.asarray(np.linalg.solve(matrix, np.stack([np.zeros_like(rate), rate, np.zeros_like(rate)])))

@@ -34,7 +34,7 @@ from problems.motions import (
     limited,
     within,
 )
-from problems.polish import Integrals
+from problems.polish import IntegrandFunctions
 from problems.robots import JointLimits
 from problems.timing import SpeedProfile, retime
 
@@ -59,9 +59,9 @@ class SplineProblem(Problem[TimedPath]):
         return replace(self, motion=motion, encoding=replace(self.encoding, motion=motion))
 
     @cached_property
-    def _integrals(self) -> Integrals | None:
+    def _integrals(self) -> IntegrandFunctions | None:
         """What is minimised, where enough is known of it."""
-        return Integrals.of(self.objective, self.robot)
+        return IntegrandFunctions.of(self.objective, self.robot)
 
     @cached_property
     def _path(self) -> ca.Function:

@@ -35,17 +35,17 @@ from problems.limits import (
 from problems.motions import JointPath, PathSpline, TimedPath, Trajectory
 from problems.objectives import DirectMoves, Objective
 from problems.polish import (
-    GOOD_ENOUGH,
-    Climb,
     Deviations,
-    Minimised,
-    OwnLimits,
+    ExpressionLimits,
     Passages,
+    PolishObjective,
     Rates,
+    Refinement,
+    RefinementSettings,
     at_the_bound,
     everywhere,
     faster_nearby,
-    gentler,
+    gentler_limits,
     joint_box,
     postures_around,
     postures_on_the_way,
@@ -256,7 +256,7 @@ class MoveProblem(SplineProblem):
         """Whether motions are tried before a search: in space, where own limits are of postures and their speeds."""
         if self.robot.dim != 3 or self.branches:
             return False
-        known = [limit for limit in self.limits if not OwnLimits.know(limit)]
+        known = [limit for limit in self.limits if not ExpressionLimits.supports(limit)]
         free = self._own is None and self.task.total_time is None
         between_two_states = free and self.robot.limits.jerk is not None
         if not (limits_can_be_polished(known) and (self.task.at_rest or between_two_states)):
@@ -317,7 +317,7 @@ class MoveProblem(SplineProblem):
     def _held(self, trajectory: Trajectory) -> bool:
         """Whether motors give what a motion needs, and it keeps own limits, at times at which it is extreme."""
         torques, times = self._torques, trajectory.times(TORQUE_LOOKS)
-        if self._own is not None and not self._own.hold(trajectory, times):
+        if self._own is not None and not self._own.are_kept(trajectory, times):
             return False
         return torques is None or torques.time_scale_of(trajectory, times) <= 1.0
 
@@ -345,9 +345,9 @@ class MoveProblem(SplineProblem):
     ) -> Iterator[Trajectory]:
         """Fast motions between two postures, each faster than those before."""
         try:
-            softer = gentler(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
+            gentler = gentler_limits(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
             soonest = self._soonest if world.moves else 0.0
-            motions = Deviations(start, goal, self.robot.limits, softer, self._rates, soonest)
+            motions = Deviations(start, goal, self.robot.limits, gentler=gentler, rates=self._rates, at_least=soonest)
         except InvalidProblem:  # of ends that move
             return
         usual = np.array([branch_posture(self.robot, via) for via in self.task.vias]).reshape(-1, self.robot.dof)
@@ -358,25 +358,32 @@ class MoveProblem(SplineProblem):
             if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
             box = joint_box(self.robot, start, *through, goal)
-            climb = Climb(
-                world, motions, self._minimised(motions), box, self._torques, self._own, passages, through, running_out,
-                self.task.stay,
-            )  # fmt: skip
-            found = climb(seed, to_beat)
+            found = Refinement(
+                world=world,
+                motions=motions,
+                objective=self._polish_objective(motions),
+                box=box,
+                torques=self._torques,
+                expressions=self._own,
+                passages=passages,
+                through=through,
+                running_out=running_out,
+                stay=self.task.stay,
+            ).best_motion(seed, to_beat)
             if found is not None:
                 yield from map(self._in_time, (found, *self._timed_anew(found, motions.bound)))
                 to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
 
-    def _minimised(self, motions: Deviations) -> Minimised:
+    def _polish_objective(self, motions: Deviations) -> PolishObjective:
         assert self._integrals is not None
         longest = LARGEST_TIME_SCALE * motions.direct.duration
         bounds = self.task.total_time
-        return Minimised(motions, self._integrals, (0.0, longest) if bounds is None else bounds)
+        return PolishObjective(motions, self._integrals, (0.0, longest) if bounds is None else bounds)
 
     def _timed_anew(self, found: Trajectory, least: float) -> Iterator[Trajectory]:
         """A motion past vias along its own path, which may take less than what programs hold to be the least."""
         resting = self.task.vias and self.task.at_rest
-        if resting and self.objective.sooner_is_better and found.duration > GOOD_ENOUGH * least:
+        if resting and self.objective.sooner_is_better and found.duration > RefinementSettings.near_bound * least:
             with suppress(InvalidProblem):
                 yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)
 
@@ -407,8 +414,8 @@ class MoveProblem(SplineProblem):
         return JointTorques.among(self.limits)
 
     @cached_property
-    def _own(self) -> OwnLimits | None:
-        return OwnLimits.among(self.limits)
+    def _own(self) -> ExpressionLimits | None:
+        return ExpressionLimits.among(self.limits)
 
     @property
     def _allowed(self) -> Callable[[FloatArray], NDArray[np.bool_]]:

@@ -26,7 +26,7 @@ from problems.families.traced.proofs import ToolMotion, TracedTool, prove_tracin
 from problems.limits import SAMPLING_MARGIN, Accuracy, AngularAccuracy, Constraint, LimitKind, limits_of, shares_along
 from problems.motions import Samples, TimedPath, Trajectory
 from problems.objectives import Objective
-from problems.polish import PIECES, OwnLimits, faster_nearby
+from problems.polish import PIECES, ExpressionLimits, faster_nearby
 from problems.programs import NonlinearProgram
 from problems.robots import Robot, SpatialArm
 from problems.sequential import limits_can_be_polished
@@ -288,7 +288,7 @@ class SpaceTracingProblem(TracedProblem):
     def _has_polish(self) -> bool:
         """In least time, where programs know what else is asked for."""
         free = self.task.total_time is None and not any(obstacle.moves for obstacle in self.obstacles)
-        others = [limit for limit in self.limits if not OwnLimits.know(limit)]
+        others = [limit for limit in self.limits if not ExpressionLimits.supports(limit)]
         least_time = self.objective.asks_for_least_time
         return least_time and free and limits_can_be_polished(others) and self._integrals is not None
 
@@ -327,7 +327,7 @@ class SpaceTracingProblem(TracedProblem):
         near, stretches = self._nearness, len(self.motion.corners) + 1
         pieces = PIECES if stretches == 1 else min(PIECES_EACH * stretches, MOST_PIECES)
         limits = (*self.limits, *near.limits)
-        for made in faster_nearby(known, self._integrals, self.obstacles, limits, near.corners, pieces):
+        for made in faster_nearby(known, self._integrals, self.obstacles, limits, places=near.corners, pieces=pieces):
             found = made.time_scaled(max(1.0, self.safe_time_scale(made)))
             if found.duration < known.duration and self._is_certified(found):
                 return found

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.core_robots import robot_of
-from helpers.minimised import minimised
+from helpers.polish_objective import polish_objective
 from helpers.slow import slow_except
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import SingleRows, WholeRows, World
-from problems.polish import Climb, Deviations, Rates, joint_box
+from problems.polish import Deviations, Rates, Refinement, joint_box
 from problems.robots import JointLimits
 from problems.scene import Box
 from problems.timing import MotionState, fastest_move
@@ -90,7 +90,8 @@ def test_a_moving_arm_is_led_around_a_wall() -> None:
     world, between = World.of(arm, (WALL,)), motions()
     assert world is not None
     assert world.prove(between.direct).status is False
-    found = Climb(world, between, minimised(between, arm), joint_box(arm, START, GOAL))(1)
+    objective, box = polish_objective(between, arm), joint_box(arm, START, GOAL)
+    found = Refinement(world=world, motions=between, objective=objective, box=box).best_motion(1)
     assert found is not None and world.prove(found).status
     ends = np.array([0.0, found.duration])
     np.testing.assert_allclose(found.at(ends, 1), [LEAVING, ARRIVING], atol=1e-10)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from helpers.core_robots import robot_of
-from helpers.minimised import minimised
+from helpers.polish_objective import polish_objective
 from scipy.optimize import minimize_scalar
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import World
-from problems.polish import Climb, Deviations, Passages, joint_box
+from problems.polish import Deviations, Passages, Refinement, joint_box
 from problems.scene import Box
 from problems.tasks import Joints, Pose
 from problems.tasks.place import Place
@@ -113,10 +113,14 @@ def test_ways_around_a_wall_lead_through_stops(goal: FloatArray) -> None:
     world, motions = World.of(arm, (WALL,)), Deviations(START, goal, arm.limits)
     assert world is not None
     box, through = joint_box(arm, START, ASIDE, goal), ASIDE[None]
-    climb = Climb(
-        world, motions, minimised(motions, arm), box, passages=Passages(motions, arm, (via,)), through=through
-    )
-    trajectory = climb(1)
+    trajectory = Refinement(
+        world=world,
+        motions=motions,
+        objective=polish_objective(motions, arm),
+        box=box,
+        passages=Passages(motions, arm, (via,)),
+        through=through,
+    ).best_motion(1)
     assert trajectory is not None and world.prove(trajectory).status
     theta = trajectory.at(np.array([0.0, trajectory.duration]))
     np.testing.assert_allclose(theta, [START, goal], atol=1e-12)

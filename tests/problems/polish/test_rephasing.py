@@ -6,7 +6,7 @@ import numpy as np
 from helpers.core_robots import robot_of
 
 from problems.polish import at_the_bound
-from problems.polish.rephasing import LOOKS, Rephased, drawn, looks
+from problems.polish.rephasing import EXAMINED_POSTURES, Rephased, examined_shares, random_phases
 from problems.robots import JointLimits
 from problems.scene import Ball
 from problems.tasks import Surroundings
@@ -17,7 +17,7 @@ START, GOAL = np.array([0.0, 0.5, 1.0]), np.array([2.0, 0.6, -0.2])
 
 def test_postures_are_those_of_the_motions_that_are_made() -> None:
     motion = Rephased(START, GOAL, LIMITS)
-    stretches, waits = drawn(20, 3, np.random.default_rng(1))
+    stretches, waits = random_phases(20, 3, np.random.default_rng(1))
     for share in (0.0, 0.13, 0.5, 0.98, 1.0):
         theta = motion.postures(stretches, waits, share)
         for row, stretch, wait in zip(theta, stretches, waits, strict=True):
@@ -26,10 +26,10 @@ def test_postures_are_those_of_the_motions_that_are_made() -> None:
             np.testing.assert_allclose(row, made.at(np.array([share * made.duration]))[0], atol=1e-9)
 
 
-def test_all_looks_are_taken_the_middle_first() -> None:
-    found = looks()
-    assert found[0] == 0.5 and len(found) == LOOKS - 1
-    np.testing.assert_allclose(np.sort(found), np.arange(1, LOOKS) / LOOKS)
+def test_all_postures_are_examined_the_middle_first() -> None:
+    found = examined_shares()
+    assert found[0] == 0.5 and len(found) == EXAMINED_POSTURES - 1
+    np.testing.assert_allclose(np.sort(found), np.arange(1, EXAMINED_POSTURES) / EXAMINED_POSTURES)
 
 
 def test_what_is_found_is_clear_and_as_fast_as_the_slowest_joint() -> None:

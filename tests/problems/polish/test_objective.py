@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.minimised import minimised
+from helpers.polish_objective import polish_objective
 from scipy.integrate import quad
 
 import tpbso_casadi as tp
@@ -17,7 +18,7 @@ from problems.base import FloatArray, as_array
 from problems.families.splines import move
 from problems.motions import MotionView, traced
 from problems.objectives import OBJECTIVES, ExpressionObjective, Objective, WeightedSum
-from problems.polish import Deviations, Integrals, Minimised
+from problems.polish import Deviations, IntegrandFunctions, ObjectiveSettings, PolishObjective
 from problems.robots import SpatialArm
 from problems.tasks import Joints, Move
 
@@ -61,7 +62,7 @@ def drawn(motions: Deviations, seed: int, size: float = 0.01) -> FloatArray:
 @pytest.mark.parametrize("name", EVERY)
 def test_what_a_motion_is_worth_is_the_objective_of_the_finished_motion(name: str, motions: Deviations) -> None:
     arm, objective = panda(), EVERY[name]
-    worth = minimised(motions, arm, objective)
+    worth = polish_objective(motions, arm, objective)
     x = drawn(motions, 1)
     longer = 1.4 * motions.least_duration(x, motions.direct.duration)
     trajectory = motions.trajectory(x, longer, longer)
@@ -73,7 +74,7 @@ def test_what_a_motion_is_worth_is_the_objective_of_the_finished_motion(name: st
 
 def test_energy_is_the_integral_of_squared_torques(motions: Deviations) -> None:
     """By SciPy's quadrature of torques of the equations of motion, one instant after the other."""
-    arm, worth = panda(), minimised(motions, panda(), OBJECTIVES["energy"])
+    arm, worth = panda(), polish_objective(motions, panda(), OBJECTIVES["energy"])
     duration = 1.2 * motions.least_duration(drawn(motions, 2), 1.0)
     assert worth.in_time(duration)
     trajectory = motions.trajectory(drawn(motions, 2), duration, duration)
@@ -89,76 +90,80 @@ def test_energy_is_the_integral_of_squared_torques(motions: Deviations) -> None:
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_slopes_are_those_of_differences(name: str, motions: Deviations, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("problems.polish.minimised.CORNER", 1e-6)  # absolute values are not rounded off
-    worth, x, duration, step = minimised(motions, panda(), EVERY[name]), drawn(motions, 3), 2.5, 1e-5
-    nearly = worth.nearly(x, duration)
+def test_slopes_are_those_of_differences(name: str, motions: Deviations) -> None:
+    sharp = ObjectiveSettings(corner=1e-6)  # absolute values are not rounded off
+    worth = replace(polish_objective(motions, panda(), EVERY[name]), settings=sharp)
+    x, duration, step = drawn(motions, 3), 2.5, 1e-5
+    model = worth.quadratic_model(x, duration)
     for seed, longer in ((4, 0.0), (5, 1.0), (6, -2.0)):
         way = drawn(motions, seed, 0.2)
         expected = worth.value(x + step * way, duration + step * longer)
         expected -= worth.value(x - step * way, duration - step * longer)
-        found = nearly.change(motions.padded(step * way), step * longer)
-        found -= nearly.change(motions.padded(-step * way), -step * longer)
+        found = model.change(motions.padded(step * way), step * longer)
+        found -= model.change(motions.padded(-step * way), -step * longer)
         assert found == pytest.approx(expected, rel=2e-3, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", EVERY)
 def test_they_are_convex(name: str, motions: Deviations) -> None:
-    nearly, way = minimised(motions, panda(), EVERY[name]).nearly(drawn(motions, 3), 2.5), drawn(motions, 7, 0.3)
-    there, back = nearly.change(motions.padded(way), 0.3), nearly.change(motions.padded(-way), -0.3)
+    model, way = (
+        polish_objective(motions, panda(), EVERY[name]).quadratic_model(drawn(motions, 3), 2.5),
+        drawn(motions, 7, 0.3),
+    )
+    there, back = model.change(motions.padded(way), 0.3), model.change(motions.padded(-way), -0.3)
     assert there + back >= -1e-12
-    if nearly.squares is not None:
-        assert (nearly.squares.price >= 0.0).all()
+    if model.squares is not None:
+        assert (model.squares.price >= 0.0).all()
 
 
 def test_rotation_is_never_less_than_it_is_held_to_be(motions: Deviations) -> None:
     """Speeds are linear in control points, so that only the way of taking absolute values counts."""
-    worth, x = minimised(motions, panda(), OBJECTIVES["rotation"]), drawn(motions, 8, 0.3)
-    nearly, now = worth.nearly(x, 2.0), worth.value(x, 2.0)
+    worth, x = polish_objective(motions, panda(), OBJECTIVES["rotation"]), drawn(motions, 8, 0.3)
+    model, now = worth.quadratic_model(x, 2.0), worth.value(x, 2.0)
     corners = 0.01 * worth.scale * np.abs(GOAL - START).sum()  # what is made of joints that hardly move
     for seed in range(20):
         way = drawn(motions, seed, 0.3)
-        assert worth.value(x + way, 2.0) <= now + nearly.change(motions.padded(way), 0.0) + corners
+        assert worth.value(x + way, 2.0) <= now + model.change(motions.padded(way), 0.0) + corners
 
 
 def test_the_best_direct_motion_is_worth_its_time(motions: Deviations) -> None:
     x = np.zeros((motions.free, motions.dof))
     for name in ("time", "energy", "sum"):
-        worth = minimised(motions, panda(), EVERY[name])
+        worth = polish_objective(motions, panda(), EVERY[name])
         best = worth.best_duration(x, motions.direct.duration)
         assert worth.value(x, best) == pytest.approx(motions.direct.duration, rel=1e-9)
         assert worth.value(x, best) <= min(worth.value(x, f * best) for f in (1.05, 1.2)) + 1e-12
         if best > motions.direct.duration:
             assert worth.value(x, best) <= worth.value(x, 0.95 * best)
-    time = minimised(motions, panda())
+    time = polish_objective(motions, panda())
     assert time.scale == 1.0 and time.bound == motions.bound and not time.chooses_duration
-    assert minimised(motions, panda(), EVERY["energy"]).best_duration(x, 0.1) > motions.direct.duration
+    assert polish_objective(motions, panda(), EVERY["energy"]).best_duration(x, 0.1) > motions.direct.duration
 
 
 def test_what_is_too_late_pays(motions: Deviations) -> None:
-    integrals = Integrals.of(OBJECTIVES["energy"], panda())
-    assert integrals is not None
-    worth, x = Minimised(motions, integrals, (1.0, 2.0)), np.zeros((motions.free, motions.dof))
-    free = Minimised(motions, integrals, (0.0, 9.0))
+    integrand = IntegrandFunctions.of(OBJECTIVES["energy"], panda())
+    assert integrand is not None
+    worth, x = PolishObjective(motions, integrand, (1.0, 2.0)), np.zeros((motions.free, motions.dof))
+    free = PolishObjective(motions, integrand, (0.0, 9.0))
     assert worth.in_time(1.9) and not worth.in_time(2.1)
     assert worth.value(x, 2.1) / worth.scale > free.value(x, 2.1) / free.scale
     assert worth.duration(0.5, 0.7) == pytest.approx(1.0, rel=1e-5) and worth.duration(0.5, 0.7) >= 1.0
     assert worth.duration(0.5, 7.0) == pytest.approx(2.0, rel=1e-5) and worth.duration(0.5, 7.0) <= 2.0
     assert worth.duration(2.5, 1.0) == 2.5
-    assert worth.reach(2.1, 0.25)[1] == 0.0 and worth.reach(1.5, 0.25)[1] <= 0.5
-    assert worth.nearly(x, 2.1).time_cost > worth.nearly(x, 1.9).time_cost
+    assert worth.duration_range(2.1, 0.25)[1] == 0.0 and worth.duration_range(1.5, 0.25)[1] <= 0.5
+    assert worth.quadratic_model(x, 2.1).time_cost > worth.quadratic_model(x, 1.9).time_cost
 
 
-def test_objectives_that_are_not_integrals_are_not_known() -> None:
+def test_objectives_that_are_not_integrand_are_not_known() -> None:
     class Bumps(Objective):
         name, symbol, unit = "bumps", "B", "1"
 
         def between(self, before: Any, after: Any) -> Any:
             return ca.fabs(after.speed - before.speed)
 
-    assert Integrals.of(Bumps(), panda()) is None
+    assert IntegrandFunctions.of(Bumps(), panda()) is None
     both = WeightedSum((1.0, 1.0), (OBJECTIVES["time"], Bumps()))
-    assert Integrals.of(both, panda()) is None
+    assert IntegrandFunctions.of(both, panda()) is None
 
 
 def test_what_a_search_does_better_is_left_to_it() -> None:

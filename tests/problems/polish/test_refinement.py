@@ -1,4 +1,4 @@
-"""Ways that were found, polished and proven."""
+"""Paths that were found, polished and proven."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 from helpers.core_robots import robot_of
-from helpers.minimised import minimised
+from helpers.polish_objective import polish_objective
 
 from problems.core import World
 from problems.limits import TorqueLimit, limits_of
-from problems.polish import Climb, DeviationPolish, Deviations, gentler, joint_box
-from problems.polish.climb import GOOD_ENOUGH
+from problems.polish import DeviationPolish, Deviations, Refinement, RefinementSettings, gentler_limits, joint_box
 from problems.robots import SpatialArm
 from problems.scene import Box
 from problems.sequential import JointTorques
@@ -21,50 +20,55 @@ START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6
 WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 
 
-def climb(arm: SpatialArm, *obstacles: Box) -> Climb:
+def refinement(arm: SpatialArm, *obstacles: Box) -> Refinement:
     world, motions = World.of(arm, obstacles), Deviations(START, GOAL, arm.limits)
     assert world is not None
-    return Climb(world, motions, minimised(motions, arm), joint_box(arm, START, GOAL))
+    objective, box = polish_objective(motions, arm), joint_box(arm, START, GOAL)
+    return Refinement(world=world, motions=motions, objective=objective, box=box)
 
 
 def test_a_way_around_a_wall_is_proven_and_found_again() -> None:
-    found = climb(robot_of("upright"), WALL)
-    trajectory = found(1)
+    found = refinement(robot_of("upright"), WALL)
+    trajectory = found.best_motion(1)
     assert trajectory is not None and found.world.prove(trajectory).status
     assert trajectory.duration > found.motions.bound
     limits = found.motions.limits
     for order, bound in enumerate(limits.by_order, start=1):
         peaks = np.abs(trajectory.at(trajectory.extreme_times(order), order)).max(axis=0)
         assert (peaks <= bound * (1.0 + 1e-9)).all()
-    again = climb(robot_of("upright"), WALL)(1)
+    again = refinement(robot_of("upright"), WALL).best_motion(1)
     assert again is not None
     np.testing.assert_array_equal(trajectory.coefficients, again.coefficients)
 
 
 def test_without_obstacles_it_is_at_the_bound() -> None:
-    found = climb(robot_of("upright"))
-    trajectory = found(1)
-    assert trajectory is not None and trajectory.duration <= GOOD_ENOUGH * found.motions.bound
+    found = refinement(robot_of("upright"))
+    trajectory = found.best_motion(1)
+    assert trajectory is not None and trajectory.duration <= RefinementSettings.near_bound * found.motions.bound
 
 
 def test_what_is_slower_than_a_known_motion_is_not_returned() -> None:
-    found = climb(robot_of("upright"), WALL)
-    assert found(1, to_beat=found.motions.bound) is None
+    found = refinement(robot_of("upright"), WALL)
+    assert found.best_motion(1, to_beat=found.motions.bound) is None
 
 
 def test_no_time_is_no_motion_but_the_beginning() -> None:
-    found = climb(robot_of("upright"), WALL)
+    found = refinement(robot_of("upright"), WALL)
     polish = DeviationPolish(
-        found.motions, found.minimised, found.world, np.full(2, 1e-3), found.motions.parameters(),
+        motions=found.motions,
+        objective=found.objective,
+        world=found.world,
+        proof_margin=np.full(2, 1e-3),
+        u=found.motions.parameters(),
         running_out=lambda: True,
-    )  # fmt: skip
+    )
     x = np.zeros((found.motions.free, found.motions.dof))
     np.testing.assert_array_equal(polish(x).x, x)
 
 
 def test_joints_are_kept_in_their_ranges() -> None:
     arm = replace(robot_of("upright"), position_limits=((-2.8, 2.8), (-0.1, 0.6), *(((-2.8, 2.8),) * 5)))
-    trajectory = climb(arm, WALL)(1)
+    trajectory = refinement(arm, WALL).best_motion(1)
     if trajectory is None:  # it may be no way at all, which is not broken either
         return
     theta = trajectory.at(trajectory.extreme_times(0))
@@ -79,10 +83,12 @@ def test_motors_that_are_too_weak_for_the_bound_are_given_time() -> None:
     limit = next(limit for limit in limits_of(arm, ()) if isinstance(limit, TorqueLimit))
     torques, world = JointTorques.of(limit), World.of(arm, ())
     assert world is not None
-    eased = gentler(start, goal, arm.limits, torques)
+    eased = gentler_limits(start, goal, arm.limits, torques)
     assert eased is not None and max(eased.acceleration) < max(arm.limits.acceleration)
     motions = Deviations(start, goal, arm.limits, gentler=eased)
-    trajectory = Climb(world, motions, minimised(motions, arm), joint_box(arm, start, goal), torques)(1)
+    objective, box = polish_objective(motions, arm), joint_box(arm, start, goal)
+    found = Refinement(world=world, motions=motions, objective=objective, box=box, torques=torques)
+    trajectory = found.best_motion(1)
     assert trajectory is not None and trajectory.duration > motions.bound
     times = trajectory.times(500)
     state = np.concatenate([trajectory.at(times, order) for order in range(3)], axis=1)

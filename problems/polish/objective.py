@@ -1,4 +1,4 @@
-"""What is minimised, as programs take it: a convex quadratic function of control points and duration near a motion.
+"""The objective of the polish: near a motion a convex quadratic function of control points and duration.
 
 With u = t / T an objective is a sum over samples of T f(q, q' / T, q'' / T^2, ...), derivatives by u, and a function of
 T. Squares of torques and the like are squares of linear functions in a program (Gauss and Newton). A length |r| counts
@@ -25,24 +25,18 @@ from problems.core import WholeRows, joined
 from problems.motions import SAMPLED_ORDERS, Samples
 from problems.objectives import DirectMoves, Integrand, Objective
 from problems.polish.deviation import Deviations, PostureRows
+from problems.polish.settings import DEFAULT_OBJECTIVE, ObjectiveSettings
 from problems.polish.spline import AT_REST
 from problems.robots import Robot
 
-KEPT = 16  # objectives
-POINTS, SHARES = 3, np.polynomial.legendre.leggauss(3)  # in each piece of the spline
-CONVEX = 1e-9  # of the largest second derivative: less is none
-WEIGHT_OF_TIME = 1e-3  # what a motion pays for its duration where that is not minimised
-CORNER = 1e-2  # of the mean length of a vector: what is shorter counts as that long
-LATE_PRICE = 3.0  # for each second beyond the longest duration
-FASTER, SLOWER = 0.4, 1.0  # shares of the duration that a program may save or add
-TIME_TRUST = 2.0  # 1/rad: where the duration is chosen, the share of it that may change for each rad of control points
-LOOKS, NARROWING = 16, 2  # durations that are compared at a time, and how often
-NEAREST = 1e-6  # of a bound of the duration: rounding
+CACHED_OBJECTIVES = 16
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # in each piece of the spline
+DURATION_ROUNDING = 1e-6  # of a bound of the duration
 
 
 @dataclass(frozen=True)
-class Integrals:
-    """An objective of a robot as functions of angles and their derivatives by u.
+class IntegrandFunctions:
+    """An objective of a robot as CasADi functions of angles and their derivatives by u.
 
     Args:
         objective: whose integrand is known.
@@ -53,9 +47,9 @@ class Integrals:
     robot: Robot
 
     @classmethod
-    @lru_cache(maxsize=KEPT)
-    def of(cls, objective: Objective, robot: Robot) -> Integrals | None:
-        """The same object for the same two, so that its functions are made once; None where it is not known enough."""
+    @lru_cache(maxsize=CACHED_OBJECTIVES)
+    def of(cls, objective: Objective, robot: Robot) -> IntegrandFunctions | None:
+        """The cached functions of an objective of a robot; None where its integrand is unknown."""
         return None if objective.integrand(Samples.symbolic(robot, SAMPLED_ORDERS)) is None else cls(objective, robot)
 
     @cached_property
@@ -73,34 +67,34 @@ class Integrals:
             duration=duration,
             times=u * duration,
         )
-        known = self.objective.integrand(now)
-        assert known is not None
-        return known
+        integrand = self.objective.integrand(now)
+        assert integrand is not None
+        return integrand
 
     @cached_property
     def _parts(self) -> tuple[Matrix, Matrix, Matrix]:
-        """For each unit of u: what is squared, (m, 1), vectors below each other, (m, 1), and the rest, scalar."""
-        known, duration, none = self._integrand, self._symbols[2], ca.SX(1, 0)
-        squares = none if known.squares is None else known.squares
-        rest = none if known.rest is None else known.rest
-        return ca.sqrt(duration) * squares.T, duration * ca.horzcat(none, *known.lengths).T, duration * total(rest)
+        """The integrand by u: values to square, (m, 1), vectors below each other, (m, 1), and the rest, scalar."""
+        integrand, duration, none = self._integrand, self._symbols[2], ca.SX(1, 0)
+        squares = none if integrand.squares is None else integrand.squares
+        rest = none if integrand.rest is None else integrand.rest
+        return ca.sqrt(duration) * squares.T, duration * ca.horzcat(none, *integrand.lengths).T, duration * total(rest)
 
     @cached_property
     def vector_of(self) -> NDArray[np.intp]:
-        """Which vector each row of these belongs to, (m,)."""
+        """The index of the vector to which each row of the vectors belongs, (m,)."""
         sizes = [vector.shape[1] for vector in self._integrand.lengths]
         return np.repeat(np.arange(len(sizes)), sizes)
 
     @cached_property
     def orders(self) -> tuple[int, ...]:
-        """Derivatives that matter."""
+        """The orders of derivatives on which the integrand depends."""
         state, k = self._symbols[0], self.robot.dof
         depends = np.array(ca.which_depends(ca.vertcat(*self._parts), state, 1, False)).reshape(SAMPLED_ORDERS, k)
         return tuple(np.flatnonzero(depends.any(axis=1)).tolist())
 
     @cached_property
     def _given(self) -> Matrix:
-        """Those that matter, and the duration, (m k + 1, 1)."""
+        """The derivatives on which the integrand depends, and the duration, (m k + 1, 1)."""
         state, _, duration = self._symbols
         k = self.robot.dof
         return ca.vertcat(*(state[order * k : (order + 1) * k] for order in self.orders), duration)
@@ -130,7 +124,7 @@ class Integrals:
         return ca.Function("terminal", [duration], [value, ca.densify(first), ca.densify(second)])
 
     def values(self, state: FloatArray, u: FloatArray, durations: FloatArray) -> FloatArray:
-        """For each unit of u, (n,).
+        """The integrand by u, (n,).
 
         Args:
             state: angles and derivatives by u that matter, (n, m k).
@@ -140,11 +134,11 @@ class Integrals:
         return _mapped(self._values, np.column_stack([state, durations]), u)[0].ravel()
 
     def linear(self, state: FloatArray, u: FloatArray, duration: float) -> tuple[FloatArray, ...]:
-        """To second order, by what is given of :meth:`values`, the duration last.
+        """The integrand to second order, by the arguments of :meth:`values`, the duration last.
 
         Returns:
-            What is squared, (n, a), its slopes, (n, a, m k + 1), vectors, (n, b), their slopes, (n, b, m k + 1), and of
-            the rest slopes, (n, m k + 1), and second derivatives, (n, m k + 1, m k + 1), or none, (n, 0, m k + 1).
+            Values to square, (n, a), their slopes, (n, a, m k + 1), vectors, (n, b), their slopes, (n, b, m k + 1), and
+            of the rest slopes, (n, m k + 1), and second derivatives, (n, m k + 1, m k + 1), or none, (n, 0, m k + 1).
         """
         n, width = state.shape[0], state.shape[1] + 1
         given = np.column_stack([state, np.full(n, duration)])
@@ -155,7 +149,7 @@ class Integrals:
         )  # fmt: skip
 
     def terminal(self, duration: float) -> tuple[float, float, float]:
-        """What the duration in s itself counts, and its derivatives."""
+        """The part of the objective that depends on the duration in s alone, and its first two derivatives."""
         value, first, second = (float(part) for part in self._terminal(duration))
         return value, first, second
 
@@ -165,18 +159,18 @@ def _mapped(function: ca.Function, *arguments: FloatArray) -> list[FloatArray]:
     n = len(arguments[0])
     mapped = function.map(n)
     given = [np.ascontiguousarray(part) for part in arguments]
-    found = [np.empty((n, function.numel_out(number))) for number in range(function.n_out())]
+    results = [np.empty((n, function.numel_out(number))) for number in range(function.n_out())]
     buffer, evaluate = mapped.buffer()
     for number, part in enumerate(given):
         buffer.set_arg(number, part.data)  # type: ignore[call-arg]
-    for number, part in enumerate(found):
+    for number, part in enumerate(results):
         buffer.set_res(number, part.data)  # type: ignore[call-arg]
     evaluate()
-    return found
+    return results
 
 
 @dataclass(frozen=True, eq=False)
-class Nearly:
+class QuadraticModel:
     """The objective near a motion, for changes of all control points and of the duration.
 
     Attributes:
@@ -190,15 +184,15 @@ class Nearly:
     squares: WholeRows | None
 
     def change(self, padded: FloatArray, longer: float) -> float:
-        """By how much it changes with all control points, (pieces + 3, k), and the duration, s."""
-        found = self.time_cost * longer
+        """The change of the objective with all control points, (pieces + 3, k), and the duration, s."""
+        change = self.time_cost * longer
         if self.cost is not None:
-            found += float((self.cost * padded).sum())
+            change += float((self.cost * padded).sum())
         if self.squares is not None:
             before = -self.squares.bound
             after = before + _moved(self.squares, padded, longer)
-            found += 0.5 * float((self.squares.price * (after**2 - before**2)).sum())
-        return found
+            change += 0.5 * float((self.squares.price * (after**2 - before**2)).sum())
+        return change
 
 
 def _moved(rows: WholeRows, padded: FloatArray, longer: float) -> FloatArray:
@@ -207,56 +201,58 @@ def _moved(rows: WholeRows, padded: FloatArray, longer: float) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Minimised:
-    """An objective of motions between two postures, in s.
+class PolishObjective:
+    """An objective of motions between two postures, scaled to s.
 
     Args:
         motions: that are compared.
-        integrals: of the objective.
+        integrand: of the objective.
         durations: the shortest and the longest that are allowed, s.
+        settings: of its model.
     """
 
     motions: Deviations
-    integrals: Integrals
+    integrand: IntegrandFunctions
     durations: tuple[float, float]
+    settings: ObjectiveSettings = DEFAULT_OBJECTIVE
 
     @property
     def _objective(self) -> Objective:
-        return self.integrals.objective
+        return self.integrand.objective
 
     @cached_property
     def _u(self) -> FloatArray:
-        """Where the integrand is looked at, (n,): Gauss's points of each piece."""
+        """Parameters at which the integrand is evaluated, (n,): Gauss's points of each piece."""
         edges = self.motions.spline.edges
         begin, width = edges[:-1, None], np.diff(edges)[:, None]
-        return np.asarray((begin + width * (SHARES[0] + 1.0) / 2.0).ravel())
+        return np.asarray((begin + width * (GAUSS_POINTS + 1.0) / 2.0).ravel())
 
     @cached_property
     def _weights(self) -> FloatArray:
-        return np.asarray((np.diff(self.motions.spline.edges)[:, None] * SHARES[1] / 2.0).ravel())
+        return np.asarray((np.diff(self.motions.spline.edges)[:, None] * GAUSS_WEIGHTS / 2.0).ravel())
 
     @cached_property
-    def _moving(self) -> tuple[PostureRows, ...]:
-        return tuple(self.motions.postures(self._u, order) for order in self.integrals.orders)
+    def _rows_of_orders(self) -> tuple[PostureRows, ...]:
+        return tuple(self.motions.postures(self._u, order) for order in self.integrand.orders)
 
     def _state(self, padded: FloatArray) -> FloatArray:
         """Angles and derivatives by u that matter, (n, m k)."""
-        parts = [rows.values(padded) for rows in self._moving]
+        parts = [rows.values(padded) for rows in self._rows_of_orders]
         return np.concatenate(parts, axis=1) if parts else np.empty((self._u.size, 0))
 
     @cached_property
     def scale(self) -> float:
-        """What one unit of the objective is worth, s."""
+        """The s that one unit of the objective counts, so that the best direct motion counts its duration."""
         x = np.zeros((self.motions.free, self.motions.dof))
         value = abs(self._unscaled(x, self._best_of(x, self.motions.direct.duration)))
-        least = NEAREST * self._objective.size(self.integrals.robot)
+        least = DURATION_ROUNDING * self._objective.size(self.integrand.robot)
         return self.motions.direct.duration / max(value, least)
 
     @cached_property
     def bound(self) -> float:
-        """No motion is worth less, s."""
+        """A lower bound of the objective of all motions, s."""
         moves = DirectMoves(
-            robot=self.integrals.robot,
+            robot=self.integrand.robot,
             start=self.motions.start,
             goals=self.motions.goal[None],
             durations=np.array([self.motions.bound]),
@@ -269,53 +265,53 @@ class Minimised:
         return self._objective.chooses_duration
 
     @property
-    def has_several(self) -> bool:
+    def has_several_optima(self) -> bool:
         """Whether there may be several best motions, each better than all near it."""
         return not self._objective.direct_is_least
 
     def _unscaled(self, x: FloatArray, duration: float) -> float:
-        if not self._moving:
-            return self.integrals.terminal(duration)[0]
+        if not self._rows_of_orders:
+            return self.integrand.terminal(duration)[0]
         return float(self._of_durations(x, np.array([duration]))[0])
 
     def _of_durations(self, x: FloatArray, durations: FloatArray) -> FloatArray:
         """The objective of free control points (free, k) run in several durations, (n,) s: (n,)."""
         n, states = self._u.size, [self._state(self.motions.padded(x, each)) for each in durations.tolist()]
         u, each = np.tile(self._u, durations.size), np.repeat(durations, n)
-        rates = self.integrals.values(np.concatenate(states), u, each).reshape(durations.size, n)
-        return np.asarray(rates @ self._weights + [self.integrals.terminal(each)[0] for each in durations.tolist()])
+        rates = self.integrand.values(np.concatenate(states), u, each).reshape(durations.size, n)
+        return np.asarray(rates @ self._weights + [self.integrand.terminal(each)[0] for each in durations.tolist()])
 
     def value(self, x: FloatArray, duration: float) -> float:
-        """What a motion of free control points (free, k) is worth, s."""
-        late = 0.0 if self.in_time(duration) else LATE_PRICE * (duration - self._longest)
+        """The objective of a motion of free control points (free, k) in a duration in s, s."""
+        late = 0.0 if self.in_time(duration) else self.settings.lateness_price * (duration - self._longest)
         return self.scale * self._unscaled(x, duration) + self._weight_of_time * duration + late
 
     @property
     def _weight_of_time(self) -> float:
-        return 0.0 if self._objective.is_time_dependent else WEIGHT_OF_TIME
+        return 0.0 if self._objective.is_time_dependent else self.settings.weight_of_time
 
     def in_time(self, duration: float) -> bool:
-        """Whether a motion of a duration in s is not there too late."""
+        """Whether a motion of a duration in s does not arrive too late."""
         return not self.chooses_duration or duration <= self._longest
 
-    def reach(self, duration: float, trust: float) -> tuple[float, float]:
+    def duration_range(self, duration: float, trust: float) -> tuple[float, float]:
         """How much a program may take from a duration, and add to it, s, where control points move by so much, rad."""
-        faster, slower = FASTER * duration, SLOWER * duration
+        faster, slower = self.settings.most_saved * duration, self.settings.most_added * duration
         if not self.chooses_duration:
             return faster, slower
-        later = min(slower, self._longest - duration, TIME_TRUST * trust * duration)
-        return min(faster, TIME_TRUST * trust * duration), max(later, 0.0)
+        change = self.settings.duration_trust * trust * duration
+        return min(faster, change), max(min(slower, self._longest - duration, change), 0.0)
 
     @property
     def _longest(self) -> float:
         shortest, longest = self.durations
-        return max(longest * (1.0 - NEAREST), shortest)
+        return max(longest * (1.0 - DURATION_ROUNDING), shortest)
 
     def duration(self, least: float, wanted: float) -> float:
-        """The duration of a motion that takes at least so much, where a program wants another, s."""
+        """The duration of a motion that takes at least so much, where a program wants another, all s."""
         if not self.chooses_duration:
             return least
-        return max(least, min(max(wanted, self.durations[0] * (1.0 + NEAREST)), self._longest))
+        return max(least, min(max(wanted, self.durations[0] * (1.0 + DURATION_ROUNDING)), self._longest))
 
     def best_duration(self, x: FloatArray, least: float) -> float:
         """The best of free control points (free, k) that take at least so much, s."""
@@ -325,73 +321,75 @@ class Minimised:
         if not self.chooses_duration:
             return least
         low, high = self.duration(least, 0.0), self.duration(least, np.inf)
-        best = low
-        for _ in range(NARROWING):
-            looks = np.geomspace(low, high, LOOKS)
-            values = self._of_durations(x, looks)
-            number = int(np.argmin(values))
-            best = float(looks[number])
-            low, high = float(looks[max(number - 1, 0)]), float(looks[min(number + 1, LOOKS - 1)])
+        best, count = low, self.settings.compared_durations
+        for _ in range(self.settings.duration_passes):
+            durations = np.geomspace(low, high, count)
+            number = int(np.argmin(self._of_durations(x, durations)))
+            best = float(durations[number])
+            low, high = float(durations[max(number - 1, 0)]), float(durations[min(number + 1, count - 1)])
         return best
 
-    def nearly(self, x: FloatArray, duration: float) -> Nearly:
+    def quadratic_model(self, x: FloatArray, duration: float) -> QuadraticModel:
         """The objective near a motion of free control points (free, k) of a duration in s."""
-        _, slope, bend = self.integrals.terminal(duration)
-        time_cost = self.scale * slope + self._weight_of_time + (0.0 if self.in_time(duration) else LATE_PRICE)
-        squares = [self._bend(self.scale * bend)] if bend > 0.0 else []
-        if not self._moving:
-            return Nearly(None, time_cost, joined(squares) if squares else None)
+        _, slope, curvature = self.integrand.terminal(duration)
+        lateness = 0.0 if self.in_time(duration) else self.settings.lateness_price
+        time_cost = self.scale * slope + self._weight_of_time + lateness
+        squares = [self._time_square(self.scale * curvature)] if curvature > 0.0 else []
+        if not self._rows_of_orders:
+            return QuadraticModel(None, time_cost, joined(squares) if squares else None)
         state = self._state(self.motions.padded(x, duration))
-        squared, by_squared, vectors, by_vectors, first, second = self.integrals.linear(state, self._u, duration)
+        squared, by_squared, vectors, by_vectors, first, second = self.integrand.linear(state, self._u, duration)
         weights = self.scale * self._weights
         squares += [
-            self._rows(squared, by_squared, np.broadcast_to(2.0 * weights[:, None], squared.shape)),
-            self._rows(vectors, by_vectors, self._of_lengths(vectors, weights)),
+            self._square_rows(squared, by_squared, np.broadcast_to(2.0 * weights[:, None], squared.shape)),
+            self._square_rows(vectors, by_vectors, self._length_weights(vectors, weights)),
         ]
-        squares += [self._convex(second, weights)] if second.size else []
-        cost, by_time = self._cost(weights[:, None] * first)
-        kept = [rows for rows in squares if rows.bound.size]
-        return Nearly(cost, time_cost + by_time, joined(kept) if kept else None)
+        squares += [self._convex_squares(second, weights)] if second.size else []
+        cost, by_time = self._costs(weights[:, None] * first)
+        squares = [rows for rows in squares if rows.bound.size]
+        return QuadraticModel(cost, time_cost + by_time, joined(squares) if squares else None)
 
-    def _of_lengths(self, vectors: FloatArray, weights: FloatArray) -> FloatArray:
+    def _length_weights(self, vectors: FloatArray, weights: FloatArray) -> FloatArray:
         """Weights of the squares of vectors (n, m), by those of samples, (n,): (n, m)."""
-        lengths = np.zeros((vectors.shape[0], self.integrals.vector_of.max(initial=-1) + 1))
-        np.add.at(lengths.T, self.integrals.vector_of, np.square(vectors.T))
+        lengths = np.zeros((vectors.shape[0], self.integrand.vector_of.max(initial=-1) + 1))
+        np.add.at(lengths.T, self.integrand.vector_of, np.square(vectors.T))
         lengths = np.sqrt(lengths)
-        least = CORNER * (self._weights @ lengths) + np.finfo(float).tiny
-        return np.asarray((weights[:, None] / np.maximum(lengths, least))[:, self.integrals.vector_of])
+        least = self.settings.corner * (self._weights @ lengths) + np.finfo(float).tiny
+        return np.asarray((weights[:, None] / np.maximum(lengths, least))[:, self.integrand.vector_of])
 
-    def _bend(self, weight: float) -> WholeRows:
+    def _time_square(self, weight: float) -> WholeRows:
         """The square of a change of the duration."""
         one, nothing = np.ones(1), np.zeros((1, 4, self.motions.dof))
         return WholeRows(np.zeros(1, dtype=np.intp), nothing, one, 0.0 * one, weight * one)
 
-    def _rows(self, values: FloatArray, slopes: FloatArray, weights: FloatArray) -> WholeRows:
-        """Of values (n, m) with slopes (n, m, w) and weights (n, m)."""
+    def _square_rows(self, values: FloatArray, slopes: FloatArray, weights: FloatArray) -> WholeRows:
+        """Squares of values (n, m) with slopes (n, m, w) and weights (n, m)."""
         n, m = values.shape
         sample = np.repeat(np.arange(n), m)
-        return self._chosen(sample, values.ravel(), slopes.reshape(n * m, slopes.shape[2]), weights.ravel())
+        return self._rows_of_samples(sample, values.ravel(), slopes.reshape(n * m, slopes.shape[2]), weights.ravel())
 
-    def _chosen(
+    def _rows_of_samples(
         self, sample: NDArray[np.intp], values: FloatArray, slopes: FloatArray, weights: FloatArray
     ) -> WholeRows:
         """Rows (m,) of samples: their values, slopes (m, w) and weights."""
         k, by_points = self.motions.dof, np.zeros((sample.size, 4, self.motions.dof))
-        for number, rows in enumerate(self._moving):
+        for number, rows in enumerate(self._rows_of_orders):
             by_points += rows.weights[sample][:, :, None] * slopes[:, None, number * k : (number + 1) * k]
-        return WholeRows(self._moving[0].first[sample] - AT_REST, by_points, slopes[:, -1], -values, weights)
+        return WholeRows(self._rows_of_orders[0].first[sample] - AT_REST, by_points, slopes[:, -1], -values, weights)
 
-    def _convex(self, second: FloatArray, weights: FloatArray) -> WholeRows:
+    def _convex_squares(self, second: FloatArray, weights: FloatArray) -> WholeRows:
         """The convex part of second derivatives (n, w, w): squares along its axes."""
         sizes, axes = np.linalg.eigh(second)
         largest = np.abs(sizes).max(initial=0.0)
-        sample, axis = np.nonzero(sizes > CONVEX * largest)
-        return self._chosen(sample, np.zeros(sample.size), axes[sample, :, axis], sizes[sample, axis] * weights[sample])
+        sample, axis = np.nonzero(sizes > self.settings.convexity * largest)
+        return self._rows_of_samples(
+            sample, np.zeros(sample.size), axes[sample, :, axis], sizes[sample, axis] * weights[sample]
+        )
 
-    def _cost(self, slopes: FloatArray) -> tuple[FloatArray, float]:
-        """Of all control points, and of the duration, by slopes of samples (n, w)."""
+    def _costs(self, slopes: FloatArray) -> tuple[FloatArray, float]:
+        """Costs of all control points, and of the duration, by slopes of samples (n, w)."""
         k, cost = self.motions.dof, np.zeros_like(self.motions.at_ends)
-        for number, rows in enumerate(self._moving):
-            own = rows.weights[:, :, None] * slopes[:, None, number * k : (number + 1) * k]
-            np.add.at(cost, rows.first[:, None] + np.arange(4), own)
+        for number, rows in enumerate(self._rows_of_orders):
+            by_points = rows.weights[:, :, None] * slopes[:, None, number * k : (number + 1) * k]
+            np.add.at(cost, rows.first[:, None] + np.arange(4), by_points)
         return cost, float(slopes[:, -1].sum())
