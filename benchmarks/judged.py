@@ -28,22 +28,14 @@ import numpy as np
 from benchmarks.suite import keep as keep_best
 from benchmarks.suite import refined
 from solvers import Box, Budget, Solver, minimize
-from tpbso_casadi.campaign import (
-    STORE,
-    Store,
-    SuiteRun,
-    p_text,
-    parse_solver,
-    parse_solvers,
-    ranking,
-    recordings,
-    suite_grid,
-)
-from tpbso_casadi.campaign.statistics import holm, signed_rank
 from tpbso_casadi.cli.commands.suite import main as suite_command
 from tpbso_casadi.cli.commands.suite import numbers
-from tpbso_casadi.referee import BEATEN, Referee, on_common_problems
-from tpbso_casadi.referee.page import RUNS
+from tpbso_casadi.judging.grid import parse_solver, parse_solvers
+from tpbso_casadi.judging.referee import BEATEN, Referee, on_common_problems
+from tpbso_casadi.judging.statistics import holm, p_text, ranking, signed_rank
+from tpbso_casadi.judging.store import STORE, Store
+from tpbso_casadi.judging.suite_page import RUNS
+from tpbso_casadi.judging.suite_runs import SuiteRun, recordings, suite_grid
 from tpbso_casadi.scenario import find_solver
 from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 

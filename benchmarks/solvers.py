@@ -30,7 +30,7 @@ from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import EXTERNAL, SOLVERS, Box, Budget, Solver, minimize
 from tpbso_casadi import find_solver
-from tpbso_casadi.campaign.statistics import holm
+from tpbso_casadi.judging.statistics import holm
 from tpbso_casadi.scenario.cases import TITLES, builtin, random_scenarios
 
 GENERATED_SEED = 2024

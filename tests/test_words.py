@@ -28,10 +28,10 @@ UNREVISED = {  # folders whose first lines are not all sentences that stand alon
     *("problems/robots", "problems/core", "problems/families", "problems/certify"),
     *("problems/limits", "problems/motions", "problems/sequential", "problems/scene", "problems/tasks"),
     *("problems/assembly", "problems/timing", "problems/evaluation", "problems/geometry", "problems/objectives"),
-    *("problems/base", "problems/programs", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/campaign"),
+    *("problems/base", "problems/programs", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/judging"),
     *("tpbso_casadi/planning", "tpbso_casadi/suite", "tpbso_casadi/facade", "tpbso_casadi/figures"),
     *("tpbso_casadi/storage", "tpbso_casadi/cli", "tpbso_casadi/trade_off", "tpbso_casadi/replanning"),
-    *("tpbso_casadi/simulation", "tpbso_casadi/animation", "tpbso_casadi/referee", "tpbso_casadi/reproduction"),
+    *("tpbso_casadi/simulation", "tpbso_casadi/animation", "tpbso_casadi/reproduction"),
     *("tpbso_casadi/display", "tpbso_casadi"),
 }
 

@@ -15,9 +15,11 @@ from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.run_limit import limited
 from benchmarks.motion_bench_maker.table import by_kind, printed, rows
 from problems.evaluation import BACKENDS
-from tpbso_casadi.campaign import Outcome, Run, parse_solvers, run_campaign
 from tpbso_casadi.cli.campaign import CAMPAIGN_FAILURES, INTERRUPTED, executors_of, stored
 from tpbso_casadi.cli.command import exit_code_of
+from tpbso_casadi.judging.campaign import run_campaign
+from tpbso_casadi.judging.grid import parse_solvers
+from tpbso_casadi.judging.run import Outcome, Run
 
 
 def parser() -> argparse.ArgumentParser:

@@ -13,7 +13,9 @@ from benchmarks.motion_bench_maker.collision import APART, Checker
 from benchmarks.motion_bench_maker.problem_file import MotionProblem, Obstacle
 from benchmarks.motion_bench_maker.records import Record, Records
 from benchmarks.motion_bench_maker.setting import Setting
-from tpbso_casadi.campaign import Run, SolverSpec, Store
+from tpbso_casadi.judging.grid import SolverSpec
+from tpbso_casadi.judging.run import Run
+from tpbso_casadi.judging.store import Store
 from tpbso_casadi.scenario import Scenario, parse_scenario
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
-from tpbso_casadi.campaign import ExecutorFactory
+from tpbso_casadi.judging.executors import ExecutorFactory
 
 T = TypeVar("T")
 

@@ -20,7 +20,9 @@ from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.setting import Setting
 from benchmarks.peers.space.command import compare_in_space
 from problems.scene.solids import Box, Cylinder
-from tpbso_casadi.campaign import Outcome, Store, parse_solvers
+from tpbso_casadi.judging.grid import parse_solvers
+from tpbso_casadi.judging.run import Outcome
+from tpbso_casadi.judging.store import Store
 
 
 def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:

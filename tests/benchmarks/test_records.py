@@ -16,7 +16,7 @@ from benchmarks.motion_bench_maker.run_limit import limited
 from benchmarks.motion_bench_maker.runs import Run, run_all
 from benchmarks.motion_bench_maker.setting import Setting
 from benchmarks.motion_bench_maker.table import HEADER, by_kind, printed, rows
-from tpbso_casadi.campaign import processes
+from tpbso_casadi.judging.executors import processes
 
 
 def record(problem: str = "table_small-0001", seed: int = 1, **values: object) -> Record:

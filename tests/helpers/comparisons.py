@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tpbso_casadi.campaign import Record, Results
-from tpbso_casadi.campaign.results import Convergence
+from tpbso_casadi.judging.results import Convergence, Results
+from tpbso_casadi.judging.run import Record
 
 Steps = Sequence[tuple[float, float]]  # evaluations, and the objective from then on; none for a run without a plan
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from solvers.budget import Interruption
-from tpbso_casadi.campaign import ExecutorFactory, in_process, processes
+from tpbso_casadi.judging.executors import ExecutorFactory, in_process, processes
 from tpbso_casadi.scenario import ScenarioError, parse_scenario
 
 REMOVED = object()  # instead of a value: the key is not there

@@ -9,24 +9,6 @@ from math import inf, isfinite
 from pathlib import Path
 
 from problems.evaluation import processors
-from tpbso_casadi.campaign import (
-    STORE,
-    AnyRun,
-    ExecutorError,
-    ExecutorFactory,
-    LostExecutor,
-    Record,
-    Store,
-    StoreError,
-    campaign_seconds,
-    check_address,
-    check_export,
-    cluster,
-    processes,
-    run_campaign,
-    searches_of,
-)
-from tpbso_casadi.campaign.logs import WRITERS
 from tpbso_casadi.cli.command import FAILURES, Exit, OneLineParser, print_error, run_command
 from tpbso_casadi.cli.options import (
     Group,
@@ -41,6 +23,19 @@ from tpbso_casadi.cli.options import (
     positive_int,
 )
 from tpbso_casadi.cli.progress import State, campaign_progress, duration, phase, say, size_of
+from tpbso_casadi.judging.campaign import campaign_seconds, run_campaign, searches_of
+from tpbso_casadi.judging.executors import (
+    ExecutorError,
+    ExecutorFactory,
+    LostExecutor,
+    check_address,
+    cluster,
+    processes,
+)
+from tpbso_casadi.judging.logs import WRITERS
+from tpbso_casadi.judging.run import AnyRun, Record
+from tpbso_casadi.judging.store import STORE, Store, StoreError
+from tpbso_casadi.judging.tables import check_export
 from tpbso_casadi.storage import OutputError, check_file, check_writable, writing
 
 CAMPAIGN_FAILURES = (*FAILURES, StoreError, ExecutorError, LostExecutor)

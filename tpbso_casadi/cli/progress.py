@@ -20,7 +20,7 @@ from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.planning import INFEASIBLE_MERIT, Progress
 
 if TYPE_CHECKING:
-    from tpbso_casadi.campaign import AnyRun, Outcome
+    from tpbso_casadi.judging.run import AnyRun, Outcome
 
 INTERVAL = 10.0  # s between plain lines
 

@@ -14,7 +14,7 @@ import numpy as np
 from problems import InvalidProblem
 from problems.base import FloatArray
 from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
-from tpbso_casadi.campaign import ExecutorError
+from tpbso_casadi.judging.executors import ExecutorError
 from tpbso_casadi.plain import nearest, settings_of
 from tpbso_casadi.scenario import (
     TASK_CATALOGUE,

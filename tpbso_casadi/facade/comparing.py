@@ -15,38 +15,6 @@ from rich.console import Console
 
 from problems.base import FloatArray
 from solvers import AnySolver, deferred_interrupt
-from tpbso_casadi.campaign import (
-    FUNCTION_SOLVERS,
-    HEADER,
-    POLISH_HEADER,
-    PREFIX,
-    STORE,
-    USUAL_RUNS,
-    USUAL_SOLVERS,
-    USUAL_STARTS,
-    AnyRun,
-    Best,
-    Record,
-    Results,
-    SolverSpec,
-    Store,
-    Summary,
-    best_runs,
-    budgeted,
-    campaign_of,
-    export,
-    functions_of,
-    in_process,
-    parse_solver,
-    parse_solvers,
-    print_polish_gains,
-    print_tables,
-    processes,
-    results_of,
-    rows,
-    run_campaign,
-    write_comparison,
-)
 from tpbso_casadi.facade.arguments import (
     AnySolverChoice,
     file_path,
@@ -60,6 +28,27 @@ from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, table
+from tpbso_casadi.judging.campaign import run_campaign
+from tpbso_casadi.judging.executors import in_process, processes
+from tpbso_casadi.judging.grid import (
+    FUNCTION_SOLVERS,
+    USUAL_RUNS,
+    USUAL_SOLVERS,
+    USUAL_STARTS,
+    SolverSpec,
+    budgeted,
+    campaign_of,
+    functions_of,
+    parse_solver,
+    parse_solvers,
+)
+from tpbso_casadi.judging.polishing import HEADER as POLISH_HEADER
+from tpbso_casadi.judging.results import Best, Results, best_runs, results_of
+from tpbso_casadi.judging.run import AnyRun, Record
+from tpbso_casadi.judging.searches import PREFIX
+from tpbso_casadi.judging.statistics import Summary
+from tpbso_casadi.judging.store import STORE, Store
+from tpbso_casadi.judging.tables import HEADER, export, print_polish_gains, print_tables, rows, write_comparison
 from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import Scenario, ScenarioError
 from tpbso_casadi.storage import writing
@@ -169,8 +158,8 @@ class Comparison:
         Raises:
             ValueError: there is no such figure, or it makes no sense for these runs.
         """
-        from tpbso_casadi.campaign.drawn_figures import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
         from tpbso_casadi.figures.notebook import notebook_figure  # noqa: PLC0415
+        from tpbso_casadi.judging.drawn_figures import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
 
         return notebook_figure(drawing_of(kind, self.results))
 

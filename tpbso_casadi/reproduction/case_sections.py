@@ -8,7 +8,8 @@ from typing import Any
 
 from problems import Variable
 from solvers import SOLVERS
-from tpbso_casadi.campaign import Judgement, Record, Relation, Summary
+from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.statistics import Judgement, Relation, Summary
 from tpbso_casadi.reproduction.experiment import (
     BASES,
     EVALUATIONS,

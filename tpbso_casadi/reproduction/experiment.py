@@ -10,7 +10,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign import Record, Run, SolverSpec, Summary, grid, parse_solver, summarise
+from tpbso_casadi.judging.grid import SolverSpec, grid, parse_solver
+from tpbso_casadi.judging.run import Record, Run
+from tpbso_casadi.judging.statistics import Summary, summarise
 from tpbso_casadi.scenario import TITLES, SolverSection, builtin, find_solver
 
 FIGURES: dict[str, int] = {case: number for number, case in enumerate(TITLES, start=2)}  # in the paper's own order

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.stats import levene, quantile_test
 
-from tpbso_casadi.campaign import (
+from tpbso_casadi.judging.statistics import (
     SIGNIFICANCE_LEVEL,
     Judgement,
     PairComparison,

@@ -20,11 +20,12 @@ from matplotlib.ticker import NullLocator
 
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player import player
-from tpbso_casadi.campaign import Run, Store
-from tpbso_casadi.campaign.comparison_figures import draw_runs
 from tpbso_casadi.figures.curves import convergence_figure, curve_figures, joints_figure, progress_figures
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
 from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.judging.comparison_figures import draw_runs
+from tpbso_casadi.judging.run import Run
+from tpbso_casadi.judging.store import Store
 from tpbso_casadi.planning import SearchedMotion, plan
 from tpbso_casadi.reproduction.experiment import (
     BASES,

@@ -14,8 +14,8 @@ from markupsafe import Markup
 
 from solvers import BSO
 from tpbso_casadi.animation.player import SCRIPT, STYLE
-from tpbso_casadi.campaign import Relation, compare_summaries, judge, p_text
 from tpbso_casadi.html import data_address, number, page
+from tpbso_casadi.judging.statistics import Relation, compare_summaries, judge, p_text
 from tpbso_casadi.plain import versions
 from tpbso_casadi.reproduction.case_sections import CONSTRAINTS, case_parameters, case_section, settings
 from tpbso_casadi.reproduction.claims import CLAIMS, MINIMUM_RUNS, Claim

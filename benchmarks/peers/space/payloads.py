@@ -24,7 +24,7 @@ from benchmarks.peers.space.planners import collisions
 from benchmarks.peers.torque_limited import Motion, by_ruckig, by_toppra, slowed
 from problems import Robot
 from problems.motions import JointPath
-from tpbso_casadi.campaign import parse_solvers
+from tpbso_casadi.judging.grid import parse_solvers
 from tpbso_casadi.planning import plan
 
 PROBLEMS = (

@@ -14,10 +14,12 @@ import pytest
 from helpers.running import campaigns_here, line_of, refusal, status
 
 import tpbso_casadi as tp
-from tpbso_casadi.campaign import Store, function_grid, parse_solvers, results_of
-from tpbso_casadi.campaign.functions import Recorder
-from tpbso_casadi.campaign.run import run_one
 from tpbso_casadi.cli.commands.compare import main
+from tpbso_casadi.judging.grid import function_grid, parse_solvers
+from tpbso_casadi.judging.results import results_of
+from tpbso_casadi.judging.run import run_one
+from tpbso_casadi.judging.searches import Recorder
+from tpbso_casadi.judging.store import Store
 from tpbso_casadi.plain import versions
 
 FUNCTIONS = ["function:sphere-3", "function:rastrigin-2@4"]

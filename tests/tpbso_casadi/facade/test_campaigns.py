@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.campaign import grid
 from tpbso_casadi.cli.commands import compare as command
 from tpbso_casadi.facade.comparing import known_to_workers, labelled, specs_of
+from tpbso_casadi.judging.grid import grid
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0)
 TASK: dict[str, Any] = {"start": [1.0, 0.0], "goal": [0.5, 1.5], "retime": False}

@@ -20,9 +20,10 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from solvers import SOLVERS
-from tpbso_casadi.campaign import ExecutorFactory, Record
 from tpbso_casadi.cli import campaign
 from tpbso_casadi.cli.commands import reproduce
+from tpbso_casadi.judging.executors import ExecutorFactory
+from tpbso_casadi.judging.run import Record
 from tpbso_casadi.reproduction import experiment, page_figures, scaling
 from tpbso_casadi.reproduction import scaling as pace_of_searches
 from tpbso_casadi.reproduction.claims import CLAIMS

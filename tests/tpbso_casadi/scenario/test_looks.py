@@ -15,7 +15,7 @@ import tpbso_casadi as tp
 from problems.robots import SpatialArm
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player_data import space_data
-from tpbso_casadi.campaign.run import Run
+from tpbso_casadi.judging.run import Run
 from tpbso_casadi.scenario import ScenarioError, parse_scenario
 
 LIMITS: dict[str, Any] = {"max_acceleration": 5.0}

@@ -10,8 +10,8 @@ import pytest
 from helpers.running import refusal
 
 import tpbso_casadi as tp
-from tpbso_casadi.campaign import parse_solver
 from tpbso_casadi.cli.commands.solve import main, parser, with_options
+from tpbso_casadi.judging.grid import parse_solver
 from tpbso_casadi.scenario import NamedSolver, ScenarioError, named_solver
 
 PLUGIN = """

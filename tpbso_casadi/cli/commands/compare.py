@@ -12,24 +12,6 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tpbso_casadi.campaign import (
-    FUNCTION_SOLVERS,
-    USUAL_RUNS,
-    USUAL_SOLVERS,
-    USUAL_STARTS,
-    AnyRun,
-    SolverSpec,
-    budgeted,
-    campaign_of,
-    export,
-    files_of,
-    functions_of,
-    parse_solvers,
-    print_polish_gains,
-    print_tables,
-    write_comparison,
-)
-from tpbso_casadi.campaign.logs import check_logs, traces_of, write_logs
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     add_logs,
@@ -59,6 +41,20 @@ from tpbso_casadi.cli.options import (
 )
 from tpbso_casadi.cli.progress import phase
 from tpbso_casadi.facade.comparing import Comparison
+from tpbso_casadi.judging.grid import (
+    FUNCTION_SOLVERS,
+    USUAL_RUNS,
+    USUAL_SOLVERS,
+    USUAL_STARTS,
+    SolverSpec,
+    budgeted,
+    campaign_of,
+    functions_of,
+    parse_solvers,
+)
+from tpbso_casadi.judging.logs import check_logs, traces_of, write_logs
+from tpbso_casadi.judging.run import AnyRun
+from tpbso_casadi.judging.tables import export, files_of, print_polish_gains, print_tables, write_comparison
 from tpbso_casadi.scenario import load_all
 
 DEFAULT_SOLVERS = ",".join(USUAL_SOLVERS)

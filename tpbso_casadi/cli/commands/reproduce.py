@@ -14,7 +14,6 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from tpbso_casadi.campaign import HEADER, Store, export, results_of, rows
 from tpbso_casadi.cli.campaign import (
     add_campaign_options,
     failures,
@@ -26,6 +25,9 @@ from tpbso_casadi.cli.campaign import (
 )
 from tpbso_casadi.cli.command import OneLineParser, command_parser
 from tpbso_casadi.cli.options import search_group
+from tpbso_casadi.judging.results import results_of
+from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.tables import HEADER, export, rows
 from tpbso_casadi.reproduction.claims import CLAIMS
 from tpbso_casadi.reproduction.experiment import FULL, QUICK, Evidence, Size, campaign
 from tpbso_casadi.reproduction.judgements import ClaimOutcome

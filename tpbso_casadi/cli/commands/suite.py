@@ -14,8 +14,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from tpbso_casadi.campaign import STORE, SuiteRun, parse_solvers, recordings, suite_grid
-from tpbso_casadi.campaign.logs import check_logs, write_logs
 from tpbso_casadi.cli.campaign import (
     CAMPAIGN_FAILURES,
     INTERRUPTED,
@@ -39,8 +37,12 @@ from tpbso_casadi.cli.options import (
     search_group,
 )
 from tpbso_casadi.cli.progress import phase
-from tpbso_casadi.referee import Referee, on_common_problems
-from tpbso_casadi.referee.page import PAGE, RANKS, RUNS, SUMMARY, write_report, write_table
+from tpbso_casadi.judging.grid import parse_solvers
+from tpbso_casadi.judging.logs import check_logs, write_logs
+from tpbso_casadi.judging.referee import Referee, on_common_problems
+from tpbso_casadi.judging.store import STORE
+from tpbso_casadi.judging.suite_page import PAGE, RANKS, RUNS, SUMMARY, write_report, write_table
+from tpbso_casadi.judging.suite_runs import SuiteRun, recordings, suite_grid
 from tpbso_casadi.suite import SUITE, SUITES, InvalidSuite, Suite, read_runs, suite
 
 USUAL_SOLVERS = "bso,pso,ga,abso,lshade"

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from problems.evaluation import processors
 from solvers import Interruption
-from tpbso_casadi.campaign.run import difference
+from tpbso_casadi.judging.run import difference
 from tpbso_casadi.plain import one_line, versions
 
 WORKERS_PER_PROCESSOR = 8  # more only take memory

@@ -10,12 +10,12 @@ from pydantic import ValidationError
 
 from problems.base import FloatArray
 from solvers import Box
-from tpbso_casadi.campaign.functions import SUITE_KEY, StoredPart, find_problem, section_of
-from tpbso_casadi.campaign.grid import FunctionRun, SolverSpec, check_size
-from tpbso_casadi.campaign.measures import PLANS, Measure
-from tpbso_casadi.campaign.results import in_one_line
-from tpbso_casadi.campaign.run import RunFinding
-from tpbso_casadi.campaign.store import Store, StoreError
+from tpbso_casadi.judging.grid import FunctionRun, SolverSpec, check_size
+from tpbso_casadi.judging.results import in_one_line
+from tpbso_casadi.judging.run import RunFinding
+from tpbso_casadi.judging.searches import SUITE_KEY, StoredPart, find_problem, section_of
+from tpbso_casadi.judging.store import Store, StoreError
+from tpbso_casadi.judging.targets import PLANS, Measure
 from tpbso_casadi.scenario import ScenarioError, SolverSection
 from tpbso_casadi.suite import Recording, SuiteProblem
 

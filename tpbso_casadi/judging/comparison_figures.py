@@ -17,10 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.measures import Measure, quantile
-from tpbso_casadi.campaign.polishing import PolishGain, percent
-from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, GapCurve, Results, gap_curve, gaps_of, shares_reached
-from tpbso_casadi.campaign.statistics import Ranking, Summary, p_text, ranking
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
 from tpbso_casadi.figures.style import (
     RC,
@@ -34,6 +30,10 @@ from tpbso_casadi.figures.style import (
     title_figure,
     width_of,
 )
+from tpbso_casadi.judging.polishing import PolishGain, percent
+from tpbso_casadi.judging.results import FEWEST_FOR_QUARTILES, GapCurve, Results, gap_curve, gaps_of, shares_reached
+from tpbso_casadi.judging.statistics import Ranking, Summary, p_text, ranking
+from tpbso_casadi.judging.targets import Measure, quantile
 from tpbso_casadi.plain import one_line
 
 

@@ -9,7 +9,7 @@ from math import inf, isfinite
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.measures import quantile
+from tpbso_casadi.judging.targets import quantile
 
 HEADER = (
     "case", "solver", "unit", "runs", "kept", "made_feasible", "median_before", "median_after", "median_gain",

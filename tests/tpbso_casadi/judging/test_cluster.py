@@ -20,10 +20,13 @@ from helpers.waiting import PATIENCE, wait_until
 
 distributed = pytest.importorskip("distributed")
 
-from tpbso_casadi.campaign import ExecutorError  # noqa: E402
-from tpbso_casadi.campaign.executors import check_versions, within  # noqa: E402
-from tpbso_casadi.campaign.run import run_one  # noqa: E402
 from tpbso_casadi.cli.commands.compare import main  # noqa: E402
+from tpbso_casadi.judging.executors import (  # noqa: E402
+    ExecutorError,
+    check_versions,
+    within,
+)
+from tpbso_casadi.judging.run import run_one  # noqa: E402
 from tpbso_casadi.plain import versions  # noqa: E402
 
 pytestmark = pytest.mark.process
@@ -134,7 +137,7 @@ def test_a_port_that_is_something_else_takes_one_line_and_a_moment(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.executors.ANSWER_SECONDS", 0.5)
+    monkeypatch.setattr("tpbso_casadi.judging.executors.ANSWER_SECONDS", 0.5)
     connections = []
 
     def serve() -> None:
@@ -160,7 +163,7 @@ def test_a_port_that_is_something_else_takes_one_line_and_a_moment(
 def test_a_scheduler_without_workers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.executors.WORKERS_SECONDS", 0.1)
+    monkeypatch.setattr("tpbso_casadi.judging.executors.WORKERS_SECONDS", 0.1)
     with running_cluster(tmp_path, 0) as (address, *_):
         assert main([*CAMPAIGN, "--dask", address, "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err == f"error: --dask {address}: the scheduler has had no workers for 0.1 s\n"
@@ -177,7 +180,7 @@ def test_a_call_without_an_end_is_left_behind() -> None:
 
 
 def test_nobody_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.executors.ANSWER_SECONDS", 1.0)
+    monkeypatch.setattr("tpbso_casadi.judging.executors.ANSWER_SECONDS", 1.0)
     assert main([*CAMPAIGN, "--dask", "tcp://127.0.0.1:1", "--out", str(tmp_path)]) == 2
     error = capsys.readouterr().err
     assert error.startswith("error: --dask tcp://127.0.0.1:1: no scheduler answers there within 1 s (")

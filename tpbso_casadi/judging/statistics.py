@@ -24,8 +24,8 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.measures import PLANS, TIE_TOLERANCE, Measure, quantile
-from tpbso_casadi.campaign.run import Record
+from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.targets import PLANS, TIE_TOLERANCE, Measure, quantile
 
 SIGNIFICANCE_LEVEL = 0.05
 EXACT_PARTITIONS = 20_000  # two samples with ties are permuted up to so many ways; beyond, p is asymptotic

@@ -15,17 +15,10 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign import (
-    FEWEST_SOLVERS,
-    PLANS,
-    Ranking,
-    cases_needed,
-    expected_running_time,
-    gap,
-    ranking,
-)
-from tpbso_casadi.campaign.logs import Trace
 from tpbso_casadi.html import number
+from tpbso_casadi.judging.logs import Trace
+from tpbso_casadi.judging.statistics import FEWEST_SOLVERS, Ranking, cases_needed, ranking
+from tpbso_casadi.judging.targets import PLANS, expected_running_time, gap
 from tpbso_casadi.suite import Recording, SuiteProblem
 
 TARGETS = PLANS.targets  # gaps to the reference, descending

@@ -17,13 +17,13 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
-from tpbso_casadi.campaign.page import ComparisonPicture, render
-from tpbso_casadi.campaign.polishing import HEADER as POLISH_HEADER
-from tpbso_casadi.campaign.polishing import PolishGain, percent
-from tpbso_casadi.campaign.results import Best, Results, gaps_of, references
-from tpbso_casadi.campaign.run import AnyRun, Record
-from tpbso_casadi.campaign.statistics import Judgement, Relation, Summary, against_first, p_text
 from tpbso_casadi.figures.palette import DEFAULT
+from tpbso_casadi.judging.page import ComparisonPicture, render
+from tpbso_casadi.judging.polishing import HEADER as POLISH_HEADER
+from tpbso_casadi.judging.polishing import PolishGain, percent
+from tpbso_casadi.judging.results import Best, Results, gaps_of, references
+from tpbso_casadi.judging.run import AnyRun, Record
+from tpbso_casadi.judging.statistics import Judgement, Relation, Summary, against_first, p_text
 from tpbso_casadi.storage import OutputError, check_file, check_writable, write_csv, write_text, write_with, writing
 
 COUNTS = ("runs", "failed", "infeasible")
@@ -226,7 +226,7 @@ def write_comparison(
         else:
             (folder / POLISH_TABLE).unlink(missing_ok=True)
         if formats:
-            from tpbso_casadi.campaign.drawn_figures import pictures_of, plans_of  # noqa: PLC0415 (matplotlib)
+            from tpbso_casadi.judging.drawn_figures import pictures_of, plans_of  # noqa: PLC0415 (matplotlib)
 
             pictures, plans = pictures_of(folder, results, formats), plans_of(best)
         text = render(results, runs, best, command, pictures, plans)

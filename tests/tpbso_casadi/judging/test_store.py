@@ -18,9 +18,10 @@ import pytest
 from helpers.slow import slow_except
 
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import Outcome, Results, Run, Store, StoreError, best_runs, grid, parse_solvers, results_of
-from tpbso_casadi.campaign.results import StoredSearch, convergence_of, improvements
-from tpbso_casadi.campaign.run import run_one
+from tpbso_casadi.judging.grid import grid, parse_solvers
+from tpbso_casadi.judging.results import Results, StoredSearch, best_runs, convergence_of, improvements, results_of
+from tpbso_casadi.judging.run import Outcome, Run, run_one
+from tpbso_casadi.judging.store import Store, StoreError
 from tpbso_casadi.scenario import parse_scenario
 
 
@@ -125,7 +126,7 @@ def test_one_at_a_time(path: Path) -> None:
 
 
 def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.store.versions", lambda: {"a": None})
+    monkeypatch.setattr("tpbso_casadi.judging.store.versions", lambda: {"a": None})
     assert "NOT NULL" in error_of(path)
     monkeypatch.undo()
     with Store(path) as store:

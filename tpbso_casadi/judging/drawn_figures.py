@@ -14,7 +14,10 @@ from markupsafe import Markup, escape
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from tpbso_casadi.campaign.comparison_figures import (
+from tpbso_casadi.figures.palette import SERIES
+from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.figures.style import METADATA, RC, write_figure
+from tpbso_casadi.judging.comparison_figures import (
     EQUAL,
     comparison_figure,
     critical_difference_figure,
@@ -22,13 +25,10 @@ from tpbso_casadi.campaign.comparison_figures import (
     effect_sizes_figure,
     polish_figure,
 )
-from tpbso_casadi.campaign.measures import Measure
-from tpbso_casadi.campaign.page import ComparisonPicture
-from tpbso_casadi.campaign.results import FEWEST_FOR_QUARTILES, Best, Results
-from tpbso_casadi.campaign.statistics import FEWEST_SOLVERS, cases_needed
-from tpbso_casadi.figures.palette import SERIES
-from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.style import METADATA, RC, write_figure
+from tpbso_casadi.judging.page import ComparisonPicture
+from tpbso_casadi.judging.results import FEWEST_FOR_QUARTILES, Best, Results
+from tpbso_casadi.judging.statistics import FEWEST_SOLVERS, cases_needed
+from tpbso_casadi.judging.targets import Measure
 from tpbso_casadi.planning import PlannedMotion
 
 MOST_PANELS = 60  # of a figure that can still be read

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.campaign import PolishedRun
-from tpbso_casadi.campaign.polishing import HEADER, gains_of, percent
+from tpbso_casadi.judging.polishing import HEADER, PolishedRun, gains_of, percent
 
 
 def run(seed: int, before: float, after: float, kept: bool, seconds: float = 1.0) -> PolishedRun:

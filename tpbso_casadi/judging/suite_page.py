@@ -8,10 +8,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from tpbso_casadi.campaign import PLANS, p_text
 from tpbso_casadi.html import page
+from tpbso_casadi.judging.referee import SHOWN_TARGETS, TARGETS, Referee, told
+from tpbso_casadi.judging.statistics import p_text
+from tpbso_casadi.judging.targets import PLANS
 from tpbso_casadi.plain import versions
-from tpbso_casadi.referee.judging import SHOWN_TARGETS, TARGETS, Referee, told
 from tpbso_casadi.storage import write_csv, write_text, writing
 from tpbso_casadi.suite import Recording, write_runs
 
@@ -82,8 +83,8 @@ def render(referee: Referee, pictures: Sequence[tuple[str, str, Markup]], comman
 
 def drawn(referee: Referee) -> list[tuple[str, str, Markup]]:
     """The pictures of the page: titles, how they are read, and themselves."""
-    from tpbso_casadi.campaign.drawn_figures import inline_svg  # noqa: PLC0415 (matplotlib)
-    from tpbso_casadi.referee.page_figures import ranks_figure, shares_figure  # noqa: PLC0415
+    from tpbso_casadi.judging.drawn_figures import inline_svg  # noqa: PLC0415 (matplotlib)
+    from tpbso_casadi.judging.suite_figures import ranks_figure, shares_figure  # noqa: PLC0415
 
     reading = "The share of runs and targets that were reached after so many evaluations, by the number of variables."
     shares = "Targets reached", reading, inline_svg(shares_figure(referee), "shares", "Shares of targets reached")

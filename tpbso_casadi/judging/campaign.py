@@ -14,10 +14,10 @@ from typing import TypeVar
 import numpy as np
 
 from solvers import AnySolver, Budget
-from tpbso_casadi.campaign.executors import ExecutorFactory, LostExecutor
-from tpbso_casadi.campaign.run import AnyRun, Outcome, failed, run_together
-from tpbso_casadi.campaign.run import AnyRunT as Run
-from tpbso_casadi.campaign.store import Store
+from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor
+from tpbso_casadi.judging.run import AnyRun, Outcome, failed, run_together
+from tpbso_casadi.judging.run import AnyRunT as Run
+from tpbso_casadi.judging.store import Store
 
 POPULATION = BATCH = 32  # candidates; where a solver chooses its population itself, too
 DESCENT_CANDIDATES = (2_000, 9_000)  # of which a descent by IPOPT takes the time: measured on seven cases

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.referee import Referee, evaluations_needed
-from tpbso_casadi.referee.page import PAGE, RANKS, SUMMARY, render, summary_rows, write_report
+from tpbso_casadi.judging.referee import Referee, evaluations_needed
+from tpbso_casadi.judging.suite_page import PAGE, RANKS, SUMMARY, render, summary_rows, write_report
 from tpbso_casadi.suite import Recording, SuiteProblem
 from tpbso_casadi.suite.problem import BestKnown
 

@@ -11,12 +11,12 @@ import scipy  # whose parts are loaded when they are used
 from markupsafe import Markup
 
 from solvers import Budget
-from tpbso_casadi.campaign.measures import PLANS
-from tpbso_casadi.campaign.polishing import percent
-from tpbso_casadi.campaign.results import Best, Results, gaps_of
-from tpbso_casadi.campaign.run import AnyRun
-from tpbso_casadi.campaign.statistics import Judgement, Summary, against_first, p_text
 from tpbso_casadi.html import number, page
+from tpbso_casadi.judging.polishing import percent
+from tpbso_casadi.judging.results import Best, Results, gaps_of
+from tpbso_casadi.judging.run import AnyRun
+from tpbso_casadi.judging.statistics import Judgement, Summary, against_first, p_text
+from tpbso_casadi.judging.targets import PLANS
 from tpbso_casadi.plain import settings_of, versions
 
 

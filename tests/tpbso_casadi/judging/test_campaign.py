@@ -19,24 +19,18 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from solvers import Result, minimize
 from solvers.budget import Interruption
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import (
-    ExecutorFactory,
-    LostExecutor,
-    Outcome,
-    Run,
-    SolverSpec,
-    Store,
-    campaign_seconds,
-    grid,
-    in_process,
-    parse_solver,
-    parse_solvers,
-    processes,
-    run_campaign,
-)
-from tpbso_casadi.campaign.run import PLAN_SECONDS, run_one
-from tpbso_casadi.campaign.runner import DESCENT_CANDIDATES, PROCESS_SECONDS, seconds_of
 from tpbso_casadi.cli.campaign import State, duration
+from tpbso_casadi.judging.campaign import (
+    DESCENT_CANDIDATES,
+    PROCESS_SECONDS,
+    campaign_seconds,
+    run_campaign,
+    seconds_of,
+)
+from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor, in_process, processes
+from tpbso_casadi.judging.grid import SolverSpec, grid, parse_solver, parse_solvers
+from tpbso_casadi.judging.run import PLAN_SECONDS, Outcome, Run, run_one
+from tpbso_casadi.judging.store import Store
 
 LIMIT = {"evaluations": 100}
 
@@ -212,7 +206,7 @@ def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
 @pytest.mark.process
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
 def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.runner.GRACE_SECONDS", 0.0)
+    monkeypatch.setattr("tpbso_casadi.judging.campaign.GRACE_SECONDS", 0.0)
     mark = tmp_path / "mark"
     runs = runs_of(f"helpers.campaign:Endless(mark={mark})", (1,)) + runs_of("bso", (1,))
 
@@ -280,7 +274,7 @@ class Silent(ThreadPoolExecutor):
 
 
 def test_workers_that_are_gone_are_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.runner.CHECK_SECONDS", 0.01)
+    monkeypatch.setattr("tpbso_casadi.judging.campaign.CHECK_SECONDS", 0.01)
     looks = []
 
     def check() -> None:
@@ -299,7 +293,7 @@ def test_labels_are_printable() -> None:
 
 
 def test_estimates(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.campaign.runner.candidate_seconds", lambda scenario, backend: 1e-4 - 5e-6)
+    monkeypatch.setattr("tpbso_casadi.judging.campaign.candidate_seconds", lambda scenario, backend: 1e-4 - 5e-6)
     tables = {
         "bso": {"evaluations": 20_000},  # 2 s
         "pso": {"population": 10, "iterations": 100},  # 3,000 candidates at most
@@ -411,7 +405,7 @@ def test_a_run_has_one_thread_of_blas(monkeypatch: pytest.MonkeyPatch) -> None:
         threads.update(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
         return "{}"
 
-    monkeypatch.setattr("tpbso_casadi.campaign.run._result", told)
+    monkeypatch.setattr("tpbso_casadi.judging.run._result", told)
     with threadpool_limits(2, user_api="blas"):
         assert run_one("{}", {}).result == "{}"
     assert threads == {1}

@@ -13,9 +13,9 @@ from typing import Any
 
 from problems.base import FloatArray
 from solvers import Box
-from tpbso_casadi.campaign.functions import KEY, PREFIX, StoredMinimum, find_function, section_of
-from tpbso_casadi.campaign.measures import VALUES, Measure
-from tpbso_casadi.campaign.run import AnyRun, Run, RunFinding, problem_of
+from tpbso_casadi.judging.run import AnyRun, Run, RunFinding, problem_of
+from tpbso_casadi.judging.searches import KEY, PREFIX, StoredMinimum, find_function, section_of
+from tpbso_casadi.judging.targets import VALUES, Measure
 from tpbso_casadi.plain import settings_of, versions, visible
 from tpbso_casadi.scenario import (
     FAMILIES,
@@ -206,7 +206,7 @@ class FunctionRun:
 
     @property
     def task(self) -> tuple[str, dict[str, str]]:
-        """The arguments of :func:`tpbso_casadi.campaign.run.run_one`."""
+        """The arguments of :func:`tpbso_casadi.judging.run.run_one`."""
         return json.dumps(self.statement), versions()
 
     @property

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.comparison_figures import rank_figure, short_name
 from tpbso_casadi.figures.palette import colour_of, line_of
 from tpbso_casadi.figures.style import in_print
-from tpbso_casadi.referee.judging import Referee
+from tpbso_casadi.judging.comparison_figures import rank_figure, short_name
+from tpbso_casadi.judging.referee import Referee
 
 COLUMNS = 3
 LEGEND, LINE = 125, 8  # characters that a row of the legend has room for, and that a line in it takes

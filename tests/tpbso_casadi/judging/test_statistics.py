@@ -17,30 +17,25 @@ from rich.console import Console
 from scipy.stats import binomtest, false_discovery_control, rankdata, wilcoxon
 from scipy.stats import f as f_distribution
 
-from tpbso_casadi.campaign import (
-    HEADER,
-    Record,
+from tpbso_casadi.judging.results import Results, evaluations_needed, gap_curve, shares_reached
+from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.statistics import (
     Relation,
-    Results,
-    compare_summaries,
-    judge,
-    p_text,
-    print_tables,
-    rows,
-    summarise,
-)
-from tpbso_casadi.campaign.measures import PLANS, TIE_TOLERANCE, VALUES, expected_running_time, gap, quantile
-from tpbso_casadi.campaign.results import evaluations_needed, gap_curve, shares_reached
-from tpbso_casadi.campaign.statistics import (
     cases_needed,
+    compare_summaries,
     friedman,
     groups_of,
     holm,
+    judge,
+    p_text,
     pairs_of,
     ranking,
     signed_rank,
+    summarise,
     with_ties,
 )
+from tpbso_casadi.judging.tables import HEADER, print_tables, rows
+from tpbso_casadi.judging.targets import PLANS, TIE_TOLERANCE, VALUES, expected_running_time, gap, quantile
 
 INF = np.inf
 

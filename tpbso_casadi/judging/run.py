@@ -20,8 +20,8 @@ from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import Box
-from tpbso_casadi.campaign.functions import KEY, SUITE_KEY, search_text, suite_text
-from tpbso_casadi.campaign.measures import PLANS, Measure
+from tpbso_casadi.judging.searches import KEY, SUITE_KEY, search_text, suite_text
+from tpbso_casadi.judging.targets import PLANS, Measure
 from tpbso_casadi.plain import one_line, settings_of, versions, visible
 from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, SharedSearches, plan
 from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named

@@ -21,31 +21,25 @@ from matplotlib.transforms import Bbox
 from oracles.colour_vision import VISIONS, differences
 
 from tpbso_casadi import builtin
-from tpbso_casadi.campaign import (
-    Results,
-    Run,
-    Store,
-    best_runs,
-    grid,
-    page,
-    parse_solvers,
-    results_of,
-    write_comparison,
-)
-from tpbso_casadi.campaign.comparison_figures import (
+from tpbso_casadi.cli.commands.compare import main
+from tpbso_casadi.figures.palette import SERIES, colour_of
+from tpbso_casadi.judging import page
+from tpbso_casadi.judging.comparison_figures import (
     comparison_figure,
     critical_difference_figure,
     ecdf_figure,
     effect_sizes_figure,
 )
-from tpbso_casadi.campaign.drawn_figures import FIGURES, Drawing, drawing_of, inline_svg, write_figures
-from tpbso_casadi.campaign.measures import PLANS
-from tpbso_casadi.campaign.page import render, seeds, solver_rows
-from tpbso_casadi.campaign.polishing import PolishedRun
-from tpbso_casadi.campaign.run import run_one
-from tpbso_casadi.campaign.tables import FIGURES as NAMES
-from tpbso_casadi.cli.commands.compare import main
-from tpbso_casadi.figures.palette import SERIES, colour_of
+from tpbso_casadi.judging.drawn_figures import FIGURES, Drawing, drawing_of, inline_svg, write_figures
+from tpbso_casadi.judging.grid import grid, parse_solvers
+from tpbso_casadi.judging.page import render, seeds, solver_rows
+from tpbso_casadi.judging.polishing import PolishedRun
+from tpbso_casadi.judging.results import Results, best_runs, results_of
+from tpbso_casadi.judging.run import Run, run_one
+from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.tables import FIGURES as NAMES
+from tpbso_casadi.judging.tables import write_comparison
+from tpbso_casadi.judging.targets import PLANS
 
 
 @pytest.fixture(scope="module")

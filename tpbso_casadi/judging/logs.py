@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.results import StoredSearch
-from tpbso_casadi.campaign.run import AnyRun
-from tpbso_casadi.campaign.store import Store
+from tpbso_casadi.judging.results import StoredSearch
+from tpbso_casadi.judging.run import AnyRun
+from tpbso_casadi.judging.store import Store
 from tpbso_casadi.storage import OutputError, check_writable, write_text, writing
 
 

@@ -22,7 +22,7 @@ from solvers import (
     benchmark_function,
     minimize,
 )
-from tpbso_casadi.campaign.front_search import search_front
+from tpbso_casadi.judging.front_search import search_front
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
 from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, keep_falls, problem_named

@@ -15,12 +15,12 @@ import numpy as np
 from pydantic import ValidationError
 
 from problems.base import FloatArray
-from tpbso_casadi.campaign.functions import StoredPart
-from tpbso_casadi.campaign.measures import PLANS, Measure, expected_running_time, gap, quantile
-from tpbso_casadi.campaign.polishing import PolishedRun, PolishGain, gains_of
-from tpbso_casadi.campaign.run import AnyRun, Record, RunFinding
-from tpbso_casadi.campaign.statistics import Summary, compare_summaries, summarise
-from tpbso_casadi.campaign.store import Store, StoreError
+from tpbso_casadi.judging.polishing import PolishedRun, PolishGain, gains_of
+from tpbso_casadi.judging.run import AnyRun, Record, RunFinding
+from tpbso_casadi.judging.searches import StoredPart
+from tpbso_casadi.judging.statistics import Summary, compare_summaries, summarise
+from tpbso_casadi.judging.store import Store, StoreError
+from tpbso_casadi.judging.targets import PLANS, Measure, expected_running_time, gap, quantile
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.storage import Contradiction, HistoryResult, InvalidResult
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tpbso_casadi.campaign.logs import Trace, check_coco, folder_names, grouped, write_coco, write_ioh
+from tpbso_casadi.judging.logs import Trace, check_coco, folder_names, grouped, write_coco, write_ioh
 from tpbso_casadi.storage import OutputError
 
 

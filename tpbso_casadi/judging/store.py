@@ -15,8 +15,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
-from tpbso_casadi.campaign.run import AnyRunT as Run
-from tpbso_casadi.campaign.run import Outcome, Record, difference, read_record
+from tpbso_casadi.judging.run import AnyRunT as Run
+from tpbso_casadi.judging.run import Outcome, Record, difference, read_record
 from tpbso_casadi.plain import versions
 from tpbso_casadi.storage import InvalidResult, RunResult
 
