@@ -28,7 +28,7 @@ from problems.base import FloatArray, InvalidProblem
 from problems.motions import Trajectory
 from problems.robots import JointLimits
 
-SAME_TIME = 1e-13  # of the duration: breakpoints of several joints that are one
+TIME_ROUNDING = 1e-13  # of the duration: breakpoints of several joints that are one
 TRAPEZOID = np.array([1.0, 0.0, -1.0])  # signs of the highest derivative in the phases
 DOUBLE_S = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 SERIES = np.array([1.0, 1.0, 0.5, 1.0 / 6.0])  # q, q', q''/2, q'''/6
@@ -39,7 +39,7 @@ def least_durations(distances: FloatArray, limits: JointLimits) -> FloatArray:
 
     Args:
         distances: how far each joint turns, either way, (..., k), rad.
-        limits: of the k joints; their position limits are not looked at.
+        limits: of the k joints; their position limits are not examined.
 
     Returns:
         (..., k), s; 0 where a joint does not move.
@@ -97,9 +97,9 @@ def rest_to_rest(
     if phasing is None:
         scaled = phases * (total / moving)[:, None]
     else:
-        own = moving + phasing.stretches * (total - moving)
-        before = phasing.waits * (total - own)
-        scaled = np.column_stack([before, phases * (own / moving)[:, None], total - own - before])
+        taken = moving + phasing.stretches * (total - moving)
+        before = phasing.waits * (total - taken)
+        scaled = np.column_stack([before, phases * (taken / moving)[:, None], total - taken - before])
     times = _merged(np.cumsum(scaled, axis=1), total)
     return Trajectory(times, _pieces(start, goal - start, scaled, times))
 
@@ -137,8 +137,8 @@ def _phases(distances: FloatArray, limits: JointLimits) -> FloatArray:
 def _merged(switches: FloatArray, total: float) -> FloatArray:
     """Increasing times from 0 to the total, those of the switches (k, phases) together that differ by rounding."""
     inner = np.unique(switches)
-    inner = inner[(inner > SAME_TIME * total) & (inner < (1.0 - SAME_TIME) * total)]
-    apart = np.diff(inner, prepend=0.0) > SAME_TIME * total
+    inner = inner[(inner > TIME_ROUNDING * total) & (inner < (1.0 - TIME_ROUNDING) * total)]
+    apart = np.diff(inner, prepend=0.0) > TIME_ROUNDING * total
     return np.concatenate([[0.0], inner[apart], [total]])
 
 
@@ -177,7 +177,7 @@ def _advanced(states: FloatArray, times: FloatArray) -> FloatArray:
     return np.stack(after, axis=-1)
 
 
-SAME_BREAKPOINT = 4e-15  # of the duration: breakpoints that are one
+BREAKPOINT_ROUNDING = 4e-15  # of the duration: breakpoints that are one
 
 
 @dataclass(frozen=True)
@@ -199,13 +199,13 @@ class AccelerationPieces:
         h = self.durations[:, None]
         gains = h * self.accelerations + h**2 * self.jerks / 2.0
         speeds = velocity + np.cumsum(gains, axis=0) - gains
-        ways = h * speeds + h**2 * self.accelerations / 2.0 + h**3 * self.jerks / 6.0
-        angles = theta + np.cumsum(ways, axis=0) - ways
+        steps = h * speeds + h**2 * self.accelerations / 2.0 + h**3 * self.jerks / 6.0
+        angles = theta + np.cumsum(steps, axis=0) - steps
         coefficients = np.stack([self.jerks / 6.0, self.accelerations / 2.0, speeds, angles])
         return Trajectory(np.concatenate([[0.0], np.cumsum(self.durations)]), coefficients)
 
     def split_at(self, times: FloatArray) -> AccelerationPieces:
-        """The same accelerations in the pieces between times (n,) in s, which increase and hold all breakpoints."""
+        """The accelerations in pieces between increasing times (n,) in s, all breakpoints among them."""
         ends = np.cumsum(self.durations)
         piece = np.minimum(np.searchsorted(ends, (times[:-1] + times[1:]) / 2.0), ends.size - 1)
         since = times[:-1] - (ends - self.durations)[piece]
@@ -224,8 +224,8 @@ def side_by_side(motions: Sequence[AccelerationPieces], duration: float) -> Acce
 def breakpoints(motions: Sequence[AccelerationPieces], duration: float) -> FloatArray:
     """All times in s at which one of the motions has a breakpoint, those that are one merged."""
     times = np.unique(np.concatenate([np.cumsum(motion.durations)[:-1] for motion in motions]))
-    times = times[(times > SAME_BREAKPOINT * duration) & (times < (1.0 - SAME_BREAKPOINT) * duration)]
-    apart = np.diff(times, prepend=-inf) > SAME_BREAKPOINT * duration
+    times = times[(times > BREAKPOINT_ROUNDING * duration) & (times < (1.0 - BREAKPOINT_ROUNDING) * duration)]
+    apart = np.diff(times, prepend=-inf) > BREAKPOINT_ROUNDING * duration
     return np.concatenate([[0.0], times[apart], [duration]])
 
 
@@ -234,7 +234,7 @@ ALLOWANCE = 1e-10  # share of the limits that is left, so that rounding breaks n
 
 @dataclass(frozen=True, kw_only=True)
 class JointMove:
-    """One joint's part.
+    """The part of one joint in a move.
 
     Attributes:
         way: displacement, rad.
@@ -254,7 +254,7 @@ class JointMove:
 
     @property
     def mirrored(self) -> JointMove:
-        """The same in the other direction."""
+        """The move in the other direction."""
         return replace(self, way=-self.way, first=-self.first, last=-self.last)
 
     def change_time(self, change: float) -> float:
@@ -265,7 +265,7 @@ class JointMove:
         return 2.0 * sqrt(abs(change) / self.jerk)
 
     def change_pieces(self, change: float) -> list[tuple[float, float, float]]:
-        """That change: duration, acceleration at first and jerk of each piece."""
+        """Pieces of a change of velocity in rad/s: duration, acceleration at first and jerk of each."""
         sign, ramp = (1.0 if change > 0.0 else -1.0), self.acceleration / self.jerk
         peak, level = sign * self.acceleration, abs(change) / self.acceleration - ramp
         if level < 0.0:
@@ -279,7 +279,7 @@ class JointMove:
         return self.change_time(peak - self.first) + self.change_time(self.last - peak)
 
     def displacement(self, peak: float) -> float:
-        """Their displacement, rad."""
+        """The displacement of the changes to a peak velocity in rad/s and back, rad."""
         up, down = self.change_time(peak - self.first), self.change_time(self.last - peak)
         return (self.first + peak) / 2.0 * up + (peak + self.last) / 2.0 * down
 
@@ -337,8 +337,8 @@ def least_time_move(
         start: (k,), rad.
         goal: (k,), rad.
         start_velocity: (k,), rad/s, within the limits of speed.
-        goal_velocity: likewise.
-        limits: of the k joints; their position limits are not looked at.
+        goal_velocity: (k,), rad/s, within the limits of speed.
+        limits: of the k joints; their position limits are not examined.
 
     Raises:
         InvalidProblem: start and goal are the same, velocities included; a velocity is beyond its limit; or one of the
@@ -388,7 +388,7 @@ def _between(move: JointMove, duration: float) -> AccelerationPieces:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function that changes its sign between two numbers is zero."""
+    """The zero of a function that changes its sign between two numbers."""
     rounding = 4.0 * np.finfo(float).eps
     return float(scipy.optimize.brentq(function, low, high, xtol=rounding * max(abs(low), abs(high)), rtol=rounding))
 

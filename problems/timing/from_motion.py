@@ -1,7 +1,7 @@
 """The fastest stop or move from a moving state, by Ruckig.
 
 Ruckig [1] finds for each joint the profile of constant jerks that takes the least time. It keeps limits of speed,
-acceleration and jerk; a state beyond a limit is brought back first. Ranges of joints it does not know, nor torques.
+acceleration and jerk; a state beyond a limit is brought back first. It knows neither ranges of joints nor torques.
 
 [1] L. Berscheid, T. Kroeger, "Jerk-limited Real-time Trajectory Generation with Arbitrary Target States", RSS 2021
 """
@@ -21,7 +21,7 @@ from problems.motions import SMOOTH_ORDERS, Trajectory
 from problems.robots import JointLimits
 from problems.timing.free_space import AccelerationPieces, side_by_side
 
-STILL = 1e-9  # rad/s, rad/s^2
+STILL_RATE = 1e-9  # rad/s, rad/s^2
 
 
 @dataclass(frozen=True)
@@ -50,19 +50,19 @@ class MotionState:
 
     @classmethod
     def at_end(cls, trajectory: Trajectory) -> Self:
-        """With which a motion arrives."""
+        """The state with which a motion arrives."""
         return cls(*(trajectory.value_at_end(order) for order in range(SMOOTH_ORDERS)))
 
     @property
     def moves(self) -> bool:
         """Whether a joint does, by more than rounding, or is about to."""
-        return bool(max(np.abs(self.velocity).max(), np.abs(self.acceleration).max()) > STILL)
+        return bool(max(np.abs(self.velocity).max(), np.abs(self.acceleration).max()) > STILL_RATE)
 
 
-JERK_RATE = 20.0  # 1/s: where no jerk is stated, that of the largest acceleration in a twentieth of a second
+JERK_RATE = 20.0  # 1/s: jerk per acceleration where no jerk is stated
 ALLOWANCE = 1e-6  # share of the limits that is left, so that rounding breaks none of them
-MOMENT = 1e-3  # s: what a stop of joints that stand takes
-MISSED = 1e-9  # rad: a motion that ends farther from where it should is none
+STANDING_DURATION = 1e-3  # s: of a stop of joints that stand
+GOAL_ROUNDING = 1e-9  # rad: a motion that ends farther from its goal is refused
 
 
 def fastest_stop(state: MotionState, limits: JointLimits) -> Trajectory:
@@ -101,11 +101,11 @@ def fastest_move(
         raise InvalidProblem("goal", f"{state.angles.size} joint angles are needed, not {goal.tolist()}")
     arriving = np.zeros_like(goal) if velocity is None else velocity
     wanted.target_position, wanted.target_velocity = goal.tolist(), arriving.tolist()
-    found = _motion(state, wanted, np.stack([goal, arriving, np.zeros_like(goal)]))
-    missed = float(np.abs(found.value_at_end(0) - goal).max())
-    if missed > MISSED:
+    motion = _motion(state, wanted, np.stack([goal, arriving, np.zeros_like(goal)]))
+    missed = float(np.abs(motion.value_at_end(0) - goal).max())
+    if missed > GOAL_ROUNDING:
         raise InvalidProblem("goal", f"the fastest motion misses it by {missed:.3g} rad")
-    return found
+    return motion
 
 
 def least_duration(state: MotionState, goal: FloatArray, limits: JointLimits) -> float:
@@ -143,7 +143,7 @@ def _stated(state: MotionState, limits: JointLimits, share: float = 1.0 - ALLOWA
 
 
 def _profiles(wanted: InputParameter) -> Profiles:
-    """What Ruckig finds."""
+    """The profiles that Ruckig computes."""
     profiles = Profiles(wanted.degrees_of_freedom)
     try:
         outcome = Ruckig(wanted.degrees_of_freedom).calculate(wanted, profiles)
@@ -155,13 +155,13 @@ def _profiles(wanted: InputParameter) -> Profiles:
 
 
 def _motion(state: MotionState, wanted: InputParameter, goal: FloatArray | None = None) -> Trajectory:
-    """The same as cubic pieces that begin with the state and end at the goal, (3, k), where there is one."""
+    """The motion as cubic pieces that begin with the state and end at the goal, (3, k), where there is one."""
     joints = [_jerks(profile) for profile in _profiles(wanted).profiles[0]]
     if goal is not None:
         joints = [(h, _corrected(h, j, state, joint, goal[:, joint])) for joint, (h, j) in enumerate(joints)]
     duration = max((float(durations.sum()) for durations, _ in joints), default=0.0)
     if not duration > 0.0:
-        return Trajectory.standing(state.angles, MOMENT)
+        return Trajectory.standing(state.angles, STANDING_DURATION)
     moves = [
         _pieces(durations, jerks, start, duration)
         for (durations, jerks), start in zip(joints, state.acceleration, strict=True)
@@ -204,7 +204,7 @@ def _pieces(durations: FloatArray, jerks: FloatArray, start: float, duration: fl
     accelerations = start + np.concatenate([[0.0], np.cumsum(durations * jerks)])
     accelerations[-1] = 0.0
     rest = max(duration - float(durations.sum()), 0.0)
-    kept = np.append(durations, rest) > 0.0
+    positive = np.append(durations, rest) > 0.0
     parts = (np.append(durations, rest), accelerations, np.append(jerks, 0.0))
-    times, values, rates = (part[kept] for part in parts)
+    times, values, rates = (part[positive] for part in parts)
     return AccelerationPieces(times, values[:, None], rates[:, None])

@@ -13,74 +13,72 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core import LinearProgram, SingleRows, WholeRows, joined
-from problems.timing.parametrisation import DEGREE, Basis, LinearLimits
-
-MOST_CLOSING = 0.9  # how much nearer control points may come in one step, of their distance
-LARGEST_CHANGE = 0.2  # of the duration, in one step
-CONSIDERED, NEWLY_ACTIVE, BROKEN = 0.6, -0.02, 1e-6  # shares of limits that decide on the rows of a program
-PRICE = 20.0  # of a row that is broken, in shares of the duration and of the limit
-MOST_PROGRAMS = 6  # for one step
+from problems.timing.parametrisation import DEGREE, Basis, LawLimits
+from problems.timing.settings import DEFAULT_RETIMING, LawSettings
 
 
 @dataclass(frozen=True, kw_only=True)
 class LawProgram:
-    """What is known of a step.
+    """A step of a time law within a trust region.
 
     Attributes:
-        rows: what is limited, at n samples.
+        rows: limited values at n samples.
         basis: of the samples.
         controls: the control points from which the step begins, (c,).
         width: how far each may move, (c,); zero for those that are determined.
         by_duration: how far each moves where the duration grows by a small share, (c,).
-        room: what of each limit may be used, (n,).
+        usable: share of each limit that may be used, (n,).
         elastic: whether limits may be broken, for a price.
+        settings: of the search.
     """
 
-    rows: LinearLimits
+    rows: LawLimits
     basis: Basis
     controls: FloatArray
     width: FloatArray
     by_duration: FloatArray
-    room: FloatArray
+    usable: FloatArray
     elastic: bool
+    settings: LawSettings = DEFAULT_RETIMING.law
 
     def solved(self) -> tuple[FloatArray, float] | None:
         """Changes of the control points, and of the duration as a share of it; None where nothing was found."""
         values, orders = self.rows.values, self.rows.orders[:, None]
         signs = np.where(values < 0.0, -1.0, 1.0)
-        active = np.abs(values) > CONSIDERED
-        found = None
-        for program in range(MOST_PROGRAMS):
+        settings = self.settings
+        active, last = np.abs(values) > settings.considered, None
+        for program in range(settings.row_rounds):
             solution = self._solution(np.nonzero(active), signs)
             if solution is None:
                 break
-            found = solution
+            last = solution
             after = self.rows.after(self.basis.at(solution[0]), solution[1])
-            excess = np.abs(after) - orders * solution[1] - self.room
-            broken = (excess > BROKEN) & ~(active & (np.sign(after) == signs))
+            excess = np.abs(after) - orders * solution[1] - self.usable
+            broken = (excess > settings.broken) & ~(active & (np.sign(after) == signs))
             if not broken.any():
                 break
-            active |= excess > (NEWLY_ACTIVE if program < MOST_PROGRAMS - 3 else -1.0)
+            active |= excess > (settings.newly_active if program < settings.row_rounds - 3 else -1.0)
             signs[broken] = np.where(after[broken] < 0.0, -1.0, 1.0)
-        return found
+        return last
 
     def _solution(self, chosen: tuple[NDArray[np.intp], ...], signs: FloatArray) -> tuple[FloatArray, float] | None:
-        """With some of the rows, of one sign each."""
+        """The solution with some of the rows, of one sign each."""
         free = np.flatnonzero(self.width > 0.0)
         begin, limits, order = int(free[0]), self._limits(chosen, signs), self._increasing()
         whole = WholeRows.none(DEGREE + 1, 1)
         if self.elastic:
-            price = np.full(limits.bound.size, PRICE)
+            price = np.full(limits.bound.size, self.settings.row_price)
             whole = WholeRows(limits.first - begin, limits.weights[..., None], limits.by_time, limits.bound, price)
         single = order if self.elastic else joined([order, limits])
         box = np.ones((free[-1] + 1 - begin, 1))
         moved = replace(single, first=single.first - begin)
-        found = LinearProgram(moved, whole, -box, box, (-LARGEST_CHANGE, LARGEST_CHANGE)).solved()
-        if found is None:
+        longest = self.settings.largest_change
+        solution = LinearProgram(moved, whole, -box, box, (-longest, longest)).solved()
+        if solution is None:
             return None
-        change = self.by_duration * found[1]
-        change[begin : free[-1] + 1] += self.width[begin : free[-1] + 1] * found[0][:, 0]
-        return change, found[1]
+        change = self.by_duration * solution[1]
+        change[begin : free[-1] + 1] += self.width[begin : free[-1] + 1] * solution[0][:, 0]
+        return change, solution[1]
 
     def _limits(self, chosen: tuple[NDArray[np.intp], ...], signs: FloatArray) -> SingleRows:
         """Limits of chosen rows and samples, (m,) each."""
@@ -96,11 +94,11 @@ class LawProgram:
             first=first,
             weights=weights * self.width[near],
             by_time=by_duration - self.rows.orders[row],
-            bound=self.room[sample] - sign * self.rows.values[chosen],
+            bound=self.usable[sample] - sign * self.rows.values[chosen],
         )
 
     def _increasing(self) -> SingleRows:
-        """Control points stay in order where one of two is free."""
+        """Rows that keep control points in order where one of two is free."""
         first = np.flatnonzero((self.width[:-1] > 0.0) | (self.width[1:] > 0.0))
         weights = np.zeros((first.size, DEGREE + 1))
         weights[:, 0], weights[:, 1] = self.width[first], -self.width[first + 1]
@@ -109,5 +107,5 @@ class LawProgram:
             first=first,
             weights=weights,
             by_time=-np.diff(self.by_duration)[first],
-            bound=MOST_CLOSING * np.diff(self.controls)[first],
+            bound=self.settings.most_closing * np.diff(self.controls)[first],
         )

@@ -1,4 +1,4 @@
-"""The path's parameter as a spline of time, and the rows that limits are for its coefficients."""
+"""The path's parameter as a spline of time, and limits as rows of its coefficients."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ from problems.base import BSpline, FloatArray, composition
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
 from problems.timing.prepared import PathTorques, PreparedPath
+from problems.timing.settings import LawSettings
 from problems.timing.speed_profile import Intervals
 
 DEGREE = 4
 BISECTIONS = 60
 LEAST_SPAN = 1e-290  # s^n, an interval to the n-th power: dividing by less gives no number
-SAME_TIME = 1e-9  # of the duration: a knot nearer to where the path changes its piece is left out
+TIME_ROUNDING = 1e-9  # of the duration: a knot nearer to where the path changes its piece is left out
 
 
 def averaged_knots(knots: FloatArray) -> FloatArray:
-    """For each control point the tau that it is about, (controls,) (Greville abscissae)."""
+    """The tau about which each control point is, (controls,): Greville abscissae."""
     return np.asarray(np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=1))
 
 
 @dataclass(frozen=True)
 class Basis:
-    """What turns control points into s, s', ... at samples.
+    """The matrix from control points to s, s', ... at samples.
 
     Args:
         first: number of the first of the ``DEGREE + 1`` control points that count at a sample, (n,).
@@ -41,7 +42,7 @@ class Basis:
 
     @classmethod
     def of(cls, knots: FloatArray, tau: FloatArray, orders: int) -> Basis:
-        """For samples at tau (n,)."""
+        """The basis of samples at tau (n,)."""
         count, width = knots.size - DEGREE - 1, DEGREE + 1
         first = np.clip(np.searchsorted(knots, tau, "right") - width, 0, count - width)
         every = BSpline(knots, np.eye(width)[np.arange(count) % width], DEGREE)  # every fifth function in one column
@@ -49,7 +50,7 @@ class Basis:
         return cls(first, np.stack([np.take_along_axis(every(tau, order), columns, 1) for order in range(orders)]))
 
     def joined(self, other: Basis) -> Basis:
-        """These samples and others."""
+        """The basis of these samples and others."""
         return Basis(np.append(self.first, other.first), np.concatenate([self.weights, other.weights], axis=1))
 
     def at(self, controls: FloatArray) -> FloatArray:
@@ -94,7 +95,7 @@ class Parametrisation:
         """
         ends, crossed = path.breakpoints[[0, -1]], self.reaching(path.breakpoints[1:-1])
         inner = np.unique(self.knots)[1:-1]
-        inner = inner[np.abs(inner[:, None] - crossed).min(axis=1, initial=1.0) > SAME_TIME]
+        inner = inner[np.abs(inner[:, None] - crossed).min(axis=1, initial=1.0) > TIME_ROUNDING]
         parameters = np.clip(self.at(inner), *ends)
         nodes = np.concatenate([ends, parameters, path.breakpoints[1:-1]])
         nodes, first = np.unique(nodes, return_index=True)
@@ -111,16 +112,16 @@ class Parametrisation:
         return Trajectory(tau * duration, coefficients[::-1])
 
 
-STRAIGHT = 1e-8  # of the largest q'' along the path: a smaller one at an end is none
+BEND_ROUNDING = 1e-8  # of the largest q'' along the path: a smaller one at an end is none
 
 
 @dataclass(frozen=True)
 class ParametrisationEnds:
-    """What is given at both ends.
+    """Given rates of the parameter at both ends.
 
     Args:
         start: ds/dt and d2s/dt2, or the first of them, or nothing.
-        goal: likewise.
+        goal: the same at the goal.
     """
 
     start: tuple[float, ...]
@@ -133,7 +134,7 @@ class ParametrisationEnds:
         ends = path.breakpoints[[0, -1]]
         slopes, bends = (path.at(ends, order) for order in (1, 2))
         middles = (path.breakpoints[:-1] + path.breakpoints[1:]) / 2.0
-        least = STRAIGHT * np.abs(path.at(np.concatenate([path.breakpoints, middles]), 2)).max()
+        least = BEND_ROUNDING * np.abs(path.at(np.concatenate([path.breakpoints, middles]), 2)).max()
         given: list[tuple[float, ...]] = []
         for slope, bend, rate, resting in zip(slopes, bends, prepared.rates, prepared.resting, strict=True):
             if not resting:
@@ -148,7 +149,7 @@ class ParametrisationEnds:
         return any(values[0] > 0.0 for values in (self.start, self.goal) if values)
 
     def free(self, controls: int) -> slice:
-        """Which of so many control points are not determined."""
+        """The slice of so many control points that are not determined."""
         return slice(1 + len(self.start), controls - 1 - len(self.goal))
 
     def placed(self, knots: FloatArray, controls: FloatArray, duration: float) -> FloatArray:
@@ -170,7 +171,7 @@ class ParametrisationEnds:
 
 
 def _mirrored(knots: FloatArray, given: tuple[float, ...]) -> tuple[FloatArray, tuple[float, ...]]:
-    """The same end seen backwards in time: accelerations change their sign."""
+    """An end seen backwards in time: knots from its side, accelerations with the other sign."""
     return 1.0 - knots[::-1], tuple(value * sign for value, sign in zip(given, (1.0, -1.0), strict=False))
 
 
@@ -189,35 +190,34 @@ def _offsets(knots: FloatArray, given: tuple[float, ...], duration: float) -> tu
     return np.array(offsets[:count]), np.array(slopes[:count])
 
 
-GRID = 4000  # points at which sizes are computed
-GRADING = 0.4  # by how much intervals grow with the distance from a short piece
-SHORTEST = 1e-5  # of the duration, an interval
-
-
-def graded_knots(passed: FloatArray, count: int, per_piece: float, most: int) -> FloatArray:
+def graded_knots(passed: FloatArray, count: int, coarser: int, settings: LawSettings) -> FloatArray:
     """Knots of a clamped B-spline over [0, 1].
 
     Args:
         passed: when the breakpoints of the path are passed, (p + 1,), shares of the duration.
         count: of intervals, were all equally long.
-        per_piece: intervals in a piece of the path, about so many at least; fewer where there would be too many.
-        most: intervals.
+        coarser: times fewer intervals than usual.
+        settings: of the law.
     """
-    tau = np.union1d(np.linspace(0.0, 1.0, GRID), passed)
-    done = _intervals_before(tau, passed, count, per_piece)
+    per_piece, most = settings.intervals_in_piece / coarser, settings.most_intervals // coarser
+    tau = np.union1d(np.linspace(0.0, 1.0, settings.knot_grid), passed)
+    done = _intervals_before(tau, passed, count, per_piece, settings)
     while done[-1] > max(most, count + 1):
         per_piece /= 2.0
-        done = _intervals_before(tau, passed, count, per_piece)
+        done = _intervals_before(tau, passed, count, per_piece, settings)
     inner = np.interp(np.linspace(0.0, done[-1], int(np.ceil(done[-1])) + 1), done, tau)
     return np.concatenate([np.zeros(DEGREE), [0.0], inner[1:-1], [1.0], np.ones(DEGREE)])
 
 
-def _intervals_before(tau: FloatArray, passed: FloatArray, count: int, per_piece: float) -> FloatArray:
+def _intervals_before(
+    tau: FloatArray, passed: FloatArray, count: int, per_piece: float, settings: LawSettings
+) -> FloatArray:
     """How many intervals there should be before each tau, (n,), increasing from 0."""
+    shortest, grading = settings.shortest_interval, settings.knot_grading
     size = np.full(tau.size, 1.0 / count)
     for start, end in pairwise(passed):
         away = np.maximum(np.maximum(start - tau, tau - end), 0.0)
-        size = np.minimum(size, np.maximum((end - start) / per_piece, SHORTEST) + GRADING * away)
+        size = np.minimum(size, np.maximum((end - start) / per_piece, shortest) + grading * away)
     density = 1.0 / size
     return np.concatenate([[0.0], np.cumsum(np.diff(tau) * (density[:-1] + density[1:]) / 2.0)])
 
@@ -226,8 +226,8 @@ ORDERS = 3  # speed, acceleration, jerk
 
 
 @dataclass(frozen=True, kw_only=True)
-class LinearLimits:
-    """What is limited as a share of its limit, linear in the time law: r rows, of each order or torque and joint.
+class LawLimits:
+    """Limited values as shares of their limits, linear in the time law: r rows, of each order or torque and joint.
 
     Attributes:
         values: at n samples, (r, n), those of the order m for a duration of which they are the m-th power less.
@@ -241,9 +241,9 @@ class LinearLimits:
     slowing: FloatArray
     orders: FloatArray
 
-    def joined(self, other: LinearLimits) -> LinearLimits:
-        """These and others, at the same samples."""
-        return LinearLimits(
+    def joined(self, other: LawLimits) -> LawLimits:
+        """The limits of this and another object at common samples."""
+        return LawLimits(
             values=np.concatenate([self.values, other.values]),
             slopes=np.concatenate([self.slopes, other.slopes]),
             slowing=np.concatenate([self.slowing, other.slowing]),
@@ -260,7 +260,7 @@ def joint_shares(path: JointPath, limits: JointLimits, law: FloatArray, duration
     return _derivatives(_along(path, law[0], ORDERS), law) / _scales(limits, duration)
 
 
-def joint_limits(path: JointPath, limits: JointLimits, law: FloatArray, duration: float) -> LinearLimits:
+def joint_limits(path: JointPath, limits: JointLimits, law: FloatArray, duration: float) -> LawLimits:
     """Linearise the derivatives of q(s(t)) around a time law.
 
     Args:
@@ -283,7 +283,7 @@ def joint_limits(path: JointPath, limits: JointLimits, law: FloatArray, duration
         for part, slope in enumerate(every):
             np.divide(slope, scales[order], out=slopes[order, :, part])
     rows = ORDERS * joints
-    return LinearLimits(
+    return LawLimits(
         values=(_derivatives(along, law) / scales).reshape(rows, -1),
         slopes=slopes.reshape(rows, ORDERS + 1, -1),
         slowing=np.zeros((rows, v.size)),
@@ -298,17 +298,17 @@ def _along(path: JointPath, s: FloatArray, orders: int) -> list[FloatArray]:
 
 
 def _derivatives(along: list[FloatArray], law: FloatArray) -> FloatArray:
-    """Of q(s(tau)), (3, k, n)."""
+    """Derivatives of q(s(tau)) by tau, (3, k, n)."""
     (q1, q2, q3), (_, v, a, j) = along[:ORDERS], law
     return np.stack([q1 * v, q1 * a + q2 * v**2, q1 * j + 3.0 * q2 * (v * a) + q3 * v**3])
 
 
 def _scales(limits: JointLimits, duration: float) -> FloatArray:
-    """What derivatives with respect to tau may be, (3, k, 1)."""
+    """Limits of derivatives with respect to tau, (3, k, 1)."""
     return np.stack([bound * duration**order for order, bound in enumerate(limits.by_order, start=1)])[..., None]
 
 
-def torque_limits(motors: PathTorques, law: FloatArray, duration: float) -> LinearLimits:
+def torque_limits(motors: PathTorques, law: FloatArray, duration: float) -> LawLimits:
     """Linearise the torques around a time law, as shares of their limits; arguments as of :func:`joint_limits`."""
     s, rate, change = in_time(motors.path, law, duration)
     v, a = rate[:, None], change[:, None]
@@ -324,7 +324,7 @@ def torque_limits(motors: PathTorques, law: FloatArray, duration: float) -> Line
         m / (bound * duration**2),
         np.zeros_like(m),
     ]
-    return LinearLimits(
+    return LawLimits(
         values=((inertial + viscous + g + sign) / bound).T,
         slopes=np.stack(parts).transpose(2, 0, 1),
         slowing=(-(2.0 * inertial + viscous) / bound).T,

@@ -20,11 +20,12 @@ import numpy as np
 from problems.base import FloatArray, InvalidProblem, PiecewisePolynomial, as_array, bernstein, peak
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits, RigidChain, time_scales_of_arrays
+from problems.timing.settings import DEFAULT_TORQUE_CURVE, TorqueCurveSettings
 
-STANDS_STILL = 1e-12  # of the path's extent: how far a piece turns that is left out
+STILL_TRAVEL = 1e-12  # of the path's extent: how far a piece turns that is left out
 LARGEST_GAP = 1e-9  # of the path's extent: between pieces that join
-SAME_WAY = 1e-6  # of unit vectors: directions that may be one; SAME decides
-SAME = 1e-10  # of what a piece turns: a smaller difference of derivatives is none
+SIMILAR_DIRECTIONS = 1e-6  # difference of unit vectors that may be equal; DERIVATIVE_ROUNDING decides
+DERIVATIVE_ROUNDING = 1e-10  # of what a piece turns: a smaller difference of derivatives is none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +66,7 @@ class PreparedPath:
 
 
 def prepared(path: JointPath, rates: tuple[float, float] = (0.0, 0.0)) -> PreparedPath:
-    """Prepare a path.
+    """The path prepared for timing, without pieces that stand still.
 
     Args:
         path: to time.
@@ -82,7 +83,7 @@ def prepared(path: JointPath, rates: tuple[float, float] = (0.0, 0.0)) -> Prepar
     unit = coefficients * (lengths ** np.arange(len(coefficients))[::-1, None])[..., None]  # each piece over [0, 1]
     turned = np.abs(unit[:-1]).sum(axis=0).max(axis=-1, initial=0.0)
     extent = float(np.ptp(unit[-1], axis=0).max() + turned.max())
-    turning = turned > STANDS_STILL * extent
+    turning = turned > STILL_TRAVEL * extent
     if not turning.any():
         raise InvalidProblem("path", "it stands still: there is nothing to time")
     _check_joined(unit, path.breakpoints, extent)
@@ -105,13 +106,15 @@ def _joined(unit: FloatArray, lengths: FloatArray, turned: FloatArray, rates: tu
     for i in range(1, lengths.size):
         chosen[i] = chosen[i - 1] * lengths[i] / lengths[i - 1]
         (before, before2), (after, after2) = ends[:, i - 1], starts[:, i]
-        least = SAME * max(turned[i - 1] / chosen[i - 1], turned[i] / chosen[i])
+        least = DERIVATIVE_ROUNDING * max(turned[i - 1] / chosen[i - 1], turned[i] / chosen[i])
         fast, slow = np.linalg.norm(before) / chosen[i - 1], np.linalg.norm(after) / chosen[i]
         if fast > least and slow > least and np.abs(before / chosen[i - 1] - after / chosen[i]).max() > least:
-            same_way = np.abs(before / (chosen[i - 1] * fast) - after / (chosen[i] * slow)).max() <= SAME_WAY
-            chosen[i] = chosen[i] * slow / fast if same_way else lengths[i]  # beyond a corner nothing has to fit
+            same_direction = (
+                np.abs(before / (chosen[i - 1] * fast) - after / (chosen[i] * slow)).max() <= SIMILAR_DIRECTIONS
+            )
+            chosen[i] = chosen[i] * slow / fast if same_direction else lengths[i]  # beyond a corner nothing has to fit
         corners[i] = np.abs(before / chosen[i - 1] - after / chosen[i]).max() > least
-        least2 = SAME * max(turned[i - 1] / chosen[i - 1] ** 2, turned[i] / chosen[i] ** 2)
+        least2 = DERIVATIVE_ROUNDING * max(turned[i - 1] / chosen[i - 1] ** 2, turned[i] / chosen[i] ** 2)
         kinks[i] = corners[i] or np.abs(before2 / chosen[i - 1] ** 2 - after2 / chosen[i] ** 2).max() > least2
     powers = np.arange(len(unit))[::-1, None]
     path = JointPath(np.concatenate([[0.0], np.cumsum(chosen)]), unit / (chosen**powers)[..., None])
@@ -130,7 +133,7 @@ def _resting(path: JointPath) -> tuple[bool, bool]:
     lengths, order = np.diff(path.breakpoints), len(path.coefficients)
     turned = np.abs(path.coefficients[:-1] * (lengths ** np.arange(order - 1, 0, -1)[:, None])[..., None]).sum(axis=0)
     mean = turned.max(axis=1) / lengths
-    return bool(start <= SAME * mean[0]), bool(end <= SAME * mean[-1])
+    return bool(start <= DERIVATIVE_ROUNDING * mean[0]), bool(end <= DERIVATIVE_ROUNDING * mean[-1])
 
 
 def _end_derivatives(unit: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -139,11 +142,6 @@ def _end_derivatives(unit: FloatArray) -> tuple[FloatArray, FloatArray]:
     padded = np.concatenate([np.zeros((3, *unit.shape[1:])), unit])
     starts = np.stack([padded[-2], 2.0 * padded[-3]])
     return starts, np.stack([(n * unit).sum(axis=0), (n * (n - 1) * unit).sum(axis=0)])
-
-
-def minimum_time_scale(trajectory: Trajectory, limits: JointLimits) -> float:
-    """The least factor, 1e-11 too large at most; below 1 where time can be saved."""
-    return limits.time_scale(peak_ratios(trajectory, limits))
 
 
 def peak_ratios(trajectory: Trajectory, limits: JointLimits) -> list[float]:
@@ -156,14 +154,6 @@ def peak_ratios(trajectory: Trajectory, limits: JointLimits) -> list[float]:
     return ratios
 
 
-NODES = 7  # through which a polynomial is drawn
-TRAVEL = 0.15  # rad (or m) that a joint turns at most while one polynomial holds
-FEWEST_POLYNOMIALS = 2  # polynomials for each piece of the path
-TRAVEL_SAMPLES = 9  # of a piece, to measure what its joints turn
-TORQUE_MARGIN = 1e-4  # of every torque limit: what is left to prove the motion by, and for what lies between samples
-LEAST_ROOM = 1e-6  # of a limit: what is left of it counts as at least this where friction takes all of it
-
-
 @dataclass(frozen=True)
 class PathTorques:
     """The dynamics along a path.
@@ -171,9 +161,10 @@ class PathTorques:
     Args:
         path: of k joints.
         curve: m, c and g, (3, k), N m for a rate of the parameter in 1/s.
-        bound: what the motors may give, the margin taken off, (k,), N m.
+        bound: torques that the motors may give, the margin taken off, (k,), N m.
         viscous: friction, (k,), N m s.
         coulomb: friction, (k,), N m.
+        settings: of the polynomials and the margin.
     """
 
     path: JointPath
@@ -181,28 +172,37 @@ class PathTorques:
     bound: FloatArray
     viscous: FloatArray
     coulomb: FloatArray
+    settings: TorqueCurveSettings = DEFAULT_TORQUE_CURVE
 
     @classmethod
-    def of(cls, path: JointPath, limits: JointLimits, chain: RigidChain | None) -> PathTorques | None:
-        """Those of a chain with torque limits; None where there is neither.
+    def of(
+        cls,
+        path: JointPath,
+        limits: JointLimits,
+        chain: RigidChain | None,
+        settings: TorqueCurveSettings = DEFAULT_TORQUE_CURVE,
+    ) -> PathTorques | None:
+        """The dynamics of a chain with torque limits along a path; None where there is neither.
 
         Raises:
             InvalidProblem: the motors cannot hold the chain, or overcome its friction, somewhere on the path.
         """
         if chain is None or limits.torque is None:
             return None
-        nodes = (1.0 - np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)) / 2.0
-        starts = _polynomial_starts(path)
+        count = settings.nodes
+        nodes = (1.0 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2.0
+        starts = _polynomial_starts(path, settings)
         lengths = np.diff(starts)
         u = starts[:-1] + nodes[:, None] * lengths
         values = _dynamics(path, chain, u.ravel()).reshape(3, *u.shape, -1)
-        ascending = np.linalg.solve(np.vander(nodes, increasing=True), values.swapaxes(0, 1).reshape(NODES, -1))
-        scaled = ascending.reshape(NODES, 3, lengths.size, -1).swapaxes(1, 2)
-        powers = lengths ** np.arange(NODES)[:, None]
+        ascending = np.linalg.solve(np.vander(nodes, increasing=True), values.swapaxes(0, 1).reshape(count, -1))
+        scaled = ascending.reshape(count, 3, lengths.size, -1).swapaxes(1, 2)
+        powers = lengths ** np.arange(count)[:, None]
         one = ca.DM.ones(1, len(limits.torque))
         viscous, coulomb = (as_array(part(one))[0] for part in (chain.viscous, chain.coulomb))
-        bound = np.array(limits.torque) * (1.0 - TORQUE_MARGIN)
-        made = cls(path, PiecewisePolynomial((scaled / powers[..., None, None])[::-1], starts), bound, viscous, coulomb)
+        bound = np.array(limits.torque) * (1.0 - settings.margin)
+        curve = PiecewisePolynomial((scaled / powers[..., None, None])[::-1], starts)
+        made = cls(path, curve, bound, viscous, coulomb, settings)
         made._check_held(np.union1d(u, starts))
         return made
 
@@ -225,7 +225,7 @@ class PathTorques:
         viscous = self.viscous * velocity
         sign, either = self.friction(velocity)
         held, bound = held + sign, self.bound - either
-        over, under = (np.maximum(room, LEAST_ROOM * self.bound) for room in (bound - held, bound + held))
+        over, under = (np.maximum(left, self.settings.least_left * self.bound) for left in (bound - held, bound + held))
         above = time_scales_of_arrays(inertial, viscous, over)
         return float(np.maximum(above, time_scales_of_arrays(-inertial, -viscous, under)).max())
 
@@ -241,21 +241,22 @@ class PathTorques:
         torque = np.abs(self.at(u)[2] + self.coulomb * np.sign(self.path.at(u, 1)))
         where, joint = np.unravel_index(np.argmax(torque / self.bound), torque.shape)
         if torque[where, joint] > self.bound[joint]:
-            share, stated = u[where] / self.path.breakpoints[-1], self.bound[joint] / (1.0 - TORQUE_MARGIN)
+            margin = self.settings.margin
+            share, stated = u[where] / self.path.breakpoints[-1], self.bound[joint] / (1.0 - margin)
             raise InvalidProblem(
                 "path",
                 f"joint {joint + 1} has to give {torque[where, joint]:.4g} N m to hold the arm {share:.0%} along the "
-                f"path, and may give {stated:g} N m, of which {TORQUE_MARGIN:.2%} is kept free",
+                f"path, and may give {stated:g} N m, of which {margin:.2%} is kept free",
             )
 
 
-def _polynomial_starts(path: JointPath) -> FloatArray:
-    """Where polynomials begin, and the last ends: breakpoints of the path among them."""
-    shares = np.linspace(0.0, 1.0, TRAVEL_SAMPLES)[:, None]
+def _polynomial_starts(path: JointPath, settings: TorqueCurveSettings) -> FloatArray:
+    """Parameters at which polynomials begin, and the last ends: breakpoints of the path among them."""
+    shares = np.linspace(0.0, 1.0, settings.travel_samples)[:, None]
     lengths = np.diff(path.breakpoints)
     inner = path.at(np.minimum(path.breakpoints[:-1] + shares * lengths, np.nextafter(path.breakpoints[1:], 0.0)))
     turned = np.abs(np.diff(inner, axis=0)).sum(axis=0).max(axis=1)
-    counts = np.maximum(np.ceil(turned / TRAVEL).astype(int), FEWEST_POLYNOMIALS)
+    counts = np.maximum(np.ceil(turned / settings.travel).astype(int), settings.fewest_polynomials)
     pieces = zip(path.breakpoints[:-1], lengths, counts, strict=True)
     return np.concatenate([*(a + h * np.arange(n) / n for a, h, n in pieces), path.breakpoints[-1:]])
 

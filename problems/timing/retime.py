@@ -9,13 +9,13 @@ import numpy as np
 from problems.base import FloatArray, InvalidProblem
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits, RigidChain
-from problems.timing.free_space import SAME_TIME, rest_to_rest
-from problems.timing.prepared import SAME, PathTorques, PreparedPath, minimum_time_scale, prepared
+from problems.timing.free_space import TIME_ROUNDING, rest_to_rest
+from problems.timing.prepared import DERIVATIVE_ROUNDING, PathTorques, PreparedPath, peak_ratios, prepared
+from problems.timing.settings import DEFAULT_RETIMING, RetimingSettings
 from problems.timing.smooth_timing import smooth_timing
 from problems.timing.speed_profile import SpeedProfile, fastest_profile, profile_time_scale
 
 BISECTIONS = 60
-LINE_SAMPLES = 2_000  # of a move along a line, to judge its torques by
 
 
 def _by_section(
@@ -24,8 +24,9 @@ def _by_section(
     refined: bool = True,
     chain: RigidChain | None = None,
     ceiling: SpeedProfile | None = None,
+    settings: RetimingSettings = DEFAULT_RETIMING,
 ) -> Trajectory:
-    """The motion along all sections, each as fast as was found.
+    """The motion along all sections, each as fast as the search finds.
 
     Args:
         prepared: the path.
@@ -33,6 +34,7 @@ def _by_section(
         refined: whether to go on from the first motion that keeps the limits.
         chain: whose torques are limited; None where they do not count.
         ceiling: as of :func:`smooth_timing`.
+        settings: of the search.
 
     Raises:
         InvalidProblem: as :func:`smooth_timing`.
@@ -42,20 +44,20 @@ def _by_section(
     for section in prepared.sections():
         below = None if ceiling is None else ceiling.seen_from(begun)
         begun += float(section.path.breakpoints[-1])
-        motors = PathTorques.of(section.path, limits, chain)
+        motors = PathTorques.of(section.path, limits, chain, settings.torques)
         if _is_line(section) and not section.moves_at_an_end and below is None:
             move = _along_line(section.path, limits)
-            if motors is None or _line_time_scale(motors, move) <= 1.0:
+            if motors is None or _line_time_scale(motors, move, settings.line_samples) <= 1.0:
                 parts.append(move)
                 continue
-        parts.append(smooth_timing(section, limits, refined, motors, below))
+        parts.append(smooth_timing(section, limits, refined, motors, below, settings))
     return _joined(parts)
 
 
-def _line_time_scale(motors: PathTorques, move: Trajectory) -> float:
+def _line_time_scale(motors: PathTorques, move: Trajectory, samples: int) -> float:
     """How many times slower a move along a line has to be run for its torques, at samples."""
     start, way = motors.path.coefficients[-1, 0], motors.path.coefficients[-2, 0]  # higher orders are all but zero
-    times = move.times(LINE_SAMPLES)
+    times = move.times(samples)
     u, rate, change = ((move.at(times, order) - (order == 0) * start) @ way / (way @ way) for order in range(3))
     return motors.time_scale(np.clip(u, *motors.path.breakpoints[[0, -1]]), rate, change)
 
@@ -65,7 +67,7 @@ def _is_line(section: PreparedPath) -> bool:
     path = section.path
     extents = np.diff(path.breakpoints)[:, None]
     bends = [np.abs(path.coefficients[-1 - n] * extents**n).max() for n in range(2, len(path.coefficients))]
-    return bool(max(bends, default=0.0) <= SAME * np.abs(path.coefficients[-2] * extents).max())
+    return bool(max(bends, default=0.0) <= DERIVATIVE_ROUNDING * np.abs(path.coefficients[-2] * extents).max())
 
 
 def _along_line(path: JointPath, limits: JointLimits) -> Trajectory:
@@ -87,7 +89,7 @@ def _broken(move: Trajectory, passed: FloatArray) -> Trajectory:
         middle = (low + high) / 2.0
         late = move.at(middle)[:, 0] >= passed
         low, high = np.where(late, low, middle), np.where(late, middle, high)
-    apart = np.abs(high[:, None] - move.breakpoints).min(axis=1) > SAME_TIME * move.duration
+    apart = np.abs(high[:, None] - move.breakpoints).min(axis=1) > TIME_ROUNDING * move.duration
     times = np.union1d(move.breakpoints, high[apart])
     orders = range(len(move.coefficients) - 1, -1, -1)
     return Trajectory(times, np.stack([move.at(times[:-1], order) / factorial(order) for order in orders]))
@@ -112,6 +114,7 @@ def retime(
     refined: bool = True,
     chain: RigidChain | None = None,
     ceiling: SpeedProfile | None = None,
+    settings: RetimingSettings = DEFAULT_RETIMING,
 ) -> Trajectory:
     """Run a path as fast as the limits of its joints allow, between grid points as at them.
 
@@ -131,7 +134,8 @@ def retime(
         refined: whether, with jerk limits, the best motion is looked for; else the first that keeps them will do.
         chain: whose torques are limited; None where they do not count.
         ceiling: (du/dt)^2 that is not exceeded, for what has to be somewhere at its time; none where None. With jerk
-            limits the motion follows it more slowly, as far as they want.
+            limits the motion follows it more slowly, as far as they need.
+        settings: of the search.
 
     Raises:
         InvalidProblem: the path stands still or jumps, or its limits are of another number of joints, or allow no
@@ -140,16 +144,16 @@ def retime(
     """
     ready = prepared(path, rates)
     _check_ends(path, limits, rates)
-    motors = PathTorques.of(ready.path, limits, chain)
+    motors = PathTorques.of(ready.path, limits, chain, settings.torques)
     if ceiling is not None and not np.array_equal(ready.path.breakpoints, path.breakpoints):
         raise InvalidProblem("path", "it stands still in places, which a given profile does not allow for")
     if limits.jerk is not None:
-        return _by_section(ready, limits, refined and ceiling is None, chain, ceiling)
-    profile, intervals = fastest_profile(ready, limits, motors, ceiling)
+        return _by_section(ready, limits, refined and ceiling is None, chain, ceiling, settings)
+    profile, intervals = fastest_profile(ready, limits, motors, ceiling, settings=settings.profile)
     trajectory = profile.trajectory(intervals)
     if ready.moves_at_an_end:
         return trajectory
-    scale = max(minimum_time_scale(trajectory, limits), 0.0 if ceiling is None else 1.0)
+    scale = max(limits.time_scale(peak_ratios(trajectory, limits)), 0.0 if ceiling is None else 1.0)
     return trajectory.time_scaled(scale if motors is None else max(scale, profile_time_scale(motors, profile)))
 
 

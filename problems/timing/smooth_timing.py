@@ -1,8 +1,8 @@
 """The least time with jerk limits: sequential linear programs over a smooth parametrisation.
 
-Each program linearises speed, acceleration, jerk and torques at samples around the last law. What it finds is judged at
-denser samples where the motion can be slowed: by the duration that all limits need, and exact peaks, between samples
-too, slow it in the end. Else it is judged by the duration and by how far exact peaks break a limit.
+Each program linearises speed, acceleration, jerk and torques at samples around the last law. Where a motion can be
+slowed, a law is judged at denser samples by the duration that all limits need, and slowed in the end as far as its
+exact peaks need. Else it is judged by the duration and by how far exact peaks break a limit.
 """
 
 from __future__ import annotations
@@ -31,35 +31,35 @@ from problems.timing.parametrisation import (
     joint_shares,
     torque_limits,
 )
-from problems.timing.prepared import PathTorques, PreparedPath, minimum_time_scale
+from problems.timing.prepared import PathTorques, PreparedPath, peak_ratios
+from problems.timing.settings import DEFAULT_RETIMING, LawSettings, RetimingSettings
 from problems.timing.speed_profile import SpeedProfile, fastest_profile
 
-SAMPLES = 4  # of each interval between knots
-JUDGED = 8  # of each interval, to judge a law by
-BESIDE = 1e-7  # of the duration: as far before and after a change of the path's piece are samples too
-ITERATIONS = 25
-MOST_FAILURES = 5  # in a row
-EVEN = 1e-7  # the share of an even law in every law, so that none stands still
-FIRST_TRUST, LARGEST_TRUST = 0.3, 2.0  # how far a control point may move, of the distance to its neighbours
-LEAST_GAIN = 3e-4  # of the merit
-ALLOWED = 1e-9  # of a limit; rounding
-BROKEN_LIMIT = 20.0  # per cent of the duration that one per cent of a limit is worth
-MARGIN_GROWS = 0.1  # of the duration: as long do margins grow from nothing next to an end that is given
+BESIDE = 1e-7  # of the duration: samples as far before and after a change of the path's piece
+LIMIT_ROUNDING = 1e-9  # of a limit
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A time law, its duration in s, and the scale of time with which it would keep its limits."""
+    """A time law with its duration.
+
+    Attributes:
+        law: the path's parameter over the share of the duration.
+        duration: s.
+        scale: of time, with which the law would keep its limits.
+        excess_price: per cent of the duration that one per cent of excess of a limit counts.
+    """
 
     law: Parametrisation
     duration: float
     scale: float
+    excess_price: float
 
     @property
     def merit(self) -> float:
-        """In s; lower is better, and what keeps its limits always is."""
-        kept = self.scale <= 1.0 + ALLOWED
-        return self.duration * (1.0 if kept else 2.0 + BROKEN_LIMIT * (self.scale - 1.0))
+        """The merit in s, where lower is better, and lower for all laws that keep their limits."""
+        keeps_limits = self.scale <= 1.0 + LIMIT_ROUNDING
+        return self.duration * (1.0 if keeps_limits else 2.0 + self.excess_price * (self.scale - 1.0))
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,8 @@ class ParametrisationSearch:
         ends: of the law.
         knots: of the law.
         margin: share of the limits that is kept free at the samples.
-        motors: what torques the path takes; None where they do not count.
+        motors: torques along the path; None where they do not count.
+        settings: of the search.
     """
 
     path: JointPath
@@ -81,23 +82,25 @@ class ParametrisationSearch:
     knots: FloatArray
     margin: float = 0.0
     motors: PathTorques | None = None
+    settings: LawSettings = DEFAULT_RETIMING.law
 
     def candidate(self, controls: FloatArray, duration: float) -> Candidate:
         """A law from its control points: as fast as it may be, or in the given duration where an end is moving."""
         controls = np.maximum.accumulate(np.minimum(controls, controls[-1]))  # an interpolated law may turn back
         even = controls[0] + (controls[-1] - controls[0]) * averaged_knots(self.knots)
-        law = Parametrisation(self.knots, self.ends.placed(self.knots, controls + EVEN * (even - controls), duration))
+        mixed = controls + self.settings.even_share * (even - controls)
+        law = Parametrisation(self.knots, self.ends.placed(self.knots, mixed, duration))
         if self.ends.moving:
-            return Candidate(law, duration, self._exact_scale(law, duration))
+            return Candidate(law, duration, self._exact_scale(law, duration), self.settings.excess_price)
         at_samples = self._judged.at(law.controls)
         shares = np.abs(joint_shares(self.path, self.limits, at_samples, duration))
         scale = max(self.limits.time_scale(shares.max(axis=(1, 2))), self._torque_scale(at_samples, duration))
-        return Candidate(law, duration * scale, 1.0)
+        return Candidate(law, duration * scale, 1.0, self.settings.excess_price)
 
     def proven(self, candidate: Candidate) -> Trajectory | None:
-        """The motion, slowed by what its exact peaks ask for; None where it cannot be slowed and they do."""
+        """The motion, slowed as far as its exact peaks need; None where it cannot be slowed and they exceed a limit."""
         scale = self._exact_scale(candidate.law, candidate.duration)
-        if scale == np.inf or (self.ends.moving and scale > 1.0 + ALLOWED):
+        if scale == np.inf or (self.ends.moving and scale > 1.0 + LIMIT_ROUNDING):
             return None
         return candidate.law.trajectory(self.path, candidate.duration * (1.0 if self.ends.moving else scale))
 
@@ -106,33 +109,36 @@ class ParametrisationSearch:
         motion = law.trajectory(self.path, duration)
         if motion is None:
             return np.inf
-        scale = minimum_time_scale(motion, self.limits)
+        scale = self.limits.time_scale(peak_ratios(motion, self.limits))
         return max(scale, self._torque_scale(self._judged.at(law.controls), duration))
 
     def _torque_scale(self, at_samples: FloatArray, duration: float) -> float:
-        """What torques ask for, of a law (4, n)."""
+        """The time scale that torques need for a law (4, n)."""
         if self.motors is None:
             return 0.0
         return self.motors.time_scale(*in_time(self.path, at_samples, duration))
 
     @cached_property
     def _judged(self) -> Basis:
-        return Basis.of(self.knots, _samples(self.knots, JUDGED), ORDERS + 1)
+        return Basis.of(self.knots, _samples(self.knots, self.settings.judging_samples), ORDERS + 1)
 
     def improved(self, best: Candidate) -> Candidate:
         """The best law that a trust region around the last one leads to."""
-        tau = _samples(self.knots, SAMPLES)
+        settings, region = self.settings, self.settings.region
+        tau = _samples(self.knots, settings.samples)
         basis = Basis.of(self.knots, tau, ORDERS + 1)
-        trust, failures = FIRST_TRUST, 0
-        for _ in range(ITERATIONS):
+        trust, failures = region.first, 0
+        for _ in range(settings.programs):
             step = self._step(best, tau, basis, trust)
             if step is None:
                 break
             new = self.candidate(best.law.controls + step[0], best.duration * (1.0 + step[1]))
             gain = 1.0 - new.merit / best.merit
-            failures, trust = (0, min(2.0 * trust, LARGEST_TRUST)) if gain > 0.0 else (failures + 1, trust / 4.0)
-            best = new if gain > 0.0 else best
-            if failures == MOST_FAILURES or abs(gain) < LEAST_GAIN:
+            if gain > 0.0:
+                best, failures, trust = new, 0, region.grown(trust)
+            else:
+                failures, trust = failures + 1, region.rejected(trust)
+            if failures == settings.most_failures or abs(gain) < settings.least_gain:
                 break
         return best
 
@@ -141,7 +147,7 @@ class ParametrisationSearch:
         near = np.ones_like(tau)
         for given, distance in ((self.ends.start, tau), (self.ends.goal, 1.0 - tau)):
             if any(given):
-                near = np.minimum(near, distance / MARGIN_GROWS)
+                near = np.minimum(near, distance / self.settings.margin_growth)
         return np.asarray(near**2)
 
     def _step(self, around: Candidate, tau: FloatArray, basis: Basis, trust: float) -> tuple[FloatArray, float] | None:
@@ -164,26 +170,17 @@ class ParametrisationSearch:
             controls=controls,
             width=width,
             by_duration=self.ends.slopes(self.knots, duration),
-            room=1.0 - self.margin * self._growing(np.concatenate([tau, beside])),
+            usable=1.0 - self.margin * self._growing(np.concatenate([tau, beside])),
             elastic=self.ends.moving,
+            settings=self.settings,
         ).solved()
 
 
 def _samples(knots: FloatArray, count: int) -> FloatArray:
-    """Of each interval between knots so many, the end of the last one just before it."""
+    """Samples, so many in each interval between knots, the last of them just before the end."""
     distinct = np.unique(knots)
     inner = distinct[:-1, None] + np.diff(distinct)[:, None] * np.arange(count) / count
     return np.append(inner.ravel(), np.nextafter(1.0, 0.0))
-
-
-INTERVALS = 24  # between knots, for each piece of a path
-FEWEST, MOST = 200, 1500  # intervals of a law
-IN_PIECE = 8  # of them in a piece of the path, if there are not too many
-FAR = 1.1  # times a profile's duration: a law that takes longer is improved with fewer intervals first
-COARSER = 4  # times fewer
-SWINGS = (1.0, 2.0, 4.0)  # times that accelerations need, of averages
-FOLLOWING_SWINGS = (1.0, 2.0, 3.0, 5.0)  # of those that follow a profile with little slowing
-MARGINS = (1e-3, 4e-3, 1.6e-2, 6.4e-2)  # at the samples, for what lies between them, where nothing can be slowed
 
 
 def smooth_timing(
@@ -192,28 +189,32 @@ def smooth_timing(
     refined: bool = True,
     motors: PathTorques | None = None,
     ceiling: SpeedProfile | None = None,
+    settings: RetimingSettings = DEFAULT_RETIMING,
 ) -> Trajectory:
-    """The fastest motion found.
+    """The fastest motion that the search finds.
 
     Args:
         prepared: a path without kinks.
         limits: with a jerk.
         refined: whether to go on from the first motion that keeps the limits.
-        motors: what torques the path takes; None where they do not count.
+        motors: torques along the path; None where they do not count.
         ceiling: of the profile from which the first motion is made.
+        settings: of the profile and of the law.
 
     Raises:
         InvalidProblem: no motion was found that keeps the limits with the velocities of its ends.
     """
-    profile, _ = fastest_profile(prepared, limits, motors, ceiling, rough=ceiling is None)
+    profile, _ = fastest_profile(prepared, limits, motors, ceiling, rough=ceiling is None, settings=settings.profile)
+    law = settings.law
     ends, breakpoints = ParametrisationEnds.of(prepared), prepared.path.breakpoints
-    swings = SWINGS if ceiling is None else FOLLOWING_SWINGS
-    count = max(FEWEST, min(INTERVALS * (breakpoints.size - 1), MOST))
+    swings = law.swings if ceiling is None else law.following_swings
+    most = min(law.intervals_per_piece * (breakpoints.size - 1), law.most_intervals)
+    count = max(law.fewest_intervals, most)
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
 
     def on_grid(passed: FloatArray, coarser: int) -> ParametrisationSearch:
-        knots = graded_knots(passed, count // coarser, IN_PIECE / coarser, MOST // coarser)
-        return ParametrisationSearch(prepared.path, limits, ends, knots, motors=motors)
+        knots = graded_knots(passed, count // coarser, coarser, law)
+        return ParametrisationSearch(prepared.path, limits, ends, knots, motors=motors, settings=law)
 
     def begun(search: ParametrisationSearch) -> Candidate:
         starts = _smoothed(profile, limits, ends, search.knots, swings)
@@ -221,13 +222,13 @@ def smooth_timing(
 
     search = on_grid(passed, 1)
     best = begun(search)
-    if refined and (any(prepared.resting) or best.merit > FAR * profile.times[-1]):
-        coarse = on_grid(passed, COARSER)
-        found = coarse.improved(begun(coarse))
-        search = on_grid(np.concatenate([[0.0], found.law.reaching(breakpoints[1:-1]), [1.0]]), 1)
-        best = _refined(found, search)
+    if refined and (any(prepared.resting) or best.merit > law.far * profile.times[-1]):
+        coarse = on_grid(passed, law.coarser)
+        improved = coarse.improved(begun(coarse))
+        search = on_grid(np.concatenate([[0.0], improved.law.reaching(breakpoints[1:-1]), [1.0]]), 1)
+        best = _refined(improved, search)
     motion = None if refined else search.proven(best)
-    for margin in MARGINS if ends.moving else (0.0,):
+    for margin in law.margins if ends.moving else (0.0,):
         if motion is not None:
             return motion
         best = replace(search, margin=margin).improved(best)

@@ -23,9 +23,8 @@ from problems.base import FloatArray, InvalidProblem, composition, derivative, i
 from problems.core import LinearProgram, SingleRows, WholeRows
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
-from problems.timing.prepared import LEAST_ROOM, PathTorques, PreparedPath
-
-STEADY_JERK = 0.5  # of jerk limits: the share that a path may need where its speed is steady
+from problems.timing.prepared import PathTorques, PreparedPath
+from problems.timing.settings import DEFAULT_RETIMING, ProfileSettings
 
 
 @dataclass(frozen=True)
@@ -55,14 +54,14 @@ class Intervals:
 
     @property
     def lengths(self) -> FloatArray:
-        """Of the intervals in the parameter, (N,)."""
+        """Lengths of the intervals in the parameter, (N,)."""
         return np.diff(self.nodes)
 
 
-def limit_rows(intervals: Intervals, limits: JointLimits) -> FloatArray:
+def limit_rows(intervals: Intervals, limits: JointLimits, steady_jerk: float) -> FloatArray:
     """Coefficients (N, rows, 2): for each interval and row, their product with b at its two ends must be <= 1.
 
-    Of jerk, which is not linear in b, a share is kept of what the path needs at constant du/dt: d3q/du3 b^(3/2).
+    Jerk is not linear in b: a share of its limit bounds what the path needs at constant du/dt, d3q/du3 b^(3/2).
     """
     speed, acceleration, *jerks = (bound[:, None] for bound in limits.by_order)
     first = derivative(intervals.local)
@@ -75,7 +74,7 @@ def limit_rows(intervals: Intervals, limits: JointLimits) -> FloatArray:
     rows = np.concatenate([in_bernstein_form(velocity / (scale * speed**2)), bent, -bent])
     linear = rows.transpose(1, 0, 2, 3).reshape(scale.size, -1, 2)
     third = derivative(derivative(first)) / intervals.lengths[:, None] ** 3
-    needed = [np.abs(in_bernstein_form(third)).max(axis=0) / (STEADY_JERK * jerk[:, 0]) for jerk in jerks]
+    needed = [np.abs(in_bernstein_form(third)).max(axis=0) / (steady_jerk * jerk[:, 0]) for jerk in jerks]
     steady = [(share.max(axis=1) ** (2.0 / 3.0))[:, None, None] * np.eye(2) for share in needed]
     return np.concatenate([linear, *steady], axis=1)
 
@@ -94,9 +93,9 @@ def weighted(ascending: FloatArray) -> FloatArray:
 
 
 def necessary(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The rows that matter where both values of b are positive, by gift wrapping, all intervals at once.
+    """The rows that are not redundant where both values of b are positive, by gift wrapping, all intervals at once.
 
-    A row says something only where its coefficients are a corner of the convex hull of all, seen from above right.
+    A row is redundant unless its coefficients are a corner of the convex hull of all, seen from above right.
 
     Args:
         rows: (N, rows, 2).
@@ -106,22 +105,22 @@ def necessary(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     """
     every = np.arange(len(rows))
     last = rows[every, _lexicographic(rows[..., 0], rows[..., 1])]
-    kept_intervals, kept = [every], [last]
+    chosen_intervals, chosen = [every], [last]
     active = every
     while active.size:
         away = rows[active] - last[:, None]
         up = away[..., 1] > 0.0
         slope = np.where(up, -away[..., 0] / np.where(up, away[..., 1], 1.0), np.inf)  # what a step up costs
         best = _lexicographic(-slope, away[..., 1])
-        found = up.any(axis=1)
-        active, last = active[found], rows[active, best][found]
-        kept_intervals.append(active)
-        kept.append(last)
-    return np.concatenate(kept_intervals), np.concatenate(kept)
+        rising = up.any(axis=1)
+        active, last = active[rising], rows[active, best][rising]
+        chosen_intervals.append(active)
+        chosen.append(last)
+    return np.concatenate(chosen_intervals), np.concatenate(chosen)
 
 
 def _lexicographic(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Where the first (n, m) is largest in each row, of several where the second is."""
+    """Columns in which the first (n, m) is largest in each row, of several the one in which the second is."""
     return np.asarray(np.argmax(np.where(first == first.max(axis=1, keepdims=True), second, -np.inf), axis=1))
 
 
@@ -139,17 +138,17 @@ class SpeedProfile:
 
     @property
     def durations(self) -> FloatArray:
-        """Of the intervals, (N,), s."""
+        """Durations of the intervals, (N,), s."""
         speed = np.sqrt(self.squares)
         return np.asarray(2.0 * np.diff(self.nodes) / (speed[:-1] + speed[1:]))
 
     @property
     def times(self) -> FloatArray:
-        """When the nodes are passed, (N + 1,), s."""
+        """Times at which the nodes are passed, (N + 1,), s."""
         return np.concatenate([[0.0], np.cumsum(self.durations)])
 
     def seen_from(self, parameter: float) -> SpeedProfile:
-        """The same over a parameter that is 0 there."""
+        """The profile over a parameter that is 0 at a given one."""
         return SpeedProfile(self.nodes - parameter, self.squares)
 
     def parameters(self, times: FloatArray) -> FloatArray:
@@ -175,12 +174,13 @@ def _course(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
     return 2.0 * speed[:-1] / total, np.diff(speed) / total
 
 
-AT = (1.0 - np.cos(np.pi * (np.arange(3) + 0.5) / 3.0)) / 2.0  # nodes, shares of an interval
-CHECKED = np.linspace(0.0, 1.0, 5)  # of a finished profile, shares of an interval
-MOST_VISCOUS = 0.5  # of what is left of a limit: what viscous friction takes of it where b is zero
+NODE_SHARES = (1.0 - np.cos(np.pi * (np.arange(3) + 0.5) / 3.0)) / 2.0  # of an interval
+EXAMINED_SHARES = np.linspace(0.0, 1.0, 5)  # of an interval of a finished profile
 
 
-def torque_rows(motors: PathTorques, intervals: Intervals, expected: FloatArray, resting: FloatArray) -> FloatArray:
+def torque_rows(
+    motors: PathTorques, intervals: Intervals, expected: FloatArray, resting: FloatArray, most_viscous: float
+) -> FloatArray:
     """Coefficients (N, rows, 2): for each interval and row, their product with b at its two ends must be <= 1.
 
     Args:
@@ -188,37 +188,43 @@ def torque_rows(motors: PathTorques, intervals: Intervals, expected: FloatArray,
         intervals: of the path.
         expected: squares (N + 1,), around which viscous friction is linear.
         resting: whether b is zero, (N + 1,).
+        most_viscous: share of what is left of a limit that viscous friction takes, at most, where b is zero.
     """
-    u = intervals.nodes[:-1] + AT[:, None] * intervals.lengths
+    u = intervals.nodes[:-1] + NODE_SHARES[:, None] * intervals.lengths
     inertia, bend, held = motors.at(u)
     viscous = motors.viscous * motors.path.at(u, 1)
     high, low = _friction(motors, intervals, resting)
-    above = _one_sided(motors, intervals, expected, (inertia, bend, held + high, viscous))
-    below = _one_sided(motors, intervals, expected, (-inertia, -bend, -held - low, -viscous))
+    above = _one_sided(motors, intervals, expected, (inertia, bend, held + high, viscous), most_viscous)
+    below = _one_sided(motors, intervals, expected, (-inertia, -bend, -held - low, -viscous), most_viscous)
     return np.concatenate([above, below]).transpose(1, 0, 2, 3).reshape(len(intervals.lengths), -1, 2)
 
 
 def _one_sided(
-    motors: PathTorques, intervals: Intervals, expected: FloatArray, terms: tuple[FloatArray, ...]
+    motors: PathTorques,
+    intervals: Intervals,
+    expected: FloatArray,
+    terms: tuple[FloatArray, ...],
+    most_viscous: float,
 ) -> FloatArray:
     """Rows (n, N, k, 2) with which torques stay below their bounds; m, c, g and viscous friction at the nodes."""
     inertia, bend, held, viscous = terms
-    least = LEAST_ROOM * motors.bound
-    room = np.maximum(motors.bound - held, least)
+    least = motors.settings.least_left * motors.bound
+    left = np.maximum(motors.bound - held, least)
     if motors.viscous.any():
-        slope, taken = _viscous(viscous, expected, room)
-        bend, room = bend + slope, room - taken
-    room = in_bernstein_form(np.pad(_through(room), ((0, 1), (0, 0), (0, 0))))
+        smallest = motors.settings.least_left * expected.max()
+        slope, taken = _viscous(viscous, np.maximum(expected, smallest), left, most_viscous)
+        bend, left = bend + slope, left - taken
+    left = in_bernstein_form(np.pad(_through(left), ((0, 1), (0, 0), (0, 0))))
     row = weighted(_through(bend))
     row[:-1] += _through(inertia)[..., None] * np.array([-1.0, 1.0]) / (2.0 * intervals.lengths[:, None, None])
-    return np.asarray(in_bernstein_form(row) / np.maximum(room, least)[..., None])
+    return np.asarray(in_bernstein_form(row) / np.maximum(left, least)[..., None])
 
 
 def profile_time_scale(motors: PathTorques, profile: SpeedProfile) -> float:
     """How many times slower a profile has to be run for its torques, at samples between its nodes."""
     lengths, squares = np.diff(profile.nodes)[:, None], profile.squares
-    u = np.minimum(profile.nodes[:-1, None] + CHECKED * lengths, np.nextafter(profile.nodes[1:, None], 0.0))
-    rate = np.sqrt(squares[:-1, None] + CHECKED * np.diff(squares)[:, None])
+    u = np.minimum(profile.nodes[:-1, None] + EXAMINED_SHARES * lengths, np.nextafter(profile.nodes[1:, None], 0.0))
+    rate = np.sqrt(squares[:-1, None] + EXAMINED_SHARES * np.diff(squares)[:, None])
     change = np.broadcast_to(np.diff(squares)[:, None] / (2.0 * lengths), u.shape)
     return motors.time_scale(u.ravel(), rate.ravel(), change.ravel())
 
@@ -232,14 +238,16 @@ def _friction(motors: PathTorques, intervals: Intervals, resting: FloatArray) ->
     return high * motors.coulomb, low * motors.coulomb
 
 
-def _viscous(factor: FloatArray, expected: FloatArray, room: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _viscous(
+    factor: FloatArray, expected: FloatArray, left: FloatArray, most_viscous: float
+) -> tuple[FloatArray, FloatArray]:
     """Viscous friction at the nodes, (3, N, k): how it grows with b, and what is left of it where b is zero.
 
     A root lies below its tangents, and above its chord where b is between the two squares that are expected.
     """
     with np.errstate(divide="ignore"):
-        most = 2.0 * MOST_VISCOUS * room / np.abs(factor)
-    roots = np.sqrt(np.maximum(expected, LEAST_ROOM * expected.max()))[:, None]
+        most = 2.0 * most_viscous * left / np.abs(factor)
+    roots = np.sqrt(expected)[:, None]
     total, middle = roots[:-1] + roots[1:], np.sqrt((roots[:-1] ** 2 + roots[1:] ** 2) / 2.0)
     tangent = np.minimum(middle, most)
     slope = np.where(factor > 0.0, 1.0 / (2.0 * tangent), 1.0 / total)
@@ -248,22 +256,11 @@ def _viscous(factor: FloatArray, expected: FloatArray, room: FloatArray) -> tupl
 
 def _through(values: FloatArray) -> FloatArray:
     """Parabolas, lowest power first, through values (3, N, ...) at the nodes."""
-    flat = np.linalg.solve(np.vander(AT, increasing=True), values.reshape(3, -1))
+    flat = np.linalg.solve(np.vander(NODE_SHARES, increasing=True), values.reshape(3, -1))
     return np.asarray(flat.reshape(values.shape))
 
 
-INTERVALS = 40  # for each piece of a path
-FEWEST, MOST = 400, 4000  # intervals of a grid, unless it has so many pieces that
-LEAST_IN_PIECE = 4  # is more
-ROUGH = 0.4  # of the intervals will do for a profile from which a search begins
-FIRST_SHARE = 0.25  # of the intervals: in the first grid, equally spaced in the parameter
-MARGIN = 1e-9  # of every limit where nothing can be slowed afterwards: more than the program's own tolerance
-UNBOUNDED = 1e4  # times the largest bound of those near it, where a square is not bounded by its own rows
-NEAR = 20  # nodes on either side: a path may be a million times slower in its parameter than elsewhere
-SAME_NODE = 1e-9  # of a piece: nodes nearer to a breakpoint are left out
-VISCOUS_ROUNDS = 3  # programs on the last grid where viscous friction makes torques curved in the squares
-GRADED = 16  # intervals at an end where q' is zero, that are replaced
-GRADING = 4  # by so many each
+NODE_ROUNDING = 1e-9  # of a piece: nodes nearer to a breakpoint are left out
 
 
 def fastest_profile(
@@ -272,38 +269,42 @@ def fastest_profile(
     motors: PathTorques | None = None,
     ceiling: SpeedProfile | None = None,
     rough: bool = False,
+    settings: ProfileSettings = DEFAULT_RETIMING.profile,
 ) -> tuple[SpeedProfile, Intervals]:
     """The fastest profile on a grid of about equal times, and the path over that grid.
 
-    Of jerk limits it keeps what the path needs where its speed is steady.
+    Jerk limits are kept where the speed is steady.
 
     Args:
         prepared: the path.
         limits: of its joints.
-        motors: what torques it takes; None where they do not count.
+        motors: torques along it; None where they do not count.
         ceiling: a profile that is not exceeded; none where None.
-        rough: whether the profile is only where a search begins.
+        rough: whether a search only begins at the profile.
+        settings: of the grid and its programs.
 
     Raises:
         InvalidProblem: the limits allow no motion with the velocities that the ends have to have.
     """
     breakpoints = prepared.path.breakpoints
-    count = int((ROUGH if rough else 1.0) * min(max(INTERVALS * (breakpoints.size - 1), FEWEST), MOST))
-    nodes = _subdivided(breakpoints, breakpoints, int(FIRST_SHARE * count))
+    wanted = max(settings.intervals_per_piece * (breakpoints.size - 1), settings.fewest_intervals)
+    count = int((settings.rough_share if rough else 1.0) * min(wanted, settings.most_intervals))
+    nodes = _subdivided(breakpoints, breakpoints, int(settings.first_share * count), settings.least_in_piece)
     intervals = Intervals.of(prepared.path, nodes)
-    profile = _solved(prepared, intervals, limits, motors, ceiling, None, rough)
-    nodes = _equal_times(profile, breakpoints, count, prepared.resting)
+    problem = ProfileProblem(prepared, limits, motors, ceiling, rough, settings)
+    profile = problem.solved(intervals, None)
+    nodes = _equal_times(profile, breakpoints, count, prepared.resting, settings)
     intervals = Intervals.of(prepared.path, nodes)
-    for _ in range(1 if motors is None or not motors.viscous.any() else VISCOUS_ROUNDS):
+    for _ in range(1 if motors is None or not motors.viscous.any() else settings.viscous_rounds):
         expected = np.interp(nodes, profile.nodes, profile.squares)
-        profile = _solved(prepared, intervals, limits, motors, ceiling, expected, rough)
+        profile = problem.solved(intervals, expected)
     return profile, intervals
 
 
-def _subdivided(breakpoints: FloatArray, measure: FloatArray, count: int) -> FloatArray:
-    """About so many intervals, equal within each piece; a piece has its share of a measure (p + 1,), increasing."""
+def _subdivided(breakpoints: FloatArray, measure: FloatArray, count: int, least_in_piece: int) -> FloatArray:
+    """Nodes of about so many intervals, equal within each piece, which has its share of a measure (p + 1,)."""
     shares = np.diff(measure) / (measure[-1] - measure[0])
-    counts = np.maximum(LEAST_IN_PIECE, np.ceil(count * shares)).astype(int)
+    counts = np.maximum(least_in_piece, np.ceil(count * shares)).astype(int)
     inner = [
         start + (end - start) * np.arange(n) / n
         for start, end, n in zip(breakpoints[:-1], breakpoints[1:], counts, strict=True)
@@ -311,115 +312,128 @@ def _subdivided(breakpoints: FloatArray, measure: FloatArray, count: int) -> Flo
     return np.concatenate([*inner, breakpoints[-1:]])
 
 
-def _equal_times(profile: SpeedProfile, breakpoints: FloatArray, count: int, graded: tuple[bool, bool]) -> FloatArray:
+def _equal_times(
+    profile: SpeedProfile, breakpoints: FloatArray, count: int, graded: tuple[bool, bool], settings: ProfileSettings
+) -> FloatArray:
     """Nodes at about equal times within each piece, the breakpoints among them."""
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)]
-    times = _subdivided(passed, passed, count)
+    times = _subdivided(passed, passed, count, settings.least_in_piece)
     if graded[0]:
-        times = _graded(times)
+        times = _graded(times, settings)
     if graded[1]:
-        times = -_graded(-times[::-1])[::-1]
+        times = -_graded(-times[::-1], settings)[::-1]
     nodes = profile.parameters(times)
     after = np.searchsorted(breakpoints, nodes).clip(1, breakpoints.size - 1)
     apart = np.minimum(nodes - breakpoints[after - 1], breakpoints[after] - nodes)
-    inner = nodes[apart > SAME_NODE * (breakpoints[after] - breakpoints[after - 1])]
+    inner = nodes[apart > NODE_ROUNDING * (breakpoints[after] - breakpoints[after - 1])]
     return np.union1d(inner, breakpoints)
 
 
-def _graded(times: FloatArray) -> FloatArray:
-    """More and shorter intervals at the start, for a path whose q' is zero there: b is large and steep."""
-    last = min(GRADED, times.size - 1)
-    count = GRADING * last
+def _graded(times: FloatArray, settings: ProfileSettings) -> FloatArray:
+    """Times with shorter intervals at the start, for a path whose q' is zero there: b is large and steep."""
+    last = min(settings.graded_intervals, times.size - 1)
+    count = settings.grading * last
     return np.concatenate([times[0] + (times[last] - times[0]) * (np.arange(count) / count) ** 2, times[last:]])
 
 
-def _solved(
-    prepared: PreparedPath,
-    intervals: Intervals,
-    limits: JointLimits,
-    motors: PathTorques | None,
-    ceiling: SpeedProfile | None,
-    expected: FloatArray | None,
-    rough: bool,
-) -> SpeedProfile:
-    """The profile of least time, to first order around the squares that are expected, (N + 1,); or about equal."""
-    fixed = _fixed(prepared, intervals.nodes)
-    every_row = limit_rows(intervals, limits)
-    if ceiling is not None:
-        below = np.interp(intervals.nodes, ceiling.nodes, ceiling.squares)
-        every_row = np.append(every_row, ceiling_rows(below), axis=1)
-    if motors is not None:
-        around = _largest(every_row, fixed) if expected is None else expected
-        every_row = np.append(every_row, torque_rows(motors, intervals, around, fixed == 0.0), axis=1)
-    scale = _largest(every_row, fixed)
-    if expected is None:
-        expected = np.maximum(1.0, scale / (UNBOUNDED * scale.min()))
-    interval, rows = necessary(every_row)
-    solution = _maximised(_savings(intervals, expected) * scale, interval, rows, scale, fixed, rough)
-    if solution is not None:
-        return SpeedProfile(intervals.nodes, solution)
-    if np.nanmax(fixed, initial=0.0) > 0.0:
-        raise InvalidProblem("rates", "the limits allow no motion along the path with these velocities at its ends")
-    shape = np.where(np.isnan(fixed), 1.0, 0.0)
-    most = (rows[:, 0] * shape[interval] + rows[:, 1] * shape[interval + 1]).max()
-    return SpeedProfile(intervals.nodes, shape / most)
+@dataclass(frozen=True, eq=False)
+class ProfileProblem:
+    """The linear programs of the fastest profile of one path.
 
+    Args:
+        prepared: the path.
+        limits: of its joints.
+        motors: torques along it; None where they do not count.
+        ceiling: a profile that is not exceeded; none where None.
+        rough: whether a search only begins at the profile.
+        settings: of the programs.
+    """
 
-def _fixed(prepared: PreparedPath, nodes: FloatArray) -> FloatArray:
-    """The squares that are given, (N + 1,): at corners and at ends where q' is not zero; else nan."""
-    fixed = np.full(nodes.size, np.nan)
-    fixed[np.searchsorted(nodes, prepared.path.breakpoints[prepared.corners])] = 0.0
-    for end, resting, rate in zip((0, -1), prepared.resting, prepared.rates, strict=True):
-        if not resting:
-            fixed[end] = rate**2
-    return fixed
+    prepared: PreparedPath
+    limits: JointLimits
+    motors: PathTorques | None
+    ceiling: SpeedProfile | None
+    rough: bool
+    settings: ProfileSettings
 
+    def solved(self, intervals: Intervals, expected: FloatArray | None) -> SpeedProfile:
+        """The profile of least time, to first order around the squares that are expected, (N + 1,); or about equal."""
+        fixed = self._fixed(intervals.nodes)
+        every_row = limit_rows(intervals, self.limits, self.settings.steady_jerk)
+        if self.ceiling is not None:
+            below = np.interp(intervals.nodes, self.ceiling.nodes, self.ceiling.squares)
+            every_row = np.append(every_row, ceiling_rows(below), axis=1)
+        if self.motors is not None:
+            around = self._largest(every_row, fixed) if expected is None else expected
+            rows = torque_rows(self.motors, intervals, around, fixed == 0.0, self.settings.most_viscous)
+            every_row = np.append(every_row, rows, axis=1)
+        scale = self._largest(every_row, fixed)
+        if expected is None:
+            expected = np.maximum(1.0, scale / (self.settings.unbounded * scale.min()))
+        interval, rows = necessary(every_row)
+        solution = self._maximised(_savings(intervals, expected) * scale, interval, rows, scale, fixed)
+        if solution is not None:
+            return SpeedProfile(intervals.nodes, solution)
+        if np.nanmax(fixed, initial=0.0) > 0.0:
+            raise InvalidProblem("rates", "the limits allow no motion along the path with these velocities at its ends")
+        shape = np.where(np.isnan(fixed), 1.0, 0.0)
+        most = (rows[:, 0] * shape[interval] + rows[:, 1] * shape[interval + 1]).max()
+        return SpeedProfile(intervals.nodes, shape / most)
 
-def _largest(rows: FloatArray, fixed: FloatArray) -> FloatArray:
-    """What each square can be at most, (N + 1,), as single rows (N, rows, 2) say."""
-    positive = np.where(rows.min(axis=2, keepdims=True) >= 0.0, rows, 0.0).max(axis=1)
-    tightest = np.maximum(np.append(positive[:, 0], 0.0), np.insert(positive[:, 1], 0, 0.0))
-    around = scipy.ndimage.maximum_filter1d(tightest, 2 * NEAR + 1, mode="nearest")
-    near = np.maximum(around, tightest.max() / UNBOUNDED**3)
-    scale = 1.0 / np.maximum(tightest, near / UNBOUNDED)
-    return np.asarray(np.where(fixed > 0.0, fixed, scale))
+    def _fixed(self, nodes: FloatArray) -> FloatArray:
+        """The squares that are given, (N + 1,): at corners and at ends where q' is not zero; else nan."""
+        prepared, fixed = self.prepared, np.full(nodes.size, np.nan)
+        fixed[np.searchsorted(nodes, prepared.path.breakpoints[prepared.corners])] = 0.0
+        for end, resting, rate in zip((0, -1), prepared.resting, prepared.rates, strict=True):
+            if not resting:
+                fixed[end] = rate**2
+        return fixed
+
+    def _largest(self, rows: FloatArray, fixed: FloatArray) -> FloatArray:
+        """The largest value of each square, (N + 1,), that single rows (N, rows, 2) allow."""
+        unbounded, width = self.settings.unbounded, 2 * self.settings.neighbours + 1
+        positive = np.where(rows.min(axis=2, keepdims=True) >= 0.0, rows, 0.0).max(axis=1)
+        tightest = np.maximum(np.append(positive[:, 0], 0.0), np.insert(positive[:, 1], 0, 0.0))
+        around = scipy.ndimage.maximum_filter1d(tightest, width, mode="nearest")
+        near = np.maximum(around, tightest.max() / unbounded**3)
+        scale = 1.0 / np.maximum(tightest, near / unbounded)
+        return np.asarray(np.where(fixed > 0.0, fixed, scale))
+
+    def _maximised(
+        self, weights: FloatArray, interval: FloatArray, rows: FloatArray, scale: FloatArray, fixed: FloatArray
+    ) -> FloatArray | None:
+        """The squares (N + 1,) with the largest weighted sum of their shares of the scale; None where there are none.
+
+        Squares may be a million times smaller than others: the core, which is accurate to a share of the sum, is for
+        profiles that are improved afterwards.
+        """
+        columns = np.stack([interval, interval + 1], axis=1)
+        moving = np.nanmax(fixed, initial=0.0) > 0.0
+        none = np.zeros(len(rows))
+        single = SingleRows(
+            joint=np.zeros(len(rows), dtype=np.intp),
+            first=interval.astype(np.intp),
+            weights=rows * scale[columns],
+            by_time=none,
+            bound=self._bounds_of_rows(rows, columns, fixed) if moving else none + 1.0,
+        )
+        given = fixed / scale
+        lower, upper = np.nan_to_num(given, nan=0.0), np.where(np.isnan(given), 1.0, given)
+        cost = -weights[:, None] / weights.max()
+        program = LinearProgram(single, WholeRows.none(2, 1), lower[:, None], upper[:, None], (0.0, 0.0), cost)
+        solution = program.solved() if self.rough and not moving else None
+        solution = program.by_highs() if solution is None else solution
+        return None if solution is None else solution[0][:, 0].clip(0.0) * scale
+
+    def _bounds_of_rows(self, rows: FloatArray, columns: FloatArray, fixed: FloatArray) -> FloatArray:
+        """Right-hand sides a little below 1, but for a row in which a given square is at its limit already."""
+        margin = self.settings.margin
+        reached = (rows * np.nan_to_num(fixed, nan=0.0)[columns]).max(axis=1)
+        return np.where(reached <= 1.0 + margin, np.maximum(1.0 - margin, reached), 1.0 - margin)
 
 
 def _savings(intervals: Intervals, expected: FloatArray) -> FloatArray:
-    """How much time a little more of each square saves, (N + 1,)."""
+    """The time that a little more of each square saves, (N + 1,)."""
     speed = np.sqrt(np.maximum(expected, 1e-12 * expected.max()))
     per_interval = intervals.lengths / (speed[:-1] + speed[1:]) ** 2
     return np.asarray((np.append(per_interval, 0.0) + np.insert(per_interval, 0, 0.0)) / speed)
-
-
-def _maximised(
-    weights: FloatArray, interval: FloatArray, rows: FloatArray, scale: FloatArray, fixed: FloatArray, rough: bool
-) -> FloatArray | None:
-    """The squares (N + 1,) with the largest weighted sum of their shares of the scale; None where there are none.
-
-    Squares may be a million times smaller than others: the core, which is accurate to a share of the sum, is for what
-    is improved afterwards.
-    """
-    columns = np.stack([interval, interval + 1], axis=1)
-    moving = np.nanmax(fixed, initial=0.0) > 0.0
-    none = np.zeros(len(rows))
-    single = SingleRows(
-        joint=np.zeros(len(rows), dtype=np.intp),
-        first=interval.astype(np.intp),
-        weights=rows * scale[columns],
-        by_time=none,
-        bound=_bounds_of_rows(rows, columns, fixed) if moving else none + 1.0,
-    )
-    given = fixed / scale
-    lower, upper = np.nan_to_num(given, nan=0.0), np.where(np.isnan(given), 1.0, given)
-    cost = -weights[:, None] / weights.max()
-    program = LinearProgram(single, WholeRows.none(2, 1), lower[:, None], upper[:, None], (0.0, 0.0), cost)
-    solution = program.solved() if rough and not moving else None
-    solution = program.by_highs() if solution is None else solution
-    return None if solution is None else solution[0][:, 0].clip(0.0) * scale
-
-
-def _bounds_of_rows(rows: FloatArray, columns: FloatArray, fixed: FloatArray) -> FloatArray:
-    """Right-hand sides a little below 1, but for a row in which a given square is at its limit already."""
-    reached = (rows * np.nan_to_num(fixed, nan=0.0)[columns]).max(axis=1)
-    return np.where(reached <= 1.0 + MARGIN, np.maximum(1.0 - MARGIN, reached), 1.0 - MARGIN)

@@ -16,7 +16,7 @@ from benchmarks.peers.moving_ends import RandomMove, end_error, largest_excess, 
 from problems import InvalidProblem, Trajectory
 from problems.robots import JointLimits
 from problems.timing.free_space import JointMove, least_durations, least_time_move, rest_to_rest
-from problems.timing.from_motion import JERK_RATE, MOMENT, MotionState, fastest_move, fastest_stop
+from problems.timing.from_motion import JERK_RATE, STANDING_DURATION, MotionState, fastest_move, fastest_stop
 from problems.timing.prepared import peak_ratios
 
 
@@ -273,7 +273,7 @@ def state_of(*joints: tuple[float, float, float]) -> MotionState:
 def test_stops_by_hand(velocity: float, acceleration: float, seconds: float, way: float) -> None:
     limits = JointLimits(speed=(2.0,), acceleration=(10.0,), jerk=(100.0,))
     stop = fastest_stop(state_of((1.0, velocity, acceleration)), limits)
-    assert stop.duration == pytest.approx(max(seconds, MOMENT), rel=1e-5)
+    assert stop.duration == pytest.approx(max(seconds, STANDING_DURATION), rel=1e-5)
     assert stop.value_at_end() == pytest.approx([1.0 + way], abs=1e-6)
 
 

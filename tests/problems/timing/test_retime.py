@@ -19,7 +19,7 @@ from problems.robots import JointLimits
 from problems.timing import SpeedProfile, departure, retime
 from problems.timing.free_space import least_durations, rest_to_rest
 from problems.timing.parametrisation import DEGREE, Parametrisation, ParametrisationEnds
-from problems.timing.prepared import minimum_time_scale
+from problems.timing.prepared import peak_ratios
 from problems.timing.smooth_timing import ParametrisationSearch
 
 LIMITS = JointLimits(speed=(2.0, 3.0), acceleration=(10.0, 5.0))
@@ -107,7 +107,7 @@ def test_a_curve_touches_its_limits_and_stays_on_its_path() -> None:
     path = curve()
     trajectory = retime(path, LIMITS)
     check_kept(trajectory)
-    assert minimum_time_scale(trajectory, LIMITS) == pytest.approx(1.0, abs=1e-10)
+    assert LIMITS.time_scale(peak_ratios(trajectory, LIMITS)) == pytest.approx(1.0, abs=1e-10)
     dense, passed = path.at(np.linspace(0.0, 5.0, 20_001)), trajectory.at(np.linspace(0.0, trajectory.duration, 300))
     away = np.abs(passed[:, None] - dense[None]).max(axis=2).min(axis=1)
     assert away.max() < 1e-3
@@ -263,7 +263,7 @@ def test_a_start_too_fast_for_so_short_a_path_is_refused_or_slowed_in_time(seed:
     limits = JointLimits(speed=speed, acceleration=tuple(most), jerk=jerk)
     with suppress(InvalidProblem):
         motion = retime(JointPath.through(waypoints), limits, rates=(float(10 ** rng.uniform(-3, 1)), 0.0))
-        assert minimum_time_scale(motion, limits) <= 1.0 + 1e-9
+        assert limits.time_scale(peak_ratios(motion, limits)) <= 1.0 + 1e-9
 
 
 def test_a_law_that_would_turn_back_neither_does_nor_stands_still() -> None:

@@ -17,7 +17,8 @@ from problems.robots import JointLimits, Payload, RigidChain, Transform, built_i
 from problems.robots.dynamics import RigidJoint
 from problems.robots.inertia import Inertia
 from problems.timing import retime
-from problems.timing.prepared import TORQUE_MARGIN, PathTorques, prepared
+from problems.timing.prepared import PathTorques, prepared
+from problems.timing.settings import TorqueCurveSettings
 
 MASS, CENTER, G = 1.5, 0.4, 9.81
 HOLD = MASS * CENTER * G  # N m, with the rod level
@@ -86,9 +87,9 @@ def lifting_time(most: float, angle: float) -> float:
 def test_a_pendulum_is_lifted_with_full_torque(share: float) -> None:
     limits = replace(FAST, torque=(share * HOLD,))
     trajectory = retime(turned(np.pi / 2.0), limits, chain=pendulum())
-    best = lifting_time(share * HOLD * (1.0 - TORQUE_MARGIN), np.pi / 2.0)
+    best = lifting_time(share * HOLD * (1.0 - TorqueCurveSettings.margin), np.pi / 2.0)
     assert best * (1.0 - 1e-6) < trajectory.duration < best * 1.002
-    assert 1.0 - 2.0 * TORQUE_MARGIN < peak(trajectory, pendulum(), limits) <= 1.0
+    assert 1.0 - 2.0 * TorqueCurveSettings.margin < peak(trajectory, pendulum(), limits) <= 1.0
 
 
 def test_what_the_motors_cannot_hold_is_named() -> None:
@@ -104,7 +105,7 @@ def test_coulomb_friction_is_paid_for_and_brakes() -> None:
     most, friction, angle = 5.0, 1.5, 2.0
     limits = replace(FAST, torque=(most,))
     trajectory = retime(turned(angle), limits, chain=pendulum(friction=friction, gravity=0.0))
-    up, down = ((most * (1.0 - TORQUE_MARGIN) - sign * friction) / INERTIA for sign in (1.0, -1.0))
+    up, down = ((most * (1.0 - TorqueCurveSettings.margin) - sign * friction) / INERTIA for sign in (1.0, -1.0))
     best = np.sqrt(2.0 * angle * (1.0 / up + 1.0 / down))
     assert best * (1.0 - 1e-6) < trajectory.duration < best * 1.003
     assert peak(trajectory, pendulum(friction=friction, gravity=0.0), limits) <= 1.0
@@ -114,7 +115,7 @@ def test_viscous_friction_grows_with_speed() -> None:
     most, damping, angle = 5.0, 2.0, 6.0
     chain, limits = pendulum(damping=damping, gravity=0.0), replace(FAST, torque=(most,))
     trajectory = retime(turned(angle), limits, chain=chain)
-    most *= 1.0 - TORQUE_MARGIN
+    most *= 1.0 - TorqueCurveSettings.margin
     rate, top = damping / INERTIA, most / damping
 
     def way(time: float) -> float:  # full torque so long, then full torque backwards until it stands still
@@ -187,7 +188,7 @@ def test_torques_along_a_path_are_the_inverse_dynamics() -> None:
     np.testing.assert_allclose(ours, exact, atol=1e-6)
     slower = motors.time_scale(u, rate, change)
     peaks = [peak_at(chain, theta, speed, acceleration, scale) for scale in (slower, 0.999 * slower)]
-    assert peaks[0] <= 1.0 < peaks[1] / (1.0 - TORQUE_MARGIN)
+    assert peaks[0] <= 1.0 < peaks[1] / (1.0 - TorqueCurveSettings.margin)
 
 
 def peak_at(chain: RigidChain, theta: FloatArray, speed: FloatArray, acceleration: FloatArray, slower: float) -> float:

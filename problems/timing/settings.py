@@ -1,0 +1,158 @@
+"""The settings of retiming: one frozen dataclass for each algorithm, with the values that are used by default.
+
+A default is chosen unless its field names where it was measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from problems.core import TrustRegion
+
+LAW_REGION = TrustRegion(
+    first=0.3, least=0.0, largest=2.0, growth=2.0, shrinkage=1.0, rejection=0.25, good=0.0, poor=0.0
+)  # shares of the distance of a control point to its neighbours
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorqueCurveSettings:
+    """Settings of the dynamics along a path as polynomials.
+
+    Args:
+        nodes: values through which one polynomial is drawn.
+        travel: rad or m that a joint turns, at most, while one polynomial holds.
+        fewest_polynomials: for each piece of the path.
+        travel_samples: of a piece, to measure how far its joints turn.
+        margin: share of every torque limit that is kept for the proof and for what lies between samples.
+        least_left: share of a limit that counts as left, at least, where friction takes all of it.
+    """
+
+    nodes: int = 7
+    travel: float = 0.15
+    fewest_polynomials: int = 2
+    travel_samples: int = 9
+    margin: float = 1e-4
+    least_left: float = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProfileSettings:
+    """Settings of the fastest profile of the path's speed on a grid.
+
+    Args:
+        intervals_per_piece: of the grid, for each piece of the path.
+        fewest_intervals: of a grid.
+        most_intervals: of a grid, unless it has so many pieces that ``least_in_piece`` asks for more.
+        least_in_piece: intervals in each piece.
+        rough_share: share of the intervals for a profile from which a search begins.
+        first_share: share of the intervals in the first grid, which is even in the parameter.
+        graded_intervals: intervals at an end where q' is zero that are replaced by shorter ones.
+        grading: shorter intervals for each of them.
+        steady_jerk: share of a jerk limit that a path may need where its speed is steady.
+        most_viscous: share of what is left of a torque limit that viscous friction takes, at most, where b is zero.
+        viscous_rounds: programs on the last grid where viscous friction makes torques curved in the squares.
+        margin: share of every limit, where nothing can be slowed afterwards: more than the program's own tolerance.
+        unbounded: times the largest bound of nearby squares, for a square that its own rows do not bound.
+        neighbours: nodes on either side that count as nearby; a path may be a million times slower there.
+    """
+
+    intervals_per_piece: int = 40
+    fewest_intervals: int = 400
+    most_intervals: int = 4000
+    least_in_piece: int = 4
+    rough_share: float = 0.4
+    first_share: float = 0.25
+    graded_intervals: int = 16
+    grading: int = 4
+    steady_jerk: float = 0.5
+    most_viscous: float = 0.5
+    viscous_rounds: int = 3
+    margin: float = 1e-9
+    unbounded: float = 1e4
+    neighbours: int = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawSettings:
+    """Settings of the search for a smooth time law by sequential linear programs.
+
+    Args:
+        region: of the control points, shares of the distance to their neighbours; any gain lets it grow.
+        programs: trust-region steps of one search, at most.
+        most_failures: steps in a row without a gain after which a search ends.
+        least_gain: share of the merit; a step that gains or loses less ends a search.
+        samples: of each interval between knots, in a program.
+        judging_samples: of each interval, by which a law is judged.
+        even_share: share of an even law in every law, so that none stands still.
+        excess_price: per cent of the duration that one per cent of excess of a limit counts.
+        margin_growth: share of the duration over which margins grow from nothing next to a given velocity.
+        intervals_per_piece: between knots, for each piece of the path.
+        fewest_intervals: of a law.
+        most_intervals: of a law.
+        intervals_in_piece: in one piece of the path, about, unless there are too many.
+        knot_grid: points at which lengths of intervals are computed.
+        knot_grading: how much intervals grow with the distance from a short piece.
+        shortest_interval: share of the duration.
+        far: times the profile's duration; a law that takes longer is improved with fewer intervals first.
+        coarser: times fewer intervals of that.
+        swings: widths of moving averages of a profile, in times that accelerations need.
+        following_swings: widths of those that follow a given profile with little slowing.
+        margins: shares of limits at samples that are tried in turn, where nothing can be slowed.
+        most_closing: share of their distance by which control points may approach in one step.
+        largest_change: share of the duration, in one step.
+        considered: share of a limit from which on a row is in a program from the start.
+        newly_active: share of a limit, below it, from which on a row joins a program that broke another.
+        broken: share of a limit by which a row counts as broken.
+        row_price: merit of an excess, in shares of the duration and of the limit.
+        row_rounds: programs of one step, at most.
+    """
+
+    region: TrustRegion = LAW_REGION
+    programs: int = 25
+    most_failures: int = 5
+    least_gain: float = 3e-4
+    samples: int = 4
+    judging_samples: int = 8
+    even_share: float = 1e-7
+    excess_price: float = 20.0
+    margin_growth: float = 0.1
+    intervals_per_piece: int = 24
+    fewest_intervals: int = 200
+    most_intervals: int = 1500
+    intervals_in_piece: int = 8
+    knot_grid: int = 4000
+    knot_grading: float = 0.4
+    shortest_interval: float = 1e-5
+    far: float = 1.1
+    coarser: int = 4
+    swings: tuple[float, ...] = (1.0, 2.0, 4.0)
+    following_swings: tuple[float, ...] = (1.0, 2.0, 3.0, 5.0)
+    margins: tuple[float, ...] = (1e-3, 4e-3, 1.6e-2, 6.4e-2)
+    most_closing: float = 0.9
+    largest_change: float = 0.2
+    considered: float = 0.6
+    newly_active: float = -0.02
+    broken: float = 1e-6
+    row_price: float = 20.0
+    row_rounds: int = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class RetimingSettings:
+    """Settings of the least time along a path.
+
+    Args:
+        torques: of the dynamics along the path.
+        profile: of the speed without jerk limits.
+        law: of the time law with jerk limits.
+        line_samples: of a move along a line, by which its torques are judged.
+    """
+
+    torques: TorqueCurveSettings = TorqueCurveSettings()
+    profile: ProfileSettings = ProfileSettings()
+    law: LawSettings = LawSettings()
+    line_samples: int = 2_000
+
+
+DEFAULT_TORQUE_CURVE = TorqueCurveSettings()
+DEFAULT_RETIMING = RetimingSettings()
