@@ -26,9 +26,9 @@ POINTING = re.compile(
 LONGEST, SHORTEST = 25, 4  # words of a first line
 UNREVISED = {  # folders whose first lines are not all sentences that stand alone
     *("problems/robots", "problems/core", "problems/families", "problems/certify"),
-    *("problems/limits", "problems/motions", "problems/sequential", "problems/scene", "problems/tasks"),
+    *("problems/limits", "problems/motions", "problems/scene", "problems/tasks"),
     *("problems/assembly", "problems/evaluation", "problems/geometry", "problems/objectives"),
-    *("problems/base", "problems/programs", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/judging"),
+    *("problems/base", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/judging"),
     *("tpbso_casadi/planning", "tpbso_casadi/suite", "tpbso_casadi/facade", "tpbso_casadi/figures"),
     *("tpbso_casadi/storage", "tpbso_casadi/cli", "tpbso_casadi/trade_off", "tpbso_casadi/replanning"),
     *("tpbso_casadi/simulation", "tpbso_casadi/animation", "tpbso_casadi/reproduction"),

@@ -76,7 +76,7 @@ def least_squares_multipliers(
 ) -> FloatArray:
     """Multipliers (m,) that leave the least of the gradient: any for equalities, of the right sign for bounds.
 
-    What equalities can make up for is projected out, so that only the bounds are left to non-negative least squares.
+    The part that equalities can make up for is projected out: only bounds are left to non-negative least squares.
 
     Args:
         rows: gradients of the active rows, (m, n).

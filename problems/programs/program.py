@@ -1,7 +1,7 @@
 """Smooth nonlinear programs: variables, constraints, objective, derivatives by composition.
 
 Every row with an obstacle depends on one or two samples, that is on few angles; each of these depends on few
-variables. Written out over the variables, the Hessian of the Lagrangian repeats the way from the variables to the
+variables. Written out over the variables, the Hessian of the Lagrangian repeats the map from the variables to the
 angles in every row. With y = y(x), L = L(x, y) and no term that mixes both,
 
     H = L_xx + J' L_yy J + sum_i (L_y)_i (y_i)_xx,   J = dy/dx,
@@ -72,7 +72,7 @@ def replace_with_symbols(samples: Samples) -> tuple[ca.SX, Matrix, Samples]:
     """Symbols in the place of a motion's samples, all of whose parts are known, and of those that belong to it.
 
     Returns:
-        The symbols (m, 1), what they stand for (m, 1), and the samples made of them.
+        The symbols (m, 1), the expressions that they stand for (m, 1), and the samples made of them.
     """
     given = (*samples.derivatives, samples.duration, samples.times, samples.weights)
     parts = [part for part in given if part is not None]  # all of them are
@@ -120,7 +120,7 @@ class NonlinearProgram(ABC):
 
     @property
     def objective_size(self) -> float:
-        """What the objective is divided by, in its unit."""
+        """The size by which the objective is divided, in its unit."""
         return 1.0
 
     @abstractmethod
@@ -137,11 +137,11 @@ class NonlinearProgram(ABC):
         return True
 
     def finer(self) -> NonlinearProgram:
-        """The same program with more samples, where between few limits are missed by much; itself by default."""
+        """A program with more samples, where limits are missed by much between few of them; by default this program."""
         return self
 
     def near(self, trajectory: Trajectory) -> NonlinearProgram:
-        """The same program near a motion: limits from which that is far may be left out; itself by default."""
+        """The program near a motion, without limits from which that is far; by default this program."""
         return self
 
     @abstractmethod
@@ -249,7 +249,7 @@ class MotionProgram(NonlinearProgram):
 
     @property
     def has_free_durations(self) -> bool:
-        return self.objective.is_time_dependent or self.held or self.task.duration_bounds is not None
+        return self.objective.is_time_dependent or self.holds_time or self.task.duration_bounds is not None
 
     def duration_rows(self, durations: Matrix, margin: float) -> list[Constraint]:
         """The task's upper bounds of durations (1, n) in s; the lower ones are bounds of the variables."""
@@ -264,6 +264,6 @@ class MotionProgram(NonlinearProgram):
         return [each for limit in self.limits for each in (limit.static_limits if limit.scales_with_time else (limit,))]
 
     @cached_property
-    def held(self) -> bool:
+    def holds_time(self) -> bool:
         """Whether a limit keeps a motion from being run faster than it was found."""
         return holds_time(self.limits)

@@ -1,4 +1,4 @@
-"""Sequential linear programs over a path and the speed along it: what polishes a plan among obstacles."""
+"""Sequential linear programs over a path and the speed along it, which polish plans among obstacles."""
 
 from problems.sequential.polish import Polish, can_be_polished, limits_can_be_polished
 from problems.sequential.torques import JointTorques

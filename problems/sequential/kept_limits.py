@@ -12,7 +12,7 @@ from problems.robots import JointLimits
 from problems.sequential.path_speed import Grid, PathSpeed
 from problems.sequential.torques import JointTorques
 
-NEARLY = 0.5  # of a limit: a share that a peak between the samples of rows has at least to be looked at
+LARGE_SHARE = 0.5  # of a limit: smaller peaks between the samples of rows get no row
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class LimitRows:
     joints: NDArray[np.intp] | None = None
 
     def slopes(self, moves: FloatArray) -> FloatArray:
-        """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
+        """Slopes by moves (N k, free) of all control points, and by the speeds: (rows, free + M)."""
         if self.joints is None:
             return np.concatenate([self.by_controls @ moves, self.by_speeds], axis=1)
         count = self.by_controls.shape[1]
@@ -63,7 +63,7 @@ def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -
     ]  # fmt: skip
     for derivative, bound, path, speed in zip(motion.derivatives(grid), limits.by_order, along, across, strict=False):
         shares = derivative / bound
-        samples, joints = looked_at(shares, every)
+        samples, joints = sampled_rows(shares, every)
         scale = bound[joints, None]
         by_controls = sum(f[samples] * m[samples] for f, m in zip(path, grid.path[1:], strict=False)) / scale
         by_speeds = (
@@ -73,7 +73,7 @@ def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -
     return LimitRows(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def looked_at(shares: FloatArray, every: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def sampled_rows(shares: FloatArray, every: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Samples and joints of rows: every so many samples, and where a column of shares (n, k) has a peak."""
     chosen = _peaks(np.abs(shares))
     chosen[::every] = True
@@ -82,16 +82,16 @@ def looked_at(shares: FloatArray, every: int) -> tuple[NDArray[np.intp], NDArray
 
 
 def _peaks(sizes: FloatArray) -> NDArray[np.bool_]:
-    """Where a column (n, k) is largest for a while, and not small."""
+    """Mask of the local maxima of each column (n, k) that are not small."""
     padded = np.pad(sizes, ((1, 1), (0, 0)), constant_values=-1.0)
-    return (sizes >= padded[:-2]) & (sizes >= padded[2:]) & (sizes > NEARLY)
+    return (sizes >= padded[:-2]) & (sizes >= padded[2:]) & (sizes > LARGE_SHARE)
 
 
 def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> LimitRows:
     """Torques at every so many samples of a grid, and wherever they are extreme."""
     state = motion.state(grid)
     shares = torques.shares(state)
-    samples, joints = looked_at(shares, every)
+    samples, joints = sampled_rows(shares, every)
     used, places = np.unique(samples, return_inverse=True)
     of_angle, of_speed, of_acceleration = torques.slopes(state[used])[places, joints].transpose(1, 0, 2)
     q1, q2 = (matrix[samples] @ motion.controls for matrix in grid.path[1:3])
@@ -106,7 +106,7 @@ def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques
 
 @dataclass(frozen=True)
 class LinearLimits:
-    """Shares of limits to first order.
+    """Shares of all limits to first order.
 
     Attributes:
         parts: of one kind each.
@@ -116,7 +116,7 @@ class LinearLimits:
 
     @property
     def values(self) -> FloatArray:
-        """(rows,)."""
+        """The values of all rows, (rows,)."""
         return np.concatenate([part.values for part in self.parts])
 
     @property
@@ -125,13 +125,13 @@ class LinearLimits:
         return np.concatenate([part.by_speeds for part in self.parts])
 
     def slopes(self, moves: FloatArray) -> FloatArray:
-        """With respect to moves (N k, free) of all control points, and to the speeds: (rows, free + M)."""
+        """Slopes by moves (N k, free) of all control points, and by the speeds: (rows, free + M)."""
         return np.concatenate([part.slopes(moves) for part in self.parts])
 
 
 @dataclass(frozen=True)
 class KeptLimits:
-    """The limits of a robot.
+    """The limits that a motion of a robot keeps.
 
     Args:
         joints: of velocities, accelerations and jerks, and the joints' ranges.
@@ -147,6 +147,6 @@ class KeptLimits:
         return factor if self.torques is None else max(factor, self.torques.time_scale(motion.state(grid)))
 
     def linear(self, motion: PathSpeed, grid: Grid, every: int) -> LinearLimits:
-        """Around a motion, at every so many samples of a grid and wherever something is extreme."""
+        """The limits linearised around a motion, at every so many samples of a grid and wherever one is extreme."""
         rows = limit_rows(motion, grid, every, self.joints)
         return LinearLimits((rows,) if self.torques is None else (rows, torque_rows(motion, grid, every, self.torques)))

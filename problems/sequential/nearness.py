@@ -1,6 +1,6 @@
 """Pairs of bodies that come near, as linear rows about a motion.
 
-Only pairs with an obstacle that moves need the time; of the others it is neither computed with nor returned.
+Only pairs with an obstacle that moves depend on the time; it is not used for the others.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from problems.base import FloatArray, Matrix, as_array
 from problems.limits import BodyPair, Pair, Proximity
 from problems.robots import Robot
 
-COARSE = 4  # grid points from one at which all pairs are computed to the next
+COARSE = 4  # samples from one at which all pairs are computed to the next
 
 
 @dataclass(frozen=True)
 class NearPairs:
-    """Pairs at samples.
+    """Pairs of bodies that are near each other at samples.
 
     Attributes:
         samples: indices, (m,).
@@ -35,7 +35,7 @@ class NearPairs:
     clearances: FloatArray
 
     def thinned(self, every: int) -> NearPairs:
-        """Those at every so many samples, and wherever a pair is nearest for a while."""
+        """The pairs at every so many samples, and wherever a pair is nearest for a while."""
         order = np.lexsort((self.samples, self.pairs))
         samples, pairs, values = self.samples[order], self.pairs[order], self.clearances[order]
         next_to_it = (np.diff(pairs) == 0) & (np.diff(samples) == 1)
@@ -66,7 +66,7 @@ class _Group:
         samples: NDArray[np.intp],
         columns: NDArray[np.intp],
     ) -> FloatArray:
-        """One of its functions at samples (m,), of pairs in columns (m,)."""
+        """The values of a function of the group at samples (m,), of pairs in columns (m,)."""
         if not samples.size:
             return np.empty((0, function.size1_out(0)))
         inputs = positions[samples[:, None], self.frames[columns]].reshape(samples.size, -1).T
@@ -75,12 +75,12 @@ class _Group:
 
 @dataclass(frozen=True)
 class Nearness:
-    """The clearances of a robot.
+    """The clearances of a robot, from obstacles and between its own bodies.
 
     Args:
         robot: that moves.
-        limits: on what it keeps clear of.
-        own_share: of the clearance that is kept at samples on top of the margin, what pairs of its own bodies keep.
+        limits: of these clearances.
+        own_share: share of the proof margin that pairs of its own bodies keep.
     """
 
     robot: Robot
@@ -89,7 +89,7 @@ class Nearness:
 
     @cached_property
     def pairs(self) -> list[Pair]:
-        """Of all limits."""
+        """The pairs of all limits."""
         return [pair for limit in self.limits for pair in limit.pairs]
 
     @cached_property
@@ -97,8 +97,8 @@ class Nearness:
         return np.array([float(pair.thickness) for pair in self.pairs])
 
     @cached_property
-    def spare_shares(self) -> FloatArray:
-        """Of the spare clearance, what each pair keeps, (pairs,)."""
+    def margin_shares(self) -> FloatArray:
+        """The shares of the proof margin that pairs keep, (pairs,)."""
         return np.array([self.own_share if isinstance(pair, BodyPair) else 1.0 for pair in self.pairs])
 
     @cached_property
@@ -141,7 +141,7 @@ class Nearness:
         return ca.Function("jacobian", [self._theta], [ca.densify(ca.vec(jacobian.T))], {"cse": True})
 
     def positions(self, theta: FloatArray) -> FloatArray:
-        """Of all frames in postures (n, k): (n, frames, dim), m."""
+        """Positions of all frames in postures (n, k): (n, frames, dim), m."""
         values = as_array(self._positions(theta.T)).T
         return values.reshape(len(theta), len(self._frames), self.robot.dim)
 
@@ -152,9 +152,9 @@ class Nearness:
 
     @property
     def standing(self) -> Nearness:
-        """The same of those pairs alone that do not move by themselves."""
-        kept = [tuple(pair for pair in limit.pairs if not pair.is_time_dependent) for limit in self.limits]
-        return replace(self, limits=tuple(replace(one, pairs=p) for one, p in zip(self.limits, kept, strict=True)))
+        """The clearances of the pairs alone that do not move by themselves."""
+        pairs = [tuple(pair for pair in limit.pairs if not pair.is_time_dependent) for limit in self.limits]
+        return replace(self, limits=tuple(replace(one, pairs=p) for one, p in zip(self.limits, pairs, strict=True)))
 
     def near(self, theta: FloatArray, times: FloatArray, cutoff: float) -> NearPairs:
         """All pairs nearer than a cutoff, m, at samples (n, k) of a motion, at times (n,), s.
@@ -170,7 +170,7 @@ class Nearness:
         moved = np.linalg.norm(positions - positions[nearest], axis=2)
         apart = np.abs(times - times[nearest])
         around = np.stack([times[nearest] - apart, times[nearest] + apart], axis=1)
-        found: list[tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]] = []
+        parts: list[tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]] = []
         for group in self._groups:
             coarse = self._distances(group, positions[::COARSE], times[::COARSE])
             low = coarse[nearest // COARSE] - moved[:, group.frames].sum(axis=2)
@@ -179,9 +179,9 @@ class Nearness:
             samples, columns = np.nonzero(low < cutoff)
             distances = group.at(group.distance, positions, times, samples, columns)[:, 0]
             distances = distances - self._thickness[group.numbers[columns]]
-            kept = distances < cutoff
-            found.append((samples[kept], group.numbers[columns[kept]], distances[kept]))
-        return NearPairs(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+            near = distances < cutoff
+            parts.append((samples[near], group.numbers[columns[near]], distances[near]))
+        return NearPairs(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
     def _distances(self, group: _Group, positions: FloatArray, times: FloatArray) -> FloatArray:
         rows, columns = np.divmod(np.arange(len(positions) * len(group.numbers)), len(group.numbers))

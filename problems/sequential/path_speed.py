@@ -15,7 +15,7 @@ from problems.tasks import Place
 PATH_DEGREE, SPEED_DEGREE = 5, 3
 RESTING = 3  # control points at each end that are one posture: q' and q'' are zero there
 DELAY_COST = 0.999  # of a second of standing still, where one of moving costs 1
-GAUSS = 8  # nodes in each piece of the speed, to integrate 1 / w
+GAUSS_POINTS = 8  # nodes in each piece of the speed, to integrate 1 / w
 
 
 @dataclass(frozen=True)
@@ -42,18 +42,18 @@ class SplineBasis:
         return BSpline(knots, np.eye(self.size), self.degree)
 
     def matrix(self, u: FloatArray, derivative: int = 0) -> FloatArray:
-        """From control points to a derivative by u at parameters (n,): (n, size)."""
+        """The matrix from control points to a derivative by u at parameters (n,): (n, size)."""
         return np.asarray(self._functions(u, derivative))
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Parameters u and what control points make of a motion there.
+    """Parameters u, and the matrices from control points to path and speed there.
 
     Attributes:
         u: (n,).
-        path: of q, q', q'', q''', each (n, N).
-        speed: of w, w', w'', each (n, M).
+        path: matrices of q, q', q'', q''', each (n, N).
+        speed: matrices of w, w', w'', each (n, M).
     """
 
     u: FloatArray
@@ -77,27 +77,27 @@ class MotionSpace:
 
     @cached_property
     def path(self) -> SplineBasis:
-        """Of q(u)."""
+        """The splines of the path q(u)."""
         return SplineBasis(PATH_DEGREE, self.path_pieces)
 
     @cached_property
     def speed(self) -> SplineBasis:
-        """Of w(u)."""
+        """The splines of the speed w(u)."""
         return SplineBasis(SPEED_DEGREE, self.speed_pieces)
 
     def grid(self, u: FloatArray) -> Grid:
-        """At parameters (n,)."""
+        """The grid of parameters (n,)."""
         path = tuple(self.path.matrix(u, n) for n in range(4))
         return Grid(u, path, tuple(self.speed.matrix(u, n) for n in range(3)))
 
     def even(self, in_piece: int) -> FloatArray:
-        """Equal steps, so many in each piece of the speed."""
+        """Parameters in equal steps, so many in each piece of the speed."""
         return np.linspace(0.0, 1.0, self.speed_pieces * in_piece + 1)
 
     @cached_property
     def quadrature(self) -> tuple[FloatArray, FloatArray]:
         """Basis functions of the speed at Gauss's nodes (n, M), and their weights (n,)."""
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         cells = self.speed_pieces * self.parts
         starts = np.arange(cells) / cells
         u = (starts[:, None] + (nodes + 1.0) / (2.0 * cells)).ravel()
@@ -122,18 +122,18 @@ class PathSpeed:
 
     @cached_property
     def duration(self) -> float:
-        """T in s."""
+        """The duration T in s."""
         basis, weights = self.space.quadrature
         return self.delay + float((weights / (basis @ self.speeds)).sum())
 
     @property
     def cost(self) -> float:
-        """T, where standing still counts a little less than moving does, which trade at will otherwise; s."""
+        """The duration, of which standing still counts a little less than moving, s: else they were equally good."""
         return self.duration - (1.0 - DELAY_COST) * self.delay
 
     @property
     def duration_slopes(self) -> FloatArray:
-        """Of T, and of the cost, with respect to the speeds, (M,)."""
+        """Slopes of the duration, and of the cost, by the speeds, (M,)."""
         basis, weights = self.space.quadrature
         return np.asarray(-(weights / (basis @ self.speeds) ** 2) @ basis)
 
@@ -157,16 +157,16 @@ class PathSpeed:
         return limits.time_scale(float((np.abs(derivative) / bound).max()) for derivative, bound in limited)
 
     def time_scaled(self, factor: float) -> PathSpeed:
-        """The same, so many times slower."""
+        """The motion, so many times slower."""
         return replace(self, speeds=self.speeds / factor)
 
 
-RANK = 1e-7  # of the largest singular value: smaller ones are zero
+RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones are zero
 
 
 @dataclass(frozen=True)
 class Freedom:
-    """The ends of a motion.
+    """The freedom of a motion at its ends.
 
     Args:
         robot: that moves.
@@ -191,7 +191,7 @@ class Freedom:
 
     @cached_property
     def _jacobians(self) -> dict[Place, ca.Function]:
-        """Of what is missed at each end."""
+        """Jacobians of the miss of the place at each end."""
         theta = ca.SX.sym("theta", 1, self.robot.dof)
         misses = {place: place.miss(self.robot, theta) for place in (self.start, self.goal)}
         return {place: ca.Function("jacobian", [theta], [ca.jacobian(miss, theta)]) for place, miss in misses.items()}
@@ -199,7 +199,7 @@ class Freedom:
     def _free_at(self, place: Place, theta: FloatArray) -> FloatArray:
         """Directions (k, m) in which a posture stays at its place."""
         _, sizes, directions = np.linalg.svd(as_array(self._jacobians[place](theta)))
-        return np.asarray(directions[int((sizes > RANK * sizes.max()).sum()) :].T)
+        return np.asarray(directions[int((sizes > RANK_TOLERANCE * sizes.max()).sum()) :].T)
 
     def placed(self, controls: FloatArray) -> FloatArray:
         """The control points with the ends exactly where they have to be."""
@@ -225,8 +225,8 @@ class Clock:
 
     @cached_property
     def _nodes(self) -> tuple[FloatArray, FloatArray]:
-        """Basis functions of the speed at the nodes, ((n - 1) GAUSS, M), and weights, (n - 1, GAUSS)."""
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+        """Basis functions of the speed at the nodes, ((n - 1) GAUSS_POINTS, M), and weights, (n - 1, GAUSS_POINTS)."""
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         lengths = np.diff(self.u)[:, None]
         at = self.u[:-1, None] + lengths * (nodes + 1.0) / 2.0
         return self.space.speed.matrix(at.ravel()), weights * lengths / 2.0
@@ -242,11 +242,11 @@ class Clock:
         return np.minimum(np.arange(self.u.size) / max(self.waits, 1), 1.0)
 
     def times(self, motion: PathSpeed) -> FloatArray:
-        """When a motion passes each, (n,), s."""
+        """Times at which a motion passes the parameters, (n,), s."""
         return np.asarray(np.append(0.0, np.cumsum(self.steps(motion.speeds))) + self._delays * motion.delay)
 
     def slopes(self, motion: PathSpeed) -> FloatArray:
-        """Of these times with respect to the speeds, s^2, and to the delay: (n, M + 1)."""
+        """Slopes of these times by the speeds, s^2, and by the delay: (n, M + 1)."""
         basis, weights = self._nodes
         falls = -weights.ravel()[:, None] / (basis @ motion.speeds)[:, None] ** 2 * basis
         steps = falls.reshape(*weights.shape, -1).sum(axis=1)
@@ -267,6 +267,6 @@ class TimeShift:
     most: float
 
     def rows(self, free: int) -> tuple[FloatArray, FloatArray]:
-        """Of a program with so many other variables before the speeds: (2 p, free + M + 1), and their bounds."""
+        """Rows of a program with so many variables before the speeds, (2 p, free + M + 1), and their bounds."""
         slopes = np.pad(self.passing, ((0, 0), (free, 0))) / self.most
         return np.concatenate([slopes, -slopes]), np.ones(2 * len(slopes))

@@ -15,8 +15,8 @@ from problems.limits import Limit, TorqueLimit
 from problems.motions import LEAST_ROOM, Samples, Trajectory
 from problems.robots import time_scales_of_arrays
 
-KEPT = 16  # limits
-STATE = 3  # angles, velocities, accelerations
+CACHED_LIMITS = 16
+STATE_ORDERS = 3  # angles, velocities, accelerations
 
 
 @dataclass(frozen=True)
@@ -24,21 +24,21 @@ class JointTorques:
     """Torques as shares of their limits, at many samples at once.
 
     Args:
-        limit: of them.
+        limit: of the torques.
     """
 
     limit: TorqueLimit
 
     @classmethod
-    @lru_cache(maxsize=KEPT)
+    @lru_cache(maxsize=CACHED_LIMITS)
     def of(cls, limit: TorqueLimit) -> JointTorques:
-        """The same object for the same limit, so that its functions are made once; by the core where that knows it."""
+        """The cached torques of a limit, whose functions are made once; by the core where that knows the robot."""
         dynamics = Dynamics.of(limit.robot) if type(limit) is TorqueLimit else None
         return cls(limit) if dynamics is None else CoreTorques(limit, dynamics)
 
     @classmethod
     def among(cls, limits: Iterable[Limit]) -> JointTorques | None:
-        """Of the torque limit among some; None where there is none."""
+        """The torques of the torque limit among some; None where there is none."""
         return next((cls.of(limit) for limit in limits if isinstance(limit, TorqueLimit)), None)
 
     @property
@@ -48,7 +48,7 @@ class JointTorques:
 
     @cached_property
     def _samples(self) -> Samples:
-        return Samples.symbolic(self.limit.robot, STATE)
+        return Samples.symbolic(self.limit.robot, STATE_ORDERS)
 
     @property
     def _state(self) -> Matrix:
@@ -73,7 +73,7 @@ class JointTorques:
         return ca.Function("time_scales", [self._state.T], [magnitudes.T], {"cse": True})
 
     def shares(self, state: FloatArray) -> FloatArray:
-        """Of the limits, with their signs: (n, k); the sign of Coulomb friction is that of the velocity.
+        """Torques as shares of the limits, with their signs: (n, k); Coulomb friction has the sign of the velocity.
 
         Args:
             state: angles, velocities and accelerations, (n, 3 k).
@@ -83,24 +83,24 @@ class JointTorques:
     def slopes(self, state: FloatArray) -> FloatArray:
         """How shares change with angles, velocities and accelerations: (n, k, 3, k)."""
         values = as_array(self._slopes(state.T)).T
-        return values.reshape(len(state), self.dof, STATE, self.dof)
+        return values.reshape(len(state), self.dof, STATE_ORDERS, self.dof)
 
     def time_scale(self, state: FloatArray) -> float:
         """The time scale at which a motion keeps its limits at samples; below 1 where time can be saved.
 
-        That is exact: inertia takes less by the square of it, viscous friction by the factor itself, gravity nothing.
+        It is exact: inertia takes less by its square, viscous friction by the factor itself, gravity as much as before.
         """
         peaks = as_array(self._time_scales(state.T)).max(axis=1)
         return float(self.limit.time_scale(ca.DM(peaks).T))
 
     def time_scale_of(self, trajectory: Trajectory, times: FloatArray) -> float:
-        """That of a motion at times (n,) in s."""
-        return self.time_scale(np.concatenate([trajectory.at(times, order) for order in range(STATE)], axis=1))
+        """The time scale at which a motion keeps its limits at times (n,) in s."""
+        return self.time_scale(np.concatenate([trajectory.at(times, order) for order in range(STATE_ORDERS)], axis=1))
 
 
 @dataclass(frozen=True)
 class CoreTorques(JointTorques):
-    """The same by the compiled core.
+    """Torques as shares of their limits by the compiled core.
 
     Args:
         limit: of the torques.
@@ -128,7 +128,7 @@ class CoreTorques(JointTorques):
         return float(np.maximum(above, below).max())
 
     def _torques(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Of inertia, and what holds the arm against gravity and Coulomb friction."""
+        """Torques of inertia, and those of gravity and Coulomb friction, (n, k) each."""
         inertial, gravity = self.dynamics.torques(state)
         return inertial, gravity + self.dynamics.friction * np.sign(self._speeds(state))
 

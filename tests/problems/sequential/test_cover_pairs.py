@@ -32,7 +32,7 @@ def postures(seed: int, count: int = 200) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_nothing_that_is_free_by_the_cover_is_forbidden(arm: SpatialArm) -> None:
-    pairs = CoverPairs.of(arm, BOXES).joined(*postures(1), spare=0.01)
+    pairs = CoverPairs.of(arm, BOXES).joined(*postures(1), proof_margin=0.01)
     theta, times = postures(2)
     least = np.min([limit.nearest(theta, times).clearance for limit in cover_limits(arm, BOXES)], axis=0)
     near = pairs.nearness.near(theta, times, 0.1)
@@ -41,14 +41,14 @@ def test_nothing_that_is_free_by_the_cover_is_forbidden(arm: SpatialArm) -> None
 
 def test_where_balls_were_found_clearances_are_those_of_the_cover(arm: SpatialArm) -> None:
     theta, times = postures(1)
-    pairs = CoverPairs.of(arm, BOXES).joined(theta, times, spare=0.01)
+    pairs = CoverPairs.of(arm, BOXES).joined(theta, times, proof_margin=0.01)
     least = np.min([limit.nearest(theta, times).clearance for limit in cover_limits(arm, BOXES)], axis=0)
     near, found = pairs.nearness.near(theta, times, 0.1), np.full(len(theta), np.inf)
     np.minimum.at(found, near.samples, near.clearances)
     touching = least < 0.0
     assert touching.sum() > 10
     np.testing.assert_allclose(found[touching], least[touching], atol=1e-9)
-    assert pairs.joined(theta, times, spare=0.01).count == pairs.count
+    assert pairs.joined(theta, times, proof_margin=0.01).count == pairs.count
 
 
 def test_own_links_that_touch_on_the_way_are_led_past_each_other(arm: SpatialArm) -> None:
