@@ -22,6 +22,7 @@ extensions = [
     "command_reference",
     "public_names",
     "references",
+    "results",
     "scenario_keys",
 ]
 exclude_patterns = ["_build", "_ext", "jupyter_execute", "**/.ipynb_checkpoints"]  # what builds leave behind, too

@@ -34,7 +34,7 @@ class BSO(Solver):
     Each iteration takes three evaluations a beetle: two antennae and the new position.
 
     The defaults are the best found on the paper's eight point-to-point cases, with the same effort for each solver: see
-    ``docs/explanation/defaults.md`` and ``benchmarks/tune.py``.
+    ``benchmarks/results/tune.md`` and ``benchmarks/tune.py``.
 
     Raises:
         ValueError: a hyper-parameter outside the range stated beside it.

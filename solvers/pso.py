@@ -20,7 +20,7 @@ class PSO(Solver):
     """Particle swarm optimisation.
 
     The defaults are the best found on the paper's eight point-to-point cases, with the same effort for each solver: see
-    ``docs/explanation/defaults.md`` and ``benchmarks/tune.py``.
+    ``benchmarks/results/tune.md`` and ``benchmarks/tune.py``.
 
     Raises:
         ValueError: a hyper-parameter outside the range stated beside it.

@@ -5,7 +5,7 @@ are ours, the same for every case: a reach of 2 m in k equal links, 4 rad/s, 20 
 ends, which is what the arccos of (1) means; ``--elbow free`` lifts that.
 
 For the paths it gives neither geometry nor limits. Ours are a calibration to its Table 1, see
-``docs/explanation/paths.md``.
+``docs/explanation/reproduction.md``.
 
 For tuning, tests and comparisons of solvers. The same generator state gives the same scenario.
 """

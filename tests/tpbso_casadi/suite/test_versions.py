@@ -21,7 +21,7 @@ SUITE, SECOND = tp.suite(), tp.suite(version=2)
 OWN = [each for each in SECOND if each.suite == SECOND.name]
 KNOWN = [each.name for each in (*SUITE, *OWN) if each.best_known is not None]
 FIRST_SUITE = "79b77459a5ef0a934cb7818ae4ed2e448d2c4cdeda4537c18aa5541c3fdd9bf0"  # digest of its descriptions
-PAGE = Path(__file__).parents[3] / "docs/reference/suite.md"
+PAGE = Path(__file__).parents[3] / "benchmarks/results/suite.md"
 MOST_APART = 0.005  # of a merit: from what the motion of a best known candidate is certified at
 FARTHER = {  # of which more is known, and why: the page says it
     **dict.fromkeys(("star-rotation", "curve-rotation"), 0.012),
