@@ -1,4 +1,4 @@
-"""The tables of ``benchmarks/results`` are pages of the manual, ``results/NAME``; links to their files lead to these."""
+"""The tables of ``benchmarks/results`` are pages of the manual, ``results/NAME``; links to the files lead there."""
 
 from __future__ import annotations
 

@@ -20,6 +20,7 @@ from tpbso_casadi.cli.tpbso import COMMANDS
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES += sorted((ROOT / "benchmarks" / "results").glob("*.md"))
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 FOLDERS = ("problems", "solvers", "tpbso_casadi", "tests", "benchmarks", "docs", "examples", ".ci")
 SOURCES = (".py", ".hpp", ".cpp", ".js", ".css")  # which a page names without their folder
