@@ -17,7 +17,7 @@ import numpy as np
 
 from problems import CertificateStatus, Trajectory
 from problems.certify import ClearanceProof, prove_clearance, prove_covers
-from problems.certify.worlds import prove_in_core
+from problems.certify.core_clearance import prove_in_core
 from problems.limits import Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance
 from problems.robots import SpatialArm
 from problems.scene import Ball, Box, Cylinder, Obstacle

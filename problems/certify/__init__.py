@@ -10,8 +10,18 @@ from problems.certify.clearance import (
     halves,
     prove_clearance,
 )
+from problems.certify.core_clearance import prove_among
 from problems.certify.covers import closest_cover, prove_covers
 from problems.certify.division import divided
+from problems.certify.settings import (
+    ApproachSettings,
+    BreachSettings,
+    CoverProofSettings,
+    DivisionSettings,
+    IntervalSettings,
+    StaySettings,
+    TorqueProofSettings,
+)
 from problems.certify.structure import freedom, jacobian_pattern, structure_of
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, peak_near, verdict
 from problems.certify.verification import (
@@ -24,18 +34,24 @@ from problems.certify.verification import (
     safe_time_scale,
     stay_verdicts,
 )
-from problems.certify.worlds import prove_among
 
 __all__ = [
     "FORMAT",
     "ROUNDING_ALLOWANCE",
     "TOLERANCE",
     "VERSION",
+    "ApproachSettings",
     "AtGoal",
+    "BreachSettings",
     "CertificateStatus",
     "ClearanceProof",
     "ClosestApproach",
+    "CoverProofSettings",
+    "DivisionSettings",
+    "IntervalSettings",
     "RefusedError",
+    "StaySettings",
+    "TorqueProofSettings",
     "Travel",
     "Verdict",
     "WorstIs",

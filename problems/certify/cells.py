@@ -23,6 +23,7 @@ import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, as_array
+from problems.certify.settings import DEFAULT_INTERVALS, IntervalSettings
 from problems.certify.taylor import ROUNDING, TimeCells, shifted
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, infinite, peak_near, verdict
 from problems.evaluation import interpret
@@ -33,13 +34,13 @@ Range: TypeAlias = tuple[FloatArray, FloatArray]  # lower and upper bounds in n 
 OPERATION_ROUNDING = 8.0 * np.finfo(float).eps  # relative, of one operation
 LARGEST_ANGLE = 1e6  # rad; beyond, remainders of turns are too rough to tell where a sine peaks
 
-CONTINUOUS = {  # where an expression holds nothing else, the mean value theorem is true of it
+CONTINUOUS = {  # expressions of these alone obey the mean value theorem
     *("neg", "sq", "twice", "inv", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "log"),
     *("sinh", "cosh", "tanh", "asinh", "erf", "log1p", "expm1", "add", "sub", "mul", "div", "fmin", "fmax", "pow"),
     "hypot",
 }
 
-EXACT = {  # what takes no rounding
+EXACT = {  # operations without rounding
     *("neg", "twice", "fabs", "sign", "floor", "ceil", "not", "fmin", "fmax", "lt", "le", "eq", "ne", "and", "or"),
     "if_else_zero",
 }
@@ -58,18 +59,18 @@ class Ranges:
         self.operations: set[str] = set()
 
     def constant(self, value: float) -> Range:
-        """The same in all boxes."""
+        """The range of a number, equal in all boxes."""
         number = np.full(self._count, value)
         return number, number
 
     def unary(self, name: str, a: Range) -> Range:
-        """One operation."""
+        """The range of an operation on one range."""
         self.operations.add(name)
         with np.errstate(all="ignore"):
             return _certain(name, UNARY[name](*a) if name in UNARY else self._undefined)
 
     def binary(self, name: str, a: Range, b: Range) -> Range:
-        """One operation."""
+        """The range of an operation on two ranges."""
         self.operations.add(name)
         with np.errstate(all="ignore"):
             return _certain(name, BINARY[name](a, b) if name in BINARY else self._undefined)
@@ -79,20 +80,20 @@ class Ranges:
         return self.constant(np.nan)
 
 
-def _certain(name: str, found: Range) -> Range:
-    """With room for rounding, and nothing known where a bound is not finite."""
-    low, high = found
-    known, room = np.isfinite(low) & np.isfinite(high), 0.0 if name in EXACT else OPERATION_ROUNDING
-    low, high = low - room * np.abs(low), high + room * np.abs(high)
+def _certain(name: str, computed: Range) -> Range:
+    """The range of an operation widened by rounding, and not a number where a bound is not finite."""
+    low, high = computed
+    known, rounding = np.isfinite(low) & np.isfinite(high), 0.0 if name in EXACT else OPERATION_ROUNDING
+    low, high = low - rounding * np.abs(low), high + rounding * np.abs(high)
     if name in WITHIN_ONE:
         low, high = np.maximum(low, -1.0), np.minimum(high, 1.0)
     return np.where(known, low, np.nan), np.where(known, high, np.nan)
 
 
-def _within(low: FloatArray, high: FloatArray, domain: tuple[float, float], found: Range) -> Range:
-    """What was found where an argument is within a domain."""
+def _within(low: FloatArray, high: FloatArray, domain: tuple[float, float], values: Range) -> Range:
+    """The range of values where an argument is within a domain, else not a number."""
     inside = (low >= domain[0]) & (high <= domain[1])
-    return np.where(inside, found[0], np.nan), np.where(inside, found[1], np.nan)
+    return np.where(inside, values[0], np.nan), np.where(inside, values[1], np.nan)
 
 
 def _rising(
@@ -158,7 +159,7 @@ def _minus(a: Range, b: Range) -> Range:
 
 
 def _power(a: Range, b: Range) -> Range:
-    """With a positive base; or a whole, positive exponent."""
+    """The range of a power with a positive base, or with a whole, positive exponent."""
     exponent = b[0][0] if b[0].size and (b[0] == b[1]).all() and (b[0] == b[0][0]).all() else np.nan
     if exponent > 0.0 and exponent == np.floor(exponent):
         return _even(lambda x: x**exponent)(*a) if exponent % 2 == 0.0 else (a[0] ** exponent, a[1] ** exponent)
@@ -180,7 +181,7 @@ def _hypotenuse(a: Range, b: Range) -> Range:
 
 
 def _truth(certain: NDArray[np.bool_], impossible: NDArray[np.bool_]) -> Range:
-    """Neither is certain of what is not a number."""
+    """The range of a truth value, uncertain where an argument is not a number."""
     return np.where(certain, 1.0, 0.0), np.where(impossible, 0.0, 1.0)
 
 
@@ -193,7 +194,7 @@ def _apart(a: Range, b: Range) -> NDArray[np.bool_]:
 
 
 def _both(a: Range, b: Range) -> Range:
-    """Of truth values, of which anything but 0 is true."""
+    """The conjunction of truth values, of which all but 0 are true."""
     return _truth(_surely(a) & _surely(b), _never(a) | _never(b))
 
 
@@ -267,31 +268,29 @@ BINARY: dict[str, Callable[[Range, Range], Range]] = {
 }  # fmt: skip
 
 
-FIRST_TIMES = 401  # at which a violation is looked for first
-INITIAL_CELLS = 64
-MOST_NUMBERS = 60_000_000  # intervals that are computed, operations times cells
-FEWEST_CELLS, MOST_CELLS = 4_000, 60_000  # that are looked at, however long or short an expression is
-MOST_AT_ONCE = 4_096  # cells
-
-
-def prove_by_cells(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
+def prove_by_cells(
+    limit: Limit, trajectory: Trajectory, settings: IntervalSettings = DEFAULT_INTERVALS
+) -> list[Verdict]:
     """Verdicts on a limit: violated where a time is found that breaks it, certified where all cells are settled.
 
-    They are about every time, so that constraints on steps from one sample to the next are left out. What depends on a
-    derivative is infinite for a moment where one below it jumps.
+    Verdicts are about every time, so that constraints on steps from one sample to the next are left out. An expression
+    that depends on a derivative is infinite for a moment where a lower one jumps.
 
     Args:
         limit: of any kind.
         trajectory: the motion.
+        settings: of the proof.
     """
-    times = trajectory.times(FIRST_TIMES)
+    times = trajectory.times(settings.first_times)
     constraints = limit.constraints_at(trajectory.samples(times, limit.robot_or_none))
-    return [_proven(limit, index, constraint, trajectory) for index, constraint in enumerate(constraints)]
+    return [_proven(limit, index, constraint, trajectory, settings) for index, constraint in enumerate(constraints)]
 
 
-def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajectory) -> Verdict:
+def _proven(
+    limit: Limit, index: int, constraint: Constraint, trajectory: Trajectory, settings: IntervalSettings
+) -> Verdict:
     """The verdict on one of the constraints of a limit."""
-    times = trajectory.times(FIRST_TIMES)
+    times = trajectory.times(settings.first_times)
     if constraint.rows != times.size:  # it is not about one time after the other
         outcome = verdict(constraint, times)
         return outcome.undecided_in(None) if outcome.satisfied else outcome
@@ -299,13 +298,13 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
     if not trajectory.is_finite or not np.isfinite(outcome.worst):
         return replace(outcome, worst_is=WorstIs.FOUND)
     if not outcome.satisfied:
-        return _at_its_peak(limit, index, trajectory, outcome)
+        return _at_its_peak(limit, index, trajectory, outcome, settings.first_times)
     motion = _Expression(limit, index, constraint, trajectory)
     jumps = trajectory.jumps_below(motion.order)
     if jumps is not None:
         return infinite(outcome, jumps)
-    most = int(np.clip(MOST_NUMBERS / motion.operations, FEWEST_CELLS, MOST_CELLS))
-    queue, count = [TimeCells.over(trajectory, INITIAL_CELLS)], 0
+    most = int(np.clip(settings.most_intervals / motion.operations, settings.fewest_cells, settings.most_cells))
+    queue, count = [TimeCells.over(trajectory, settings.initial_cells)], 0
     while queue and count <= most:
         cells = queue.pop()
         count += len(cells)
@@ -313,13 +312,13 @@ def _proven(limit: Limit, index: int, constraint: Constraint, trajectory: Trajec
         seen = _of_values(constraint, values, cells.moments(np.zeros(len(cells))).times)
         if not seen.satisfied:
             return replace(seen, worst_is=WorstIs.FOUND)
-        queue += cells.halved(~settled).divided(MOST_AT_ONCE)
-    outcome = _at_its_peak(limit, index, trajectory, outcome)
+        queue += cells.halved(~settled).divided(settings.cells_at_once)
+    outcome = _at_its_peak(limit, index, trajectory, outcome, settings.first_times)
     return outcome.undecided_in(queue[-1].first) if queue and outcome.satisfied else outcome
 
 
-def _at_its_peak(limit: Limit, index: int, trajectory: Trajectory, found: Verdict) -> Verdict:
-    """The verdict with the worst value near that of the times at which it was looked for first."""
+def _at_its_peak(limit: Limit, index: int, trajectory: Trajectory, first: Verdict, count: int) -> Verdict:
+    """The verdict with the worst value near the worst of so many times."""
 
     def at(times: FloatArray) -> tuple[Constraint, FloatArray]:
         constraint = limit.constraints_at(trajectory.samples(times, limit.robot_or_none))[index]
@@ -330,10 +329,10 @@ def _at_its_peak(limit: Limit, index: int, trajectory: Trajectory, found: Verdic
         lower, upper = constraint.bounds
         return -np.asarray((np.minimum(values - lower, upper - values) / constraint.scales).min(axis=1))
 
-    times, step = trajectory.times(FIRST_TIMES), trajectory.duration / (FIRST_TIMES - 1)
+    times, step = trajectory.times(count), trajectory.duration / (count - 1)
     _, time = peak_near(nearness, float(times[np.argmax(nearness(times))]), step, trajectory.duration)
     worst = _of_values(*at(np.array([time])), np.array([time]))
-    status = found.status if worst.satisfied else worst.status
+    status = first.status if worst.satisfied else worst.status
     where = f"{worst.where}, t = {time:.4g} s"
     return replace(worst, status=status, where=where, worst_is=WorstIs.FOUND, time=time)
 
@@ -356,7 +355,7 @@ def _of_values(constraint: Constraint, values: FloatArray, times: FloatArray) ->
 
 
 class _Expression:
-    """What a constraint bounds along a motion, m values, and how fast they change."""
+    """The m values that a constraint bounds along a motion, and how fast they change."""
 
     def __init__(self, limit: Limit, index: int, constraint: Constraint, trajectory: Trajectory) -> None:
         self.trajectory = trajectory
@@ -379,21 +378,21 @@ class _Expression:
 
     @property
     def operations(self) -> int:
-        """In a cell."""
+        """The number of operations in one cell."""
         return int(self.both.n_instructions())
 
     def settled(self, cells: TimeCells) -> tuple[NDArray[np.bool_], FloatArray]:
-        """In which cells the limit is proven, (n,); and the values in their middles, (n, m)."""
+        """Mask of the cells in which the limit is proven, (n,); and the values in their middles, (n, m)."""
         middles, ranges = self._along(cells)
         interpreter = Ranges(len(cells))
         inside, changes = interpret(self.both, [ranges], interpreter)
         certain = self._continuous
         at_middle = as_array(self.values(middles)).T
-        found = np.ones(len(cells), dtype=bool)
+        proven = np.ones(len(cells), dtype=bool)
         for column, (range_, change, least, most) in enumerate(zip(inside, changes, *self._bounds, strict=True)):
             around = _around(at_middle[:, column], change, cells.halves) if certain else range_
-            found &= (np.maximum(range_[0], around[0]) >= least) & (np.minimum(range_[1], around[1]) <= most)
-        return found, at_middle
+            proven &= (np.maximum(range_[0], around[0]) >= least) & (np.minimum(range_[1], around[1]) <= most)
+        return proven, at_middle
 
     @cached_property
     def _continuous(self) -> bool:
@@ -402,7 +401,7 @@ class _Expression:
         return interpreter.operations <= CONTINUOUS
 
     def _along(self, cells: TimeCells) -> tuple[FloatArray, list[Range]]:
-        """What the expression depends on: in the middles of the cells, and anywhere in them."""
+        """Arguments of the expression: in the middles of the cells, and their ranges in them."""
         local, ends = self.trajectory.coefficients[::-1][:, cells.pieces], cells.middles + cells.halves
         around, sizes = shifted(local, cells.middles), shifted(np.abs(local), ends)
         degree, count, joints = around.shape
@@ -423,7 +422,7 @@ class _Expression:
 
 
 def _around(middle: FloatArray, changes: Range, halves: FloatArray) -> Range:
-    """What is within half a cell of its middle, by the mean value theorem."""
+    """The range within half a cell of its middle, by the mean value theorem."""
     away = np.maximum(np.abs(changes[0]), np.abs(changes[1])) * halves
     known = np.isfinite(middle) & np.isfinite(away)
     return np.where(known, middle - away, -np.inf), np.where(known, middle + away, np.inf)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import Arguments, FloatArray, Reading, bernstein, bounded_minimum
+from problems.certify.settings import DEFAULT_APPROACH, ApproachSettings
 from problems.certify.verdict import CertificateStatus
 from problems.evaluation import PARAMETERS, RowFunction
 from problems.limits import Pair, Proximity
@@ -79,9 +80,9 @@ def halves(cells: FloatArray) -> FloatArray:
     return np.concatenate([np.column_stack([cells[:, 0], middles]), np.column_stack([middles, cells[:, 1]])])
 
 
-KEPT = 16  # robots with their pairs
-COMPILED = 64  # formulas of distances, of which functions are kept
-AT_ONCE = 1024  # distances that are computed at once
+CACHED_PAIRS = 16  # robots with their pairs
+CACHED_FORMULAS = 64  # of distances
+DISTANCES_AT_ONCE = 1024
 
 
 @dataclass(frozen=True)
@@ -92,9 +93,9 @@ class KnownPairs:
     pairs: tuple[Pair, ...]
 
     @classmethod
-    @lru_cache(maxsize=KEPT)
+    @lru_cache(maxsize=CACHED_PAIRS)
     def of(cls, robot: Robot, pairs: tuple[Pair, ...]) -> KnownPairs:
-        """The same object for the same pairs, so that nothing is computed twice."""
+        """The cached object of given pairs, so that nothing is computed twice."""
         return cls(robot, pairs)
 
     @cached_property
@@ -107,13 +108,13 @@ class KnownPairs:
             if turns.tobytes() not in columns:
                 columns[turns.tobytes()] = [numbers.setdefault(turn.tobytes(), len(numbers)) for turn in turns]
         levers = np.zeros((len(self.pairs), len(numbers)))
-        for row, (turns, own) in zip(levers, motions, strict=True):
-            row[columns[turns.tobytes()]] = own
+        for row, (turns, levers_of_pair) in zip(levers, motions, strict=True):
+            row[columns[turns.tobytes()]] = levers_of_pair
         return np.array([np.frombuffer(turn) for turn in numbers]).reshape(-1, self.robot.dof), levers
 
     @cached_property
     def groups(self) -> list[PairGroup]:
-        """Pairs that are computed together."""
+        """Groups of pairs that are computed together."""
         groups: dict[Hashable, list[int]] = {}
         for number, pair in enumerate(self.pairs):
             groups.setdefault(pair.group, []).append(number)
@@ -124,7 +125,7 @@ class KnownPairs:
 
     @cached_property
     def thickness(self) -> FloatArray:
-        """What their widths take from the distances between their middle lines, (pairs,), m."""
+        """Widths of the bodies, by which distances of surfaces are less than those of middle lines, (pairs,), m."""
         return np.array([float(pair.thickness) for pair in self.pairs])
 
 
@@ -149,7 +150,7 @@ class PairGroup:
         return _distances(_Formula(Reading(form).structure_key, form)), arguments.values
 
     def distances(self, times: FloatArray, rows: NDArray[np.intp], ends: list[FloatArray]) -> FloatArray:
-        """How far middle lines are apart, (m,), m, less what is kept as time goes by.
+        """Distances of middle lines, (m,), m, less the part that grows with the time.
 
         Args:
             times: (n,), s.
@@ -168,13 +169,13 @@ class PairGroup:
 
 @dataclass(frozen=True)
 class _Formula:
-    """That of a distance; pairs of the same make have the same."""
+    """The formula of a distance, which pairs of one make share."""
 
     make: Hashable
     pair: Pair = field(compare=False)
 
 
-@lru_cache(maxsize=COMPILED)
+@lru_cache(maxsize=CACHED_FORMULAS)
 def _distances(formula: _Formula) -> RowFunction:
     """How far two middle lines are apart, (1,), m, given their ends as one sees the other, and the numbers of both."""
     arguments = Arguments()
@@ -182,13 +183,13 @@ def _distances(formula: _Formula) -> RowFunction:
     ends = ca.SX.sym("ends", dim * len(pair.frames))
     apart = ca.densify(pair.apart(*(end.T for end in ca.vertsplit(ends, dim))))
     return RowFunction(
-        ca.Function("apart", [ends, arguments.symbols], [apart], ["ends", PARAMETERS], ["apart"]), AT_ONCE
+        ca.Function("apart", [ends, arguments.symbols], [apart], ["ends", PARAMETERS], ["apart"]), DISTANCES_AT_ONCE
     )
 
 
-BLOCK = 1_000_000  # cells times pairs that are computed at once
-ROBOTS = 32  # of which compiled functions are kept
-PAIRS_AT_ONCE = 128  # postures that are computed at once
+BOUNDS_AT_ONCE = 1_000_000  # cells times pairs
+CACHED_ROBOTS = 32
+POSTURES_AT_ONCE = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +211,7 @@ class MovingPairs:
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
-        """The pairs."""
+        """The pairs that may meet."""
         return self.known.pairs
 
     @cached_property
@@ -220,19 +221,19 @@ class MovingPairs:
 
     @cached_property
     def sharpest(self) -> FloatArray:
-        """Its largest second derivatives over all t, (m,), rad/s^2; on both sides of where they may jump."""
+        """The largest second derivatives of these angles over all t, (m,), rad/s^2; on both sides of jumps."""
         just_before = np.nextafter(self.trajectory.breakpoints[1:], 0.0)
         times = np.concatenate([self.turning.extreme_times(2), just_before])
         return np.asarray(np.abs(self.turning.at(times, 2)).max(axis=0))
 
     def places(self, times: FloatArray) -> FloatArray:
-        """Where the robot's frames are at times (n,) in s: (frames, n, dim), m."""
+        """Positions of the robot's frames at times (n,) in s: (frames, n, dim), m."""
         robot = self.known.robot
         columns = _places(robot)(np.ascontiguousarray(self.trajectory.at(times).T))
         return columns.reshape(-1, robot.dim, len(times)).transpose(0, 2, 1)
 
     def distance(self, number: int, time: float) -> float:
-        """Of one pair at a time in s, exact to rounding, m."""
+        """The distance of one pair at a time in s, exact to rounding, m."""
         pair, places = self.pairs[number], self.places(np.array([time]))
         positions = [ca.DM()] * len(places)
         for frame in pair.frames:
@@ -242,17 +243,17 @@ class MovingPairs:
     def around_middles(
         self, cells: FloatArray, chosen: NDArray[np.bool_]
     ) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
-        """What pairs keep around the middles of cells.
+        """Clearances of pairs in the middles of cells, and bounds of them all through.
 
         Args:
             cells: start and end of each, (n, 2), s.
-            chosen: which pairs are looked at in each, (n, pairs), or (n, 1) for all or none.
+            chosen: which pairs are evaluated in each, (n, pairs), or (n, 1) for all or none.
 
         Returns:
             The smallest clearance in the middle and its pair, both (n,); a lower bound of the clearance of each pair
-            all through, (n, pairs), infinite of those that are not looked at; m.
+            all through, (n, pairs), infinite of the others; m.
         """
-        size = max(1, BLOCK // len(self.pairs))
+        size = max(1, BOUNDS_AT_ONCE // len(self.pairs))
         blocks = [self._block(cells[k : k + size], chosen[k : k + size]) for k in range(0, len(cells), size)]
         nearest, column, low = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
         return nearest, column, low
@@ -272,28 +273,27 @@ class MovingPairs:
         return moves
 
     def clearances(self, times: FloatArray, chosen: NDArray[np.bool_]) -> FloatArray:
-        """Of the pairs that are looked at, (n, pairs), m; infinite of the others."""
-        places, found = self.places(times), np.full(chosen.shape, np.inf)
+        """Clearances of chosen pairs at times (n,) in s, (n, pairs), m; infinite of the others."""
+        places, clearances = self.places(times), np.full(chosen.shape, np.inf)
         for group in self.known.groups:
             rows, which = np.nonzero(chosen[:, group.members])
             if rows.size:
                 members = group.members[which]
                 distances = group.distances(times, rows, [places[frame, rows] for frame in group.frames[which].T])
-                found[rows, members] = distances - self.known.thickness[members]
-        return found
+                clearances[rows, members] = distances - self.known.thickness[members]
+        return clearances
 
 
-@lru_cache(maxsize=ROBOTS)
+@lru_cache(maxsize=CACHED_ROBOTS)
 def _places(robot: Robot) -> RowFunction:
-    """Where all frames are, (frames * dim,), m, in a posture (dof,)."""
+    """The function from a posture (dof,) to the positions of all frames, (frames * dim,), m."""
     theta = ca.SX.sym("theta", robot.dof)
     places = [ca.densify(place.T) for place in robot.positions(theta.T)]
-    return RowFunction(ca.Function("places", [theta], [ca.vertcat(*places)]), PAIRS_AT_ONCE)
+    return RowFunction(ca.Function("places", [theta], [ca.vertcat(*places)]), POSTURES_AT_ONCE)
 
 
 INITIAL_CELLS = {2: 400, 3: 100}  # in the plane, and in space, where there are many pairs and most are far apart
-RELATIVE_PROOF_GAP = 0.1  # of the smallest clearance seen beyond the margin: what is proven is lower by this
-MAX_CELLS = 200_000
+MOST_CELLS = 200_000
 
 
 @dataclass(frozen=True)
@@ -320,7 +320,7 @@ class ClearanceProof:
 
     @property
     def status(self) -> CertificateStatus:
-        """Clear for all t, too near at some time, or not known."""
+        """The outcome: clear for all t, too near at some time, or undecided."""
         if self.proven > -np.inf:
             return CertificateStatus.CERTIFIED
         return CertificateStatus.VIOLATED if self.broken else CertificateStatus.UNDECIDED
@@ -329,9 +329,9 @@ class ClearanceProof:
 def prove_clearance(
     limit: Proximity,
     trajectory: Trajectory,
-    gap: float = RELATIVE_PROOF_GAP,
+    gap: float = Proximity.proof_gap,
     initial_cells: int | None = None,
-    most_cells: int = MAX_CELLS,
+    most_cells: int = MOST_CELLS,
     tell_broken: bool = True,
 ) -> ClearanceProof | None:
     """Bound the clearance of a motion for all t, of all pairs of a limit; None when none of them can touch.
@@ -341,7 +341,7 @@ def prove_clearance(
         trajectory: of the robot.
         gap: by which share of the smallest clearance seen beyond the margin the proven one may be smaller.
         initial_cells: of time, at least; as many as usual where None.
-        most_cells: that are looked at; it is undecided where that is not enough.
+        most_cells: that are bounded; it is undecided where that is not enough.
         tell_broken: whether the distance itself is computed where a lower bound of it is below the margin.
     """
     robot, margin, pairs = limit.robot, limit.robot.margin, limit.pairs
@@ -370,10 +370,7 @@ def prove_clearance(
             return ClearanceProof(-np.inf, smallest, time, str(pairs[number]), broken, first)
 
 
-TIMES = 400  # at least, at which all pairs are looked at
-CANDIDATES, OF_EACH = 6, 2  # of the dips seen there that are followed to the bottom, the deepest ones; of each pair
-RELATIVE_RESOLUTION = 1e-7  # of the time between two looks
-ROUNDING = 1e-9  # m: no less is no less
+DISTANCE_ROUNDING = 1e-9  # m
 
 
 @dataclass(frozen=True)
@@ -391,7 +388,9 @@ class ClosestApproach:
     pair: str
 
 
-def closest_approach(limit: Proximity, trajectory: Trajectory) -> ClosestApproach | None:
+def closest_approach(
+    limit: Proximity, trajectory: Trajectory, settings: ApproachSettings = DEFAULT_APPROACH
+) -> ClosestApproach | None:
     """The closest approach of all pairs of a limit, found at many times and followed from there to about 1e-6 m.
 
     Obstacles that move are where they are predicted. This is no proof: :func:`prove_clearance` gives a lower bound.
@@ -399,6 +398,7 @@ def closest_approach(limit: Proximity, trajectory: Trajectory) -> ClosestApproac
     Args:
         limit: on distances, from obstacles or of the robot's own bodies.
         trajectory: of the robot.
+        settings: of the search.
 
     Returns:
         None where there are no pairs.
@@ -406,14 +406,14 @@ def closest_approach(limit: Proximity, trajectory: Trajectory) -> ClosestApproac
     if not limit.pairs:
         return None
     motion = MovingPairs.of(limit.robot, tuple(pair.without_growth() for pair in limit.pairs), trajectory)
-    times = trajectory.times(TIMES)
+    times = trajectory.times(settings.times)
     seen = motion.clearances(times, np.ones((len(times), len(motion.pairs)), dtype=bool))
-    found = [_followed(motion, times, row, number) for row, number in _dips(seen)]
-    distance, time, number = min(found)
+    minima = [_followed(motion, times, row, number, settings.resolution) for row, number in _dips(seen, settings)]
+    distance, time, number = min(minima)
     return ClosestApproach(distance, time, str(motion.pairs[number]))
 
 
-def _dips(distances: FloatArray) -> list[tuple[int, int]]:
+def _dips(distances: FloatArray, settings: ApproachSettings) -> list[tuple[int, int]]:
     """Rows and pairs of the deepest minima over rows, of distances (n, pairs): few of each pair, one at least."""
     around = np.pad(distances, ((1, 1), (0, 0)), constant_values=np.inf)
     rows, numbers = np.nonzero((distances < around[:-2]) & (distances <= around[2:]))
@@ -421,12 +421,14 @@ def _dips(distances: FloatArray) -> list[tuple[int, int]]:
     dips = []
     for k in np.argsort(distances[rows, numbers], kind="stable"):
         counts[int(numbers[k])] += 1
-        if counts[int(numbers[k])] <= OF_EACH:
+        if counts[int(numbers[k])] <= settings.minima_per_pair:
             dips.append((int(rows[k]), int(numbers[k])))
-    return dips[:CANDIDATES]
+    return dips[: settings.candidates]
 
 
-def _followed(motion: MovingPairs, times: FloatArray, row: int, number: int) -> tuple[float, float, int]:
+def _followed(
+    motion: MovingPairs, times: FloatArray, row: int, number: int, resolution: float
+) -> tuple[float, float, int]:
     """The least distance of a pair between the times around one of them, the time of that, and the pair."""
 
     def distance(time: float) -> float:
@@ -434,5 +436,5 @@ def _followed(motion: MovingPairs, times: FloatArray, row: int, number: int) -> 
 
     low, middle, high = (float(times[k]) for k in (max(row - 1, 0), row, min(row + 1, len(times) - 1)))
     seen = min((distance(time), time) for time in (low, middle, high))
-    time, least = bounded_minimum(distance, low, high, RELATIVE_RESOLUTION * (high - low))
-    return (least, time, number) if least < seen[0] - ROUNDING else (*seen, number)
+    time, least = bounded_minimum(distance, low, high, resolution * (high - low))
+    return (least, time, number) if least < seen[0] - DISTANCE_ROUNDING else (*seen, number)

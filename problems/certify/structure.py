@@ -1,4 +1,4 @@
-"""The structure of a program: sparsity, degrees, kinks, duplicates, freedom; what no point of a box can break.
+"""The structure of a program: sparsity, degrees, kinks, redundant rows, freedom, and rows that no point can break.
 
 The bounds of rows in a box come from interval arithmetic. They hold up to rounding, and are wider than need be where a
 variable occurs more than once.
@@ -53,9 +53,9 @@ class Structure:
         nonzeros: of its Jacobian, rows x variables.
         kinks: how often each operation occurs that is not differentiable everywhere.
         constant_rows: rows without any variable.
-        duplicate_rows: rows that say what another row of the same constraint says.
+        duplicate_rows: redundant rows, equal to another row of the constraint.
         never_met: rows whose bounds no point of the box can meet, by interval arithmetic.
-        always_met: rows that every point of the box meets, likewise.
+        always_met: rows that every point of the box meets, by interval arithmetic.
     """
 
     name: str
@@ -78,7 +78,7 @@ class Structure:
 def structure_of(
     constraint: Constraint, x: ca.SX, names: Sequence[str], lower: FloatArray, upper: FloatArray
 ) -> Structure:
-    """Analyse a constraint.
+    """The structure of a constraint in a box of the variables.
 
     Args:
         constraint: whose expression is symbolic.
@@ -113,7 +113,7 @@ def structure_of(
 
 
 def jacobian_pattern(constraint: Constraint, x: ca.SX) -> NDArray[np.bool_]:
-    """Where the Jacobian of a constraint's rows can differ from zero: (rows, n), bool."""
+    """Mask of the entries in which the Jacobian of a constraint's rows can differ from zero, (rows, n)."""
     pattern = ca.jacobian_sparsity(ca.densify(ca.vec(constraint.expression)), x)
     return np.asarray(ca.DM(pattern, 1.0).full(), dtype=bool)
 
@@ -169,9 +169,9 @@ class _Bounds(Ranges):
         return _known(BINARY[name](a, b) if name in BINARY else self._undefined)
 
 
-def _known(found: Range) -> Range:
-    """Without bounds where nothing is known."""
-    low, high = found
+def _known(computed: Range) -> Range:
+    """The range without bounds where nothing is known."""
+    low, high = computed
     return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
 
 

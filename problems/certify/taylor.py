@@ -24,7 +24,7 @@ from problems.motions import Trajectory
 
 DEGREE = 3
 ENTRIES = DEGREE + 2  # numbers in a model
-ROUNDING = 1e-14  # of what is multiplied or added: more than an operation on models loses in floating point
+ROUNDING = 1e-14  # relative: more than an operation on models loses in floating point
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +36,13 @@ class TaylorModel:
 
     @classmethod
     def of(cls, column: ca.SX) -> TaylorModel:
-        """From its numbers (ENTRIES,): the coefficients, then the rest."""
+        """The model of a column (ENTRIES,): the coefficients, then the rest."""
         *coefficients, rest = ca.vertsplit(column)
         return cls(tuple(coefficients), rest)
 
     @property
     def column(self) -> ca.SX:
-        """Its numbers (ENTRIES,): the coefficients, then the rest."""
+        """The column of the model (ENTRIES,): the coefficients, then the rest."""
         return ca.vertcat(*self.coefficients, self.rest)
 
     @cached_property
@@ -76,7 +76,7 @@ class TaylorModel:
         return TaylorModel(products, higher + uncertain + ROUNDING * self.largest * other.largest)
 
     def scaled(self, factor: float | ca.SX) -> TaylorModel:
-        """A multiple."""
+        """The product of the model and a number."""
         size = ca.fabs(factor)
         multiples = tuple(factor * a for a in self.coefficients)
         return TaylorModel(multiples, size * (self.rest + ROUNDING * self.largest))
@@ -88,12 +88,12 @@ class TaylorModel:
             derivatives: of the function at the middle, DEGREE + 1.
         """
         away = TaylorModel((ca.SX(0.0), *self.coefficients[1:]), self.rest)
-        found = TaylorModel((derivatives[0], *([ca.SX(0.0)] * DEGREE)), ca.SX(ROUNDING))
+        series = TaylorModel((derivatives[0], *([ca.SX(0.0)] * DEGREE)), ca.SX(ROUNDING))
         power = away
         for k in range(1, DEGREE + 1):
-            found = found + power.scaled(derivatives[k] / factorial(k))
+            series = series + power.scaled(derivatives[k] / factorial(k))
             power = power * away
-        return TaylorModel(found.coefficients, found.rest + away.largest ** (DEGREE + 1) / factorial(DEGREE + 1))
+        return TaylorModel(series.coefficients, series.rest + away.largest ** (DEGREE + 1) / factorial(DEGREE + 1))
 
 
 def _sum(terms: Sequence[ca.SX]) -> ca.SX:
@@ -135,7 +135,7 @@ def _operation(code: int) -> ca.Function:
 
 
 def modelled(function: ca.Function) -> ca.Function:
-    """The same function of models: from those of its inputs, a column (ENTRIES,) each, to those of its outputs.
+    """A function on models: from columns (ENTRIES,) of its inputs to columns of its outputs.
 
     Args:
         function: SX, of one vector (n,), with one dense output (m,), made of sums, products, sines and cosines.
@@ -164,12 +164,12 @@ def modelled(function: ca.Function) -> ca.Function:
     return ca.Function("models", [symbols], [ca.densify(ca.vertcat(*outputs))])
 
 
-ORDERS = 3  # angles, speeds, accelerations: what torques depend on
+ORDERS = 3  # angles, speeds, accelerations
 
 
 @dataclass(frozen=True, eq=False)
 class TimeCells:
-    """Cells, none of which crosses a breakpoint, so that derivatives may jump there.
+    """Cells of time, none of which crosses a breakpoint, so that derivatives may jump there.
 
     Args:
         trajectory: the motion.
@@ -185,7 +185,7 @@ class TimeCells:
 
     @classmethod
     def over(cls, trajectory: Trajectory, at_least: int) -> TimeCells:
-        """At least so many, equally long in each piece, over the whole motion."""
+        """Cells over the whole motion, at least so many, equally long in each piece."""
         durations = np.diff(trajectory.breakpoints)
         each = int(np.ceil(at_least / durations.size))
         lengths = np.repeat(durations / each, each)
@@ -197,18 +197,18 @@ class TimeCells:
 
     @property
     def first(self) -> tuple[float, float]:
-        """Start and end of the first, s."""
+        """Start and end of the first cell, s."""
         start, end = (float(self.moments(side * np.ones(len(self))).times[0]) for side in (-1.0, 1.0))
         return start, end
 
     def halved(self, chosen: NDArray[np.bool_]) -> TimeCells:
-        """Some of them, (n,), each cut in two."""
+        """The halves of chosen cells, (n,) of them."""
         pieces, middles, halves = self.pieces[chosen], self.middles[chosen], self.halves[chosen] / 2.0
         both = np.concatenate([middles - halves, middles + halves])
         return TimeCells(self.trajectory, np.tile(pieces, 2), both, np.tile(halves, 2))
 
     def divided(self, most: int) -> list[TimeCells]:
-        """The same in parts of at most so many."""
+        """The cells in parts of at most so many."""
         edges = np.arange(most, len(self), most)
         parts = (np.split(values, edges) for values in (self.pieces, self.middles, self.halves))
         return [TimeCells(self.trajectory, *part) for part in zip(*parts, strict=True)] if len(self) else []
@@ -223,11 +223,11 @@ class TimeCells:
         local, ends = coefficients[:, self.pieces], self.middles + self.halves
         around = shifted(local, self.middles)
         sizes = shifted(np.abs(local), ends)
-        found = [self._modelled(around, sizes, order) for order in range(ORDERS)]
-        return np.concatenate(found).reshape(-1, len(self))
+        models = [self._modelled(around, sizes, order) for order in range(ORDERS)]
+        return np.concatenate(models).reshape(-1, len(self))
 
     def _modelled(self, around: FloatArray, sizes: FloatArray, order: int) -> FloatArray:
-        """One derivative, (k, ENTRIES, n)."""
+        """Models of one derivative, (k, ENTRIES, n)."""
         degree, _, joints = around.shape
         models = np.zeros((joints, ENTRIES, len(self)))
         for power in range(degree - order):
@@ -270,15 +270,15 @@ class Moments:
 
     @property
     def times(self) -> FloatArray:
-        """In s, (n,)."""
+        """The times of all moments, (n,), s."""
         return np.asarray(self.trajectory.breakpoints[self.pieces] + self.offsets)
 
     def chosen(self, some: NDArray[np.intp]) -> Moments:
-        """Some of them, by their numbers."""
+        """Some of the moments, by their numbers."""
         return Moments(self.trajectory, self.pieces[some], self.offsets[some])
 
     def together(self, other: Moments) -> Moments:
-        """These and others of the same motion."""
+        """The moments of this and another object, of one motion."""
         pieces = np.concatenate([self.pieces, other.pieces])
         return Moments(self.trajectory, pieces, np.concatenate([self.offsets, other.offsets]))
 
@@ -302,5 +302,5 @@ def shifted(coefficients: FloatArray, offsets: FloatArray, count: int | None = N
     """
     m = len(coefficients)
     powers = offsets[:, None] ** np.arange(m)[:, None, None]
-    found = [sum(comb(j, i) * coefficients[j] * powers[j - i] for j in range(i, m)) for i in range(min(m, count or m))]
-    return np.array(found)
+    moved = [sum(comb(j, i) * coefficients[j] * powers[j - i] for j in range(i, m)) for i in range(min(m, count or m))]
+    return np.array(moved)

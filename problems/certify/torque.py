@@ -19,19 +19,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, as_array, bernstein, kept_function
+from problems.certify.settings import DEFAULT_TORQUE_PROOF, TorqueProofSettings
 from problems.certify.taylor import DEGREE, ENTRIES, ROUNDING, Moments, TimeCells, modelled
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.limits import TorqueLimit
 from problems.motions import Trajectory
 from problems.robots import RigidChain, Robot, time_scales_of_arrays
 
-STILL = 1e-9  # of a joint's largest speed: slower, it may stand still
-ROBOTS = 32  # of which compiled functions are kept
+STILL_SPEED = 1e-9  # of a joint's largest speed: slower, it may stand still
+CACHED_ROBOTS = 32
 
 
 @dataclass(frozen=True, eq=False)
 class Torques:
-    """What a robot's motors give, compiled; angles, speeds and accelerations one after the other, (3 k,).
+    """Compiled torques of a robot's motors; angles, speeds and accelerations one after the other, (3 k,).
 
     Attributes:
         parts: torques of inertia, of viscous friction and of gravity, (k,) each.
@@ -44,9 +45,9 @@ class Torques:
     friction: FloatArray
 
     @classmethod
-    @lru_cache(maxsize=ROBOTS)
+    @lru_cache(maxsize=CACHED_ROBOTS)
     def of(cls, robot: Robot) -> Torques:
-        """Of a robot whose masses are known."""
+        """The cached torques of a robot whose masses are known."""
         chain = robot.massive
         parts = kept_function(lambda: _parts(chain), "torques by part", chain)
         models = kept_function(lambda: _models(chain), "models of torques", chain)
@@ -61,14 +62,14 @@ def _state(chain: RigidChain) -> tuple[ca.SX, tuple[ca.SX, ca.SX, ca.SX]]:
 
 
 def _parts(chain: RigidChain) -> ca.Function:
-    """Torques of inertia, viscous friction and gravity."""
+    """The function of torques of inertia, viscous friction and gravity, (k,) each."""
     state, (q, v, a) = _state(chain)
     parts = [chain.inertial(q, v, a).T, chain.viscous(v).T, chain.gravitational(q).T]
     return ca.Function("parts", [state], [ca.densify(part) for part in parts], {"cse": True})
 
 
 def _models(chain: RigidChain) -> ca.Function:
-    """Their sum, of models."""
+    """The function of the sum of these torques, of Taylor models."""
     smooth = replace(chain, joints=tuple(replace(joint, friction=0.0) for joint in chain.joints))
     state, (q, v, a) = _state(chain)
     return modelled(ca.Function("torques", [state], [ca.densify(smooth.torques(q, v, a).T)], {"cse": True}))
@@ -76,7 +77,7 @@ def _models(chain: RigidChain) -> ca.Function:
 
 @dataclass(frozen=True, eq=False)
 class MovingArm:
-    """A robot with limited torques on its way.
+    """A robot with limited torques along a motion.
 
     Args:
         limit: of its torques.
@@ -88,22 +89,22 @@ class MovingArm:
 
     @cached_property
     def torques(self) -> Torques:
-        """What its motors give."""
+        """The torques of its motors."""
         return Torques.of(self.limit.robot)
 
     @cached_property
     def bounds(self) -> FloatArray:
-        """Its largest torques, (k, 1), N m or N."""
+        """The limits of its torques, (k, 1), N m or N."""
         return np.array(self.limit.bounds)[:, None]
 
     @cached_property
     def still(self) -> FloatArray:
         """Speeds up to which a joint may stand still, (k, 1), rad/s."""
         curves = bernstein(np.asarray(self.trajectory.derivative(1).c), np.diff(self.trajectory.breakpoints))
-        return np.asarray(STILL * np.abs(curves).max(axis=(0, 1))[:, None])
+        return np.asarray(STILL_SPEED * np.abs(curves).max(axis=(0, 1))[:, None])
 
     def first_moments(self, at_least: int) -> Moments:
-        """So many times, both sides of breakpoints, and where a joint with Coulomb friction turns back."""
+        """So many times at least, both sides of breakpoints, and turning points of joints with Coulomb friction."""
         times = [self.trajectory.times(at_least)]
         if self.torques.friction.any():
             times.append(self.trajectory.extreme_times(0))
@@ -129,15 +130,15 @@ class MovingArm:
         low, high = inertial + viscous + gravity + friction
         return np.asarray(np.where(high >= -low, high, low))
 
-    def holds(self, moments: Moments, least_room: float = -TOLERANCE) -> NDArray[np.bool_]:
+    def holds(self, moments: Moments, least_left: float = -TOLERANCE) -> NDArray[np.bool_]:
         """Whether motors hold each joint where it is, however friction acts, (k, n).
 
         Args:
             moments: when.
-            least_room: what has to be left of a limit, relative to it.
+            least_left: share of a limit that has to be left.
         """
         _, _, gravity, friction = self.parts(moments)
-        return np.asarray((np.abs(gravity + friction) <= self.bounds * (1.0 - least_room)).all(axis=0))
+        return np.asarray((np.abs(gravity + friction) <= self.bounds * (1.0 - least_left)).all(axis=0))
 
     def time_scales(self, moments: Moments) -> FloatArray:
         """The least factors by which time has to be multiplied, (k, n); 0 where any will do.
@@ -185,21 +186,15 @@ def extremes(models: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[F
     return (low - wide, when_low), (high + wide, when_high)
 
 
-INITIAL_CELLS = 24
-MAX_CELLS = 5_000  # beyond those that the pieces need
-PROOF_GAP = 1e-3  # of the largest torque seen: what is proven is at most this much higher
-LEAST_SHARE = 1e-3  # of a limit: smaller torques need not be known any better
-
-
 @dataclass(frozen=True, eq=False)
 class TorqueProof:
-    """What is known of the torques of a whole motion.
+    """A proof about the torques of a whole motion.
 
     Attributes:
-        arm: whose.
-        status: whether they keep their limits.
+        arm: that moves.
+        status: whether torques keep their limits.
         worst: the torque seen that is the largest share of its limit, with its sign, N m or N; proven to be nowhere
-            more than ``PROOF_GAP`` larger, unless undecided.
+            larger by more than the proof gap, unless undecided.
         joint: of that, from 0 on.
         time: of that, s.
         held: whether the motor could hold the joint where it is then.
@@ -218,7 +213,7 @@ class TorqueProof:
 
     @property
     def verdict(self) -> Verdict:
-        """In words; a limit that is broken where standing still breaks it too is broken however slowly."""
+        """The verdict on the limit; one that standing still breaks too is broken however slowly."""
         limit = self.arm.limit
         bound, robot = limit.bounds[self.joint], limit.robot
         where = f"{robot.joint_names[self.joint]}, t = {self.time:.4g} s"
@@ -234,24 +229,30 @@ class TorqueProof:
         return outcome.undecided_in(self.cell) if self.status is CertificateStatus.UNDECIDED else outcome
 
 
-def prove_torques(limit: TorqueLimit, trajectory: Trajectory, tolerance: float = TOLERANCE) -> TorqueProof:
+def prove_torques(
+    limit: TorqueLimit,
+    trajectory: Trajectory,
+    tolerance: float = TOLERANCE,
+    settings: TorqueProofSettings = DEFAULT_TORQUE_PROOF,
+) -> TorqueProof:
     """Bound the torques of a motion for all t.
 
     Args:
         limit: of the torques.
         trajectory: the motion.
         tolerance: relative to the limits, for rounding.
+        settings: of the proof.
     """
     arm = MovingArm(limit, trajectory)
-    allowed, seen = 1.0 + tolerance, _Seen.at(arm, arm.first_moments(INITIAL_CELLS))
-    cells = TimeCells.over(trajectory, INITIAL_CELLS)
-    count, most = 0, MAX_CELLS + len(cells)
+    allowed, seen = 1.0 + tolerance, _Seen.at(arm, arm.first_moments(settings.initial_cells))
+    cells = TimeCells.over(trajectory, settings.initial_cells)
+    count, most = 0, settings.most_cells + len(cells)
     while len(cells) and count + len(cells) <= most and trajectory.is_finite:
         count += len(cells)
         sizes, likely = arm.over(cells)
         shares = (sizes / arm.bounds).max(axis=0)
         seen = seen.and_at(likely)
-        aim = max(seen.share, LEAST_SHARE) * (1.0 + PROOF_GAP)
+        aim = max(seen.share, settings.least_share) * (1.0 + settings.proof_gap)
         aim = allowed if seen.share <= allowed < aim else aim
         cells = cells.halved(~(shares <= aim))
     if seen.share > allowed:
@@ -275,57 +276,57 @@ class _Seen:
         return cls(arm, moments, arm.at(moments))
 
     def and_at(self, moments: Moments) -> _Seen:
-        """Those at more times too."""
+        """The torques at these and more moments."""
         torques = np.concatenate([self.torques, self.arm.at(moments)], axis=1)
         return _Seen(self.arm, self.moments.together(moments), torques)
 
     @cached_property
     def _shares(self) -> FloatArray:
-        """Of the limits, (k, n)."""
+        """Shares of the limits, (k, n)."""
         return np.asarray(np.abs(self.torques) / self.arm.bounds)
 
     @property
     def share(self) -> float:
-        """The largest."""
+        """The largest share of a limit."""
         return float(self._shares.max())
 
     @property
     def worst(self) -> tuple[float, int, float, bool]:
-        """That torque, its joint, its time in s, and whether the joint can be held there."""
+        """The torque of that share, its joint, its time in s, and whether the joint can be held there."""
         joint, moment = np.unravel_index(np.argmax(self._shares), self._shares.shape)
         when = self.moments.chosen(np.array([moment]))
         held = bool(self.arm.holds(when)[joint, 0])
         return float(self.torques[joint, moment]), int(joint), float(when.times[0]), held
 
     def broken(self, allowed: float) -> Moments:
-        """When a torque is a larger share of its limit."""
+        """The moments at which a torque is a larger share of its limit."""
         return self.moments.chosen(np.flatnonzero((self._shares > allowed).any(axis=0)))
 
 
-LEAST_ROOM = 1e-6  # of a limit: what gravity and friction have to leave of it at least
-FIRST_TIMES = 201
-MAX_ROUNDS = 12
-FIRST_STEP = 1e-7  # relative: what is added where no time is seen to be broken and nothing is proven
-
-
-def torque_time_scale(limit: TorqueLimit, trajectory: Trajectory) -> float:
+def torque_time_scale(
+    limit: TorqueLimit, trajectory: Trajectory, settings: TorqueProofSettings = DEFAULT_TORQUE_PROOF
+) -> float:
     """The least factor by which time has to be multiplied so that the limit is proven for all t, to 1e-7 or so.
 
-    What each of many times needs is known in closed form. The proof of the motion that is slowed by the largest factor
-    finds times at which it is still broken; what these need joins in, until nothing is broken.
+    The factor of each of many times is known in closed form. The proof of the motion that is slowed by the largest of
+    them finds times at which it is still broken; their factors join in, until nothing is broken.
 
     Returns:
         The factor; 0 where any will do, and where none does: the motors cannot hold the arm at some time.
     """
     arm = MovingArm(limit, trajectory)
-    scale, step = _scale_at(arm, arm.first_moments(FIRST_TIMES)) if trajectory.is_finite else 0.0, FIRST_STEP
+    scale, step = 0.0, settings.first_step
+    if trajectory.is_finite:
+        scale = _scale_at(arm, arm.first_moments(settings.first_times), settings.least_left)
     if scale in (0.0, np.inf):
         return 0.0
-    for _ in range(MAX_ROUNDS):
-        proof = prove_torques(limit, trajectory.time_scaled(scale), TOLERANCE / 2.0)
+    for _ in range(settings.rounds):
+        proof = prove_torques(limit, trajectory.time_scaled(scale), TOLERANCE / 2.0, settings)
         if proof.status is CertificateStatus.CERTIFIED:
             break
-        needed = _scale_at(arm, Moments(trajectory, proof.broken.pieces, proof.broken.offsets / scale))
+        needed = _scale_at(
+            arm, Moments(trajectory, proof.broken.pieces, proof.broken.offsets / scale), settings.least_left
+        )
         if np.isinf(needed):
             return 0.0
         if needed <= scale * (1.0 + step):
@@ -334,7 +335,7 @@ def torque_time_scale(limit: TorqueLimit, trajectory: Trajectory) -> float:
     return scale
 
 
-def _scale_at(arm: MovingArm, moments: Moments) -> float:
+def _scale_at(arm: MovingArm, moments: Moments, least_left: float) -> float:
     """The largest factor that a time needs; infinite where the motors can hardly hold the arm."""
-    held = arm.holds(moments, LEAST_ROOM).all()
-    return float(arm.time_scales(moments).max(initial=0.0)) if held else np.inf
+    can_hold = arm.holds(moments, least_left).all()
+    return float(arm.time_scales(moments).max(initial=0.0)) if can_hold else np.inf

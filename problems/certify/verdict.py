@@ -16,27 +16,27 @@ TOLERANCE = 1e-9  # relative to the constraint's scale; allows for rounding only
 
 
 class WorstIs(StrEnum):
-    """What the worst value of a verdict is."""
+    """The meaning of the worst value of a verdict."""
 
     EXACT = "exact"  # to rounding
     BOUND = "bound"  # proven: no value is worse
     FOUND = "found"  # the worst of many times, followed to its peak; that the limit holds is proven without it
 
-    def said(self, value: str) -> str:
-        """A value in words, the same ones wherever one is told; bounds are those of clearances."""
+    def in_words(self, value: str) -> str:
+        """A value in words; bounds are those of clearances."""
         return {WorstIs.EXACT: value, WorstIs.BOUND: f"at least {value}, proven", WorstIs.FOUND: f"{value} found"}[self]
 
     def number(self, value: float) -> str:
-        """The same of a number with six digits; a proven one is rounded down."""
+        """A number of six digits in words; a proven one is rounded down."""
         text = f"{value:.6g}"
         if self is WorstIs.BOUND and float(text) > value:
             text = f"{value - 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5):.6g}"
-        return self.said(text)
+        return self.in_words(text)
 
     def distance(self, metres: float) -> str:
-        """The same of a distance, in mm; a proven one is rounded down."""
+        """A distance in mm in words; a proven one is rounded down."""
         tenths = 1e4 * metres
-        return self.said(f"{(math.floor(tenths) if self is WorstIs.BOUND else tenths) / 10.0:.1f} mm")
+        return self.in_words(f"{(math.floor(tenths) if self is WorstIs.BOUND else tenths) / 10.0:.1f} mm")
 
 
 class CertificateStatus(StrEnum):
@@ -80,10 +80,12 @@ class Verdict:
         return self.status is CertificateStatus.CERTIFIED
 
     def undecided_in(self, cell: tuple[float, float] | None) -> Verdict:
-        """The same, undecided, and in which cell of time, where one is to blame."""
+        """An undecided verdict, with the cell of time that is to blame, where there is one."""
         if cell is None:
             return replace(self, status=CertificateStatus.UNDECIDED)
-        return replace(self, status=CertificateStatus.UNDECIDED, cell=cell, where=f"{self.where}; {in_words(cell)}")
+        return replace(
+            self, status=CertificateStatus.UNDECIDED, cell=cell, where=f"{self.where}; {cell_in_words(cell)}"
+        )
 
     @property
     def excess(self) -> float:
@@ -91,7 +93,7 @@ class Verdict:
         return abs(self.worst - self.bound) if self.status is CertificateStatus.VIOLATED else 0.0
 
 
-def in_words(cell: tuple[float, float]) -> str:
+def cell_in_words(cell: tuple[float, float]) -> str:
     """A cell of time in which something could not be decided."""
     start, end = cell
     return f"undecided from t = {start:.6g} s on for {end - start:.2g} s"
@@ -133,7 +135,7 @@ def verdict(constraint: Constraint, times: FloatArray) -> Verdict:
     )
 
 
-JUMPING = ("positions", "speeds", "accelerations")  # by order of the derivative
+JUMPING_NAMES = ("positions", "speeds", "accelerations")  # by order of the derivative
 
 
 def infinite(outcome: Verdict, jumps: tuple[int, FloatArray]) -> Verdict:
@@ -144,5 +146,5 @@ def infinite(outcome: Verdict, jumps: tuple[int, FloatArray]) -> Verdict:
         jumps: order of the derivative that jumps, and when it does, the largest jump first, (n,), s.
     """
     order, times = jumps
-    where = f"{JUMPING[order]} jump, t = {times[0]:.4g} s"
+    where = f"{JUMPING_NAMES[order]} jump, t = {times[0]:.4g} s"
     return replace(outcome, worst=np.inf, status=CertificateStatus.VIOLATED, where=where, time=float(times[0]))

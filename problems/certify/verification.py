@@ -14,10 +14,11 @@ import numpy as np
 from problems.base import FloatArray
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import ClearanceProof, MovingPairs, halves, prove_clearance
+from problems.certify.core_clearance import prove_in_core
 from problems.certify.covers import prove_covers
+from problems.certify.settings import DEFAULT_STAY, StaySettings
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, infinite, verdict
-from problems.certify.worlds import prove_in_core
 from problems.limits import (
     AT_GOAL,
     SAMPLING_MARGIN,
@@ -110,7 +111,7 @@ def _of_clearance(limit: Limit, bound: float, proof: ClearanceProof) -> Verdict:
     return outcome.undecided_in(proof.cell)
 
 
-TORQUE_ORDER = 2  # of the highest derivative that torques depend on
+TORQUE_ORDER = 2  # of the highest derivative on which torques depend
 
 
 @prove.register
@@ -127,15 +128,15 @@ ROUNDING_ALLOWANCE = 1e-12  # relative: keeps a time-scaled motion under its lim
 def exact_time_scale(limits: Iterable[Limit], trajectory: Trajectory) -> float:
     """The time scale for all t of a finished motion; 0 without limits that scale with time.
 
-    Of a derivative it is exact; of torques the least that is proven, 1e-7 above it at most; of any other limit it comes
-    from many samples, and is a little more.
+    For a derivative it is exact; for torques the least that is proven, 1e-7 above it at most; for any other limit it
+    comes from many samples, and is a little more.
     """
     return float(np.fmax.reduce([time_scale(limit, trajectory) for limit in scaling(limits)], initial=0.0))
 
 
 @singledispatch
 def time_scale(limit: Limit, trajectory: Trajectory) -> float:
-    """That of one limit that scales with time; register a function for a kind of limit whose peaks have no samples."""
+    """The time scale of one limit that scales with time; register a function for a kind whose peaks have no samples."""
     if limit.order is not None:
         peaks = peaks_of(limit, trajectory.samples(trajectory.extreme_times(limit.order)))
     else:
@@ -154,19 +155,13 @@ def safe_time_scale(limits: Iterable[Limit], trajectory: Trajectory) -> float:
     return exact_time_scale(limits, trajectory) * (1.0 + ROUNDING_ALLOWANCE)
 
 
-LOOKED_AHEAD = 60.0  # s after arrival, at most
-INITIAL_CELLS = 200
-RESOLUTION = 1e-3  # s, of when something comes near
-MOST_CELLS = 20_000  # at a time
-
-
 @dataclass(frozen=True)
 class AtGoal:
     """How long a robot that stands at its goal is clear of what moves.
 
     Attributes:
-        clear_until: it is, proven, from its arrival until then, s; infinite for ever.
-        touched: whether something comes too near about then; if not, no farther was looked.
+        clear_until: time in s until which it is proven to be clear from its arrival on; infinite for ever.
+        touched: whether something comes too near about then; if not, later times were not examined.
     """
 
     clear_until: float
@@ -191,7 +186,12 @@ def _standing(trajectory: Trajectory, seconds: float) -> Trajectory:
     return Trajectory(np.append(end, end + seconds), trajectory.at(end)[None])
 
 
-def at_goal(limits: Iterable[Limit], obstacles: Sequence[Obstacle], trajectory: Trajectory) -> AtGoal | None:
+def at_goal(
+    limits: Iterable[Limit],
+    obstacles: Sequence[Obstacle],
+    trajectory: Trajectory,
+    settings: StaySettings = DEFAULT_STAY,
+) -> AtGoal | None:
     """Until when the end of a motion stays clear; None where nothing moves that could come near.
 
     Proven as in :mod:`problems.certify.clearance`: where the distance in the middle of a time cell is larger than what
@@ -202,36 +202,39 @@ def at_goal(limits: Iterable[Limit], obstacles: Sequence[Obstacle], trajectory: 
     if not moving:
         return None
     arrival, around = trajectory.duration, max(_around(limit.robot) for limit in moving)
-    one_look = arrival + RESOLUTION  # at what has come to rest
-    quiet = max(one_look, *(obstacle.quiet_after(around) for obstacle in obstacles))
-    horizon = min(quiet, arrival + LOOKED_AHEAD)
-    until = min(_clear_until(limit, trajectory.at(np.array([arrival])), arrival, horizon) for limit in moving)
+    shortest = arrival + settings.resolution  # for obstacles that have come to rest
+    quiet = max(shortest, *(obstacle.quiet_after(around) for obstacle in obstacles))
+    horizon = min(quiet, arrival + settings.longest)
+    theta = trajectory.at(np.array([arrival]))
+    until = min(_clear_until(limit, theta, arrival, horizon, settings) for limit in moving)
     if until < horizon:
         return AtGoal(until, touched=True)
     return AtGoal(np.inf if quiet <= horizon else horizon, touched=False)
 
 
 def _around(robot: Robot) -> float:
-    """No point that has to keep a distance is farther from the world's origin, nor what it keeps, m."""
+    """A bound of the distance from the world's origin of points that keep a distance, and of that distance, m."""
     thickest = max(float(body.radius) for body in robot.bodies)
     return float(robot.reach()[1] + np.linalg.norm(robot.base) + thickest + robot.margin)
 
 
-def _clear_until(limit: Proximity | CoverClearance, theta: FloatArray, start: float, end: float) -> float:
-    """Up to which time in s a posture (1, dof) is proven to keep a limit, at the latest ``end``."""
-    edges = np.linspace(start, end, INITIAL_CELLS + 1)
+def _clear_until(
+    limit: Proximity | CoverClearance, theta: FloatArray, start: float, end: float, settings: StaySettings
+) -> float:
+    """The time in s until which a posture (1, dof) is proven to keep a limit, at the latest ``end``."""
+    edges, resolution = np.linspace(start, end, settings.initial_cells + 1), settings.resolution
     cells, until, touched = np.column_stack([edges[:-1], edges[1:]]), end, end
     while len(cells):
         nearest, low = _clearances(limit, theta, cells)
         touching = cells[nearest < limit.robot.margin].mean(axis=1)
         cells = cells[low < limit.robot.margin]
-        until = min(until, *cells[np.diff(cells, axis=1)[:, 0] < RESOLUTION, 0], np.inf)
+        until = min(until, *cells[np.diff(cells, axis=1)[:, 0] < resolution, 0], np.inf)
         first = touched = min([until, touched, *touching])
-        cells = halves(cells[(cells[:, 0] < first) & (np.diff(cells, axis=1)[:, 0] >= RESOLUTION)])
+        cells = halves(cells[(cells[:, 0] < first) & (np.diff(cells, axis=1)[:, 0] >= resolution)])
         cells = cells[np.argsort(cells[:, 0])]
-        if len(cells) > MOST_CELLS:
-            cells, until = cells[:MOST_CELLS], min(until, float(cells[MOST_CELLS, 0]))
-    return float(min(until, touched))  # what comes after a touch has not been looked at
+        if len(cells) > settings.most_cells:
+            cells, until = cells[: settings.most_cells], min(until, float(cells[settings.most_cells, 0]))
+    return float(min(until, touched))  # times after a touch have not been examined
 
 
 def _clearances(

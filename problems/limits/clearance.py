@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import Arguments, FloatArray, Matrix, Operand, Reading, as_array, is_zero
-from problems.limits.limit import SAMPLING_MARGIN, Constraint, Limit, Repetition
+from problems.limits.limit import SAMPLING_MARGIN, Constraint, Limit, Repetition, WorldQuestion
 from problems.limits.proximity import LEAST_PAIRS, Cluster, Pair, Proximity, clusters_of
 from problems.motions import Samples
 from problems.robots import Body, Robot
@@ -236,6 +236,14 @@ class Clearance(Proximity):
         """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
+
+    @property
+    def world_question(self) -> WorldQuestion | None:
+        obstacles = {pair.number: pair.obstacle for pair in self.pairs}
+        numbers = sorted(obstacles)
+        if type(self) is not Clearance or self.robot.is_covered or numbers != list(range(1, len(numbers) + 1)):
+            return None
+        return WorldQuestion(self.robot, tuple(obstacles[number] for number in numbers), False, self.proof_gap)
 
     def complete(self, obstacles: Sequence[Obstacle]) -> Clearance:
         """That of all pairs: the least of all distances is among them; itself where a class of its own chose pairs."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from problems.base import Arguments, FloatArray, Reading, as_array
 from problems.evaluation import PARAMETERS, RowFunction
 from problems.limits.cover_nodes import Items, Nodes, Numbers, Postures
-from problems.limits.limit import Constraint, Limit
+from problems.limits.limit import Constraint, Limit, WorldQuestion
 from problems.motions import Samples
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle
@@ -219,6 +219,12 @@ class CoverClearance(CoverLimit):
         moves = robot.cover is not None and any(link.body > 0 for link in robot.cover.links)
         return cls(robot, tuple(obstacles)) if obstacles and moves else None
 
+    @property
+    def world_question(self) -> WorldQuestion | None:
+        return (
+            WorldQuestion(self.robot, self.obstacles, False, self.proof_gap) if type(self) is CoverClearance else None
+        )
+
     def roots(self, rows: int) -> Items:
         node, other = self._watched
         row = np.repeat(np.arange(rows), len(node))
@@ -368,6 +374,10 @@ class CoverSelfClearance(CoverLimit):
     @classmethod
     def for_robot(cls, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> Self | None:  # type: ignore[override]
         return cls(robot) if robot.self_collision and robot.cover is not None and robot.cover.pairs else None
+
+    @property
+    def world_question(self) -> WorldQuestion | None:
+        return WorldQuestion(self.robot, (), True, self.proof_gap) if type(self) is CoverSelfClearance else None
 
     def roots(self, rows: int) -> Items:
         assert self.robot.cover is not None

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar, Self
+from typing import ClassVar, NamedTuple, Self
 
 import casadi as ca
 import numpy as np
@@ -151,6 +151,22 @@ FAR = 0.25  # of a constraint's scale: a motion that is everywhere farther from 
 SAMPLING_MARGIN = 1e-3  # margin at the samples for what lies between them; relative to the reach or a joint's range
 
 
+class WorldQuestion(NamedTuple):
+    """The question about a robot among obstacles that is the whole of a limit.
+
+    Attributes:
+        robot: that moves.
+        obstacles: among which the robot moves; none for a question about its own links.
+        of_own_links: whether own links have to keep clear of each other, not of obstacles.
+        proof_gap: share of the smallest clearance seen beyond the margin by which the proven one may be smaller.
+    """
+
+    robot: Robot
+    obstacles: tuple[Obstacle, ...]
+    of_own_links: bool
+    proof_gap: float
+
+
 class Limit(Parametric, ABC):
     """A limit on a whole motion.
 
@@ -184,6 +200,11 @@ class Limit(Parametric, ABC):
             samples: of the motion, in order of time.
             margin: to keep at the samples for what lies between them, a share of the limit's own size.
         """
+
+    @property
+    def world_question(self) -> WorldQuestion | None:
+        """The question to the compiled core that decides this limit; None where there is none that is all of it."""
+        return None
 
     def complete(self, obstacles: Sequence[Obstacle]) -> Limit:
         """The limit as a verdict on a finished motion speaks of it, also of what a search need not look at; itself."""

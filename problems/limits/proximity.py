@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, Matrix, Operand, Parametric, Relaxation, as_array, columns, is_zero
-from problems.limits.limit import SAMPLING_MARGIN, Constraint, Limit, Repetition
+from problems.limits.limit import SAMPLING_MARGIN, Constraint, Limit, Repetition, WorldQuestion
 from problems.motions import Samples
 from problems.robots import Body, Robot
 from problems.scene import Frames, Obstacle, crossing_clearance
@@ -238,9 +238,13 @@ class Proximity(Limit):
         pairs: that could come too near.
         around: a pair and a length, m: no pair is nearer than the distance between the middle lines of this one, less
             the length; None where no such pair is known.
+
+    Attributes:
+        proof_gap: share of the smallest clearance seen beyond the margin by which the proven one may be smaller.
     """
 
     within_tracking: ClassVar[bool] = True
+    proof_gap: ClassVar[float] = 0.1
 
     robot: Robot
     pairs: tuple[Pair, ...]
@@ -391,6 +395,11 @@ class SelfClearance(Proximity):
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
         return cls._among(robot, robot.own_pairs)
+
+    @property
+    def world_question(self) -> WorldQuestion | None:
+        own = type(self) is SelfClearance and not self.robot.is_covered
+        return WorldQuestion(self.robot, (), True, self.proof_gap) if own else None
 
     def complete(self, obstacles: Sequence[Obstacle]) -> SelfClearance:
         """That of all pairs of which a verdict speaks; itself where a class of its own chose pairs."""

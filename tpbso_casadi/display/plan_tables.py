@@ -73,7 +73,7 @@ def nearness_of(motion: Motion) -> Iterator[str]:
     """How near the motion comes to an obstacle, and what comes after arrival, in a line each."""
     closest = motion.closest_approach
     if closest is not None:
-        found = WorstIs.FOUND.said(f"{closest.distance:.6g} m")
+        found = WorstIs.FOUND.in_words(f"{closest.distance:.6g} m")
         yield f"closest approach: {found}, {closest.pair}, t = {closest.time:.4g} s"
     after = motion.at_goal
     if after is not None:

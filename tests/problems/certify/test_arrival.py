@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 
 from problems import CertificateStatus, ConstantVelocity, InvalidProblem, MoveProblem, MovingObstacle, Trajectory
 from problems.base import FloatArray, as_array
-from problems.certify import AtGoal, at_goal, stay_verdicts, verification
-from problems.certify.verification import LOOKED_AHEAD
+from problems.certify import AtGoal, StaySettings, at_goal, stay_verdicts, verification
 from problems.families.splines import move
 from problems.limits import clearances, limits_of, looks
 from problems.robots import PlanarArm
@@ -52,9 +51,9 @@ HAND: dict[str, tuple[list[MovingObstacle], float, float, bool]] = {  # obstacle
     "it grows: 3 - 0.1 - 0.5 t = 0.2 + 0.1 t": ([moving((1.0, 3.0), (0.0, -0.5), 0.1)], 0.2, 4.5, True),
     "has passed and never comes back": ([moving((1.0, -0.3), (0.0, -0.5))], 0.0, math.inf, False),
     "flies past beside the arm": ([moving((-5.0, 0.2), (1.0, 0.0))], 0.0, math.inf, False),
-    "creeps and is followed for a minute": ([moving((1.0, 0.5), (0.0, 1e-3))], 0.0, 2.0 + LOOKED_AHEAD, False),
+    "creeps and is followed for a minute": ([moving((1.0, 0.5), (0.0, 1e-3))], 0.0, 2.0 + StaySettings.longest, False),
     "may be anywhere: (0.5 - 0.1) / 0.01": ([moving((1.0, 0.5), (0.0, 0.0), 0.01)], 0.0, 40.0, True),
-    "at 80 s, which is not looked at": ([moving((1.0, 0.9), (0.0, 0.0), 0.01)], 0.0, 2.0 + LOOKED_AHEAD, False),
+    "at 80 s, which is not looked at": ([moving((1.0, 0.9), (0.0, 0.0), 0.01)], 0.0, 2.0 + StaySettings.longest, False),
     "touches already": ([moving((1.0, 0.0), (0.0, 0.0))], 0.0, 2.0, True),
     "the first counts": ([moving((1.0, 3.0), (0.0, -0.2)), moving((1.5, -3.0), (0.0, 1.0))], 0.0, 2.9, True),
 }
@@ -105,7 +104,7 @@ def test_against_dense_samples(
     result = after(box, trajectory=Trajectory(np.array([0.0, 1.0]), posture))
     assert result is not None
     [limit] = (limit for limit in limits_of(ARM, (box,)) if limit.time_dependent_part is not None)
-    last = min(result.clear_until, 1.0 + LOOKED_AHEAD)
+    last = min(result.clear_until, 1.0 + StaySettings.longest)
 
     def nearest(times: np.ndarray) -> np.ndarray:
         positions = ARM.positions(ca.DM(np.repeat(posture[0], times.size, axis=0)))

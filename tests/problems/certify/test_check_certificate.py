@@ -21,7 +21,7 @@ from problems.assembly.certificate import obstacle_content
 from problems.base import InvalidProblem, as_array
 from problems.certify import check_certificate as checker
 from problems.certify import divided
-from problems.certify.division import way_from
+from problems.certify.division import direction_from
 from problems.motions import Trajectory
 from problems.robots import Payload, SpatialArm, TrackingError, built_in
 
@@ -125,7 +125,7 @@ def test_planes_are_across_the_shortest_way_and_any_other_is_no_farther(shape: s
     def beyond(n: np.ndarray) -> np.ndarray:
         return np.einsum("ij,ij->i", n, own) - support(n, content.sizes, content.points)
 
-    outside, found = exact > 1e-3, beyond(way_from(content, own))
+    outside, found = exact > 1e-3, beyond(direction_from(content, own))
     if shape == "ellipsoid":  # whose clearance of the models is no distance
         assert (found[outside] > 0.0).all()
     else:

@@ -20,9 +20,9 @@ from hypothesis import strategies as st
 from benchmarks.torque_certificates import check, planar_arm, random_motion, sampled_torques
 from problems import CertificateStatus, PlanarArm, Trajectory, Verdict
 from problems.base import FloatArray, as_array
-from problems.certify import limit_verdicts
+from problems.certify import TorqueProofSettings, limit_verdicts
 from problems.certify.taylor import DEGREE, ENTRIES, Moments, TimeCells, modelled
-from problems.certify.torque import PROOF_GAP, extremes, prove_torques, torque_time_scale
+from problems.certify.torque import extremes, prove_torques, torque_time_scale
 from problems.limits import TorqueLimit
 from problems.robots import BUILT_IN, Payload, built_in, read_urdf
 
@@ -112,13 +112,12 @@ def test_a_motion_that_takes_no_torque_is_certified_and_one_that_is_no_number_un
         assert torque_time_scale(TorqueLimit(rods(8.0)), motion) == 0.0
 
 
-def test_what_too_few_cells_leave_undecided_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_too_few_cells_leave_undecided_is_named() -> None:
     motion = turning([0.0, 0.0, 25.0, -100.0, 100.0])  # largest in the middle
     bound = abs(judged(rods(0.1), motion).worst) * 1.001
     assert judged(rods(bound), motion).status is CERTIFIED
-    monkeypatch.setattr("problems.certify.torque.INITIAL_CELLS", 1)
-    monkeypatch.setattr("problems.certify.torque.MAX_CELLS", 0)
-    verdict = judged(rods(bound), motion)
+    settings = TorqueProofSettings(initial_cells=1, most_cells=0)
+    verdict = prove_torques(TorqueLimit(rods(bound)), motion, settings=settings).verdict
     assert verdict.status is UNDECIDED
     assert verdict.cell is not None
     start, end = verdict.cell
@@ -184,7 +183,7 @@ def test_the_largest_torque_seen_is_near_what_is_proven() -> None:
     motion = turning([3.0, 20.0, -90.0, 40.0], start=0.3, length=1.0)
     largest = torque(np.linspace(0.0, 1.0, 100_001)).max()
     verdict = judged(rods(99.0, gravity=(0.0, -9.81)), motion)
-    assert largest * (1.0 - PROOF_GAP) <= abs(verdict.worst) <= largest * (1.0 + 1e-9)
+    assert largest * (1.0 - TorqueProofSettings.proof_gap) <= abs(verdict.worst) <= largest * (1.0 + 1e-9)
 
 
 MOTIONS = 100

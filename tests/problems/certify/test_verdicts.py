@@ -38,4 +38,8 @@ def test_proven_numbers_are_rounded_down(what: WorstIs, value: float, words: str
 
 
 def test_the_same_words_in_any_unit() -> None:
-    assert [what.said("0.02 rad") for what in WorstIs] == ["0.02 rad", "at least 0.02 rad, proven", "0.02 rad found"]
+    assert [what.in_words("0.02 rad") for what in WorstIs] == [
+        "0.02 rad",
+        "at least 0.02 rad, proven",
+        "0.02 rad found",
+    ]
