@@ -29,7 +29,7 @@ WIDTH = 140  # columns
 def main() -> None:
     times, statements = Table(*TIMES, title="audit [ms]"), Table(*STATEMENTS, title="the nearest optimum")
     for name in TITLES:
-        content = builtin(name).model_dump()
+        content = builtin(name).table()
         content["solver"] |= {"evaluations": 5000, "polish_starts": 1}
         scenario = parse_scenario(content)
         with TemporaryDirectory() as folder:

@@ -28,7 +28,7 @@ from tpbso_casadi.storage import export_motion
 def judged(plan: PlannedMotion, folder: Path) -> tp.Plan:
     """The motion that a controller makes of the message."""
     scenario = plan.scenario
-    content = scenario.model_dump()
+    content = scenario.table()
     return tp.certify(
         str(export_motion(folder, plan.motion, "ros-json")),
         StatedRobot(scenario.robot_table),

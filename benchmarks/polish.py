@@ -38,14 +38,14 @@ def outcome(motion: Motion, seconds: float) -> Outcome:
 
 def solving(scenario: Scenario, **solver: object) -> Scenario:
     """The scenario with other keys in [solver]."""
-    content = scenario.model_dump()
+    content = scenario.table()
     content["solver"] |= solver
     return parse_scenario(content)
 
 
 def run(case: str, elbow: str, seed: int, starts: int) -> tuple[Outcome, Outcome, Outcome]:
     """The three methods with one seed."""
-    content = builtin(case).model_dump()
+    content = builtin(case).table()
     content["task"]["elbow"] = elbow
     scenario = parse_scenario(content)
     began = time.perf_counter()

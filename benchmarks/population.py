@@ -53,7 +53,7 @@ Evaluator = Callable[[FloatArray], FloatArray]
 
 def changed(scenario: Scenario, **model: object) -> Scenario:
     """A scenario with other keys in [model]."""
-    content = scenario.model_dump()
+    content = scenario.table()
     content["model"] |= model
     return parse_scenario(content)
 
@@ -180,7 +180,7 @@ def compiling(console: Console, names: list[str]) -> None:
 
 def moved(scenario: Scenario) -> Scenario:
     """Another scene of the same structure: other places, limits and sizes."""
-    content = scenario.model_dump()
+    content = scenario.table()
     task, arm = content["task"], content["arm"]
     elsewhere = {"start": [0.95, -0.1], "goal": [0.4, 1.45], "center": [0.03, -0.02]}
     task |= {key: value for key, value in elsewhere.items() if key in task}
@@ -255,7 +255,7 @@ def growing() -> list[tuple[str, str, list[int], list[Callable[[str], Callable[[
 def with_links(links: int) -> Scenario:
     """The least-time case with any number of links."""
     scenario = builtin("time-2")
-    return parse_scenario(scenario.model_dump() | {"arm": scenario.arm.with_links(links).model_dump()})
+    return parse_scenario(scenario.table() | {"arm": scenario.arm.with_links(links).table()})
 
 
 def remembering() -> list[tuple[str, list[int], Callable[[int], float]]]:

@@ -44,7 +44,7 @@ COLUMNS = (
 
 def simulated(scenario: Scenario, seed: int, every: float, within: float | None) -> SimulationRecord:
     """One simulation."""
-    content: dict[str, Any] = scenario.model_dump() | {"model": scenario.model.stated()}
+    content: dict[str, Any] = scenario.table() | {"model": scenario.model.stated()}
     content["solver"]["seed"] = seed
     content["simulation"] |= {"every": every, "within": within}
     setting = SimulationSetting.of(parse_scenario(content))

@@ -198,7 +198,7 @@ def descended(problem: SuiteProblem) -> float | None:
     if not model.has_program:
         return None
     solver = SolverSection(name="ipopt", iterations=STARTS)
-    found = plan(problem.scenario.model_copy(update={"solver": solver}), problem=model)
+    found = plan(problem.scenario.replaced(solver=solver), problem=model)
     value = float(found.objective)
     return value if found.motion.feasible and isfinite(value) else None
 

@@ -40,7 +40,7 @@ BEST_KNOWN = {  # of docs/explanation/ipopt.md
 
 def run(case: str, solver: str, seconds: float, seed: int) -> tuple[float, float, int]:
     """Objective (inf if infeasible), seconds and rounds of one plan."""
-    content = builtin(case).model_dump()
+    content = builtin(case).table()
     content["solver"] |= {"name": solver, "within": seconds, "seed": 1000 * seed}
     scenario = parse_scenario(content)
     began = time.perf_counter()

@@ -383,7 +383,7 @@ def test_the_overview_loads_the_standard_library_alone() -> None:
         cwd=ROOT,
     )
     loaded = {line.rsplit("|", 1)[-1].strip().split(".")[0] for line in run.stderr.splitlines()}
-    assert not loaded & {"numpy", "casadi", "scipy", "pydantic", "rich", "problems", "solvers"}
+    assert not loaded & {"numpy", "casadi", "scipy", "rich", "problems", "solvers"}
 
 
 def test_continuous_integration_runs_the_commands_of_the_readme() -> None:

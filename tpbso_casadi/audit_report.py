@@ -87,17 +87,17 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
         "kind": "run",
         "searched": run.problem is not None,
         "nothing_chosen": None if run.problem is not None or motion.stages else motion.criteria.nothing_chosen,
-        "stages": [stage.model_dump(mode="json") for stage in run.result.stages],
-        "objective": run.result.objective.model_dump(),
+        "stages": [stage.table() for stage in run.result.stages],
+        "objective": run.result.objective.table(),
         "certificate": {
-            **CertificateResult.of(motion).model_dump(mode="json"),
+            **CertificateResult.of(motion).table(),
             "seconds": certified - began,
         },
         "constraints": [_constraint(verdict, motion.criteria) for verdict in verdicts],
         "optimality": None if kkt is None else {**asdict(kkt), "licq": kkt.licq, "seconds": judged - certified},
         "optimum": optimum,
-        "retiming": None if retiming is None else retiming.model_dump(exclude={"motion"}),
-        "polish": None if polish is None else polish.model_dump(include=POLISH_KEYS),
+        "retiming": None if retiming is None else retiming.part(retiming.schema().keys() - {"motion"}),
+        "polish": None if polish is None else polish.part(POLISH_KEYS),
     }
 
 

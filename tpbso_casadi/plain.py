@@ -6,11 +6,10 @@ anew.
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, is_dataclass
 from enum import Enum
 from functools import cache
@@ -163,12 +162,6 @@ def one_line(text: str, longest_part: int | None = None) -> str:
         parts = [part if len(part) <= longest_part else f"{part[: half - 3]}...{part[-half:]}" for part in parts]
     line = " ".join(parts)
     return line if len(line) <= LONGEST_LINE else f"{line[: LONGEST_LINE - 3]}..."
-
-
-def nearest(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | None:
-    """The known word that is most like another one; None where none is, by as much as the cutoff, 0 to 1, asks for."""
-    found = difflib.get_close_matches(word, list(known), n=1, cutoff=cutoff)
-    return found[0] if found else None
 
 
 CORE = "core"

@@ -91,7 +91,7 @@ def _judged(
         return
     scenario = Question(setting, to_pose=False).scenario(problem)
     robot = StatedRobot(scenario.robot_table)
-    obstacles = scenario.model_dump()["obstacles"]
+    obstacles = scenario.table()["obstacles"]
     untold = LIMITS.keys() - planner.told
     for form, motion, rows in _forms(made, forms):
         seen = sorted(at_rows(setting, problem, rows) & planner.told)

@@ -43,7 +43,7 @@ SOLVER = {"name": "abso", "polish_starts": 1, "seed": 1}
 
 def scenario_of(case: str, motion: str) -> Scenario:
     """A case with either motion; with the paper's nothing is timed anew."""
-    content: dict[str, Any] = dict(LETTER) if case == "letter N" else builtin(case).model_dump(mode="json")
+    content: dict[str, Any] = dict(LETTER) if case == "letter N" else builtin(case).table()
     if case == "letter N" and motion == "paper":
         content["task"] = content["task"] | {"count": LETTER_POINTS}
     model = {"motion": motion, "retime": False} if motion == "paper" else {"motion": motion}

@@ -12,12 +12,12 @@ from typing import Any
 
 from docutils import nodes
 from docutils.statemachine import StringList
-from pydantic import BaseModel
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
 import tpbso_casadi
+from problems.base import Table
 
 LOGGER = logging.getLogger(__name__)
 ERRORS, DATA = "errors", "data"
@@ -79,9 +79,9 @@ def group_of(name: str, value: object) -> str:
 
 def documented(name: str, value: object) -> Iterator[str]:
     """The directives that document a name."""
-    if inspect.isclass(value) and issubclass(value, BaseModel):  # a table of a file: its keys are in the reference
+    if inspect.isclass(value) and issubclass(value, Table):  # a table of a file: its keys are in the reference
         own = [key for key, member in vars(value).items() if not key.startswith("_") and inspect.getdoc(member)]
-        methods = [key for key in own if key not in value.model_fields and key != "model_config"]
+        methods = [key for key in own if key not in value.schema()]
         yield f".. autoclass:: tpbso_casadi::{name}()"
         yield f"   :members: {', '.join(methods)}"
     elif inspect.isclass(value):

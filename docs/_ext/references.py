@@ -20,7 +20,7 @@ from sphinx.ext.napoleon.docstring import GoogleDocstring
 from problems.base import FloatArray
 
 OURS = ("problems", "solvers", "tpbso_casadi")
-THEIRS = re.compile(r"(numpy|np|casadi|ca|scipy|pandas|pd|matplotlib|pathlib|collections|typing|pydantic)\.")
+THEIRS = re.compile(r"(numpy|np|casadi|ca|scipy|pandas|pd|matplotlib|pathlib|collections|typing)\.")
 NOT_LOADED = ("Figure", "DataFrame", "SuiteMotion")  # imported where they are used, most of them of other libraries
 
 

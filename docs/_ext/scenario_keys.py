@@ -16,15 +16,13 @@ from importlib import import_module
 from types import UnionType
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
-import annotated_types
 from docutils import nodes
 from docutils.parsers.rst import directives
-from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
+from problems.base import Key, Range, Table
 from tpbso_casadi.scenario.obstacles import name_of, section_of
 
 LOGGER = logging.getLogger(__name__)
@@ -45,7 +43,7 @@ class Keys(SphinxDirective):
         module, _, name = self.arguments[0].partition(":")
         section = section_named(getattr(import_module(module), name))
         said = of_docstring(section) | descriptions(self.content.data)
-        fields = {key: field for key, field in section.model_fields.items() if key not in self.options.get("but", ())}
+        fields = {key: field for key, field in section.schema().items() if key not in self.options.get("but", ())}
         for key in fields.keys() ^ said.keys():
             LOGGER.warning("%s: key %r is not described, or is none", name, key, location=self.get_location())
         rows = [self._row(key, field, said.get(key, "")) for key, field in fields.items()]
@@ -56,16 +54,16 @@ class Keys(SphinxDirective):
         left_out = {"default"} if "stored" in self.options else set()
         return {heading: width for heading, width in WIDTHS.items() if heading not in left_out}
 
-    def _row(self, key: str, field: FieldInfo, text: str) -> nodes.row:
+    def _row(self, key: str, field: Key, text: str) -> nodes.row:
         said, _ = self.parse_inline(text)
         columns = [[nodes.literal(text=key)], [nodes.Text(values_of(field))], [_default(field)], said]
         cells = [cell for heading, cell in zip(WIDTHS, columns, strict=True) if heading in self._widths]
         return nodes.row("", *(nodes.entry("", nodes.paragraph("", "", *cell)) for cell in cells))
 
 
-def section_named(named: type[Any]) -> type[BaseModel]:
+def section_named(named: type[Any]) -> type[Table]:
     """The section itself, or that of a shape by its class."""
-    return named if issubclass(named, BaseModel) else section_of(named, name_of(named))
+    return named if issubclass(named, Table) else section_of(named, name_of(named))
 
 
 def descriptions(lines: list[str]) -> dict[str, str]:
@@ -80,11 +78,11 @@ def descriptions(lines: list[str]) -> dict[str, str]:
     return said
 
 
-def of_docstring(section: type[BaseModel]) -> dict[str, str]:
+def of_docstring(section: type[Table]) -> dict[str, str]:
     """What the docstring of a section says of its keys."""
     _, _, attributes = (inspect.getdoc(section) or "").partition("Attributes:\n")
     said = descriptions(textwrap.dedent(attributes).splitlines())
-    return {key: text for key, text in said.items() if key in section.model_fields}
+    return {key: text for key, text in said.items() if key in section.schema()}
 
 
 def table_of(rows: list[nodes.row], widths: dict[str, int]) -> nodes.table:
@@ -95,41 +93,41 @@ def table_of(rows: list[nodes.row], widths: dict[str, int]) -> nodes.table:
     return nodes.table("", group)
 
 
-def _default(field: FieldInfo) -> nodes.Node:
-    if field.is_required():
+def _default(field: Key) -> nodes.Node:
+    if field.is_needed:
         return nodes.strong(text="required")
-    value = field.get_default(call_default_factory=True)
-    if value is None or isinstance(value, BaseModel) or value in ([], {}):
+    value = field.usual
+    if value is None or isinstance(value, Table) or value in ([], {}):
         return nodes.Text("")
     plain = list(value) if isinstance(value, tuple) else value
     return nodes.literal(text=str(plain).lower() if isinstance(plain, bool) else repr(plain).replace("'", '"'))
 
 
-def values_of(field: FieldInfo) -> str:
+def values_of(field: Key) -> str:
     """The kind of values of a key, with their range."""
-    return " ".join(filter(None, [kind_of(field.annotation), range_of(field.metadata)]))
+    return kind_of(field.hint)
 
 
-def range_of(constraints: Any) -> str:
-    """The limits among the constraints of a number, in words; what only guards against absurd numbers is left out."""
-    lower = [f"> {each.gt:g}" for each in constraints if isinstance(each, annotated_types.Gt)]
-    lower += [f"≥ {each.ge:g}" for each in constraints if isinstance(each, annotated_types.Ge) and each.ge > -ABSURD]
-    upper = [f"< {each.lt:g}" for each in constraints if isinstance(each, annotated_types.Lt)]
-    upper += [f"≤ {each.le:g}" for each in constraints if isinstance(each, annotated_types.Le) and each.le < ABSURD]
+def range_of(marks: Any) -> str:
+    """The limits among the marks of a number, in words; what only guards against absurd numbers is left out."""
+    ranges = [mark for mark in marks if isinstance(mark, Range)]
+    lower = [f"> {each.above:g}" for each in ranges if each.above is not None]
+    lower += [f"≥ {each.least:g}" for each in ranges if each.least is not None and each.least > -ABSURD]
+    upper = [f"< {each.below:g}" for each in ranges if each.below is not None]
+    upper += [f"≤ {each.most:g}" for each in ranges if each.most is not None and each.most < ABSURD]
     return ", ".join([*lower, *upper])
 
 
 def kind_of(annotation: Any) -> str:
     """A type in words."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+    if isinstance(annotation, type) and issubclass(annotation, Table):
         return "table"
     origin, parts = get_origin(annotation), get_args(annotation)
     return BY_ORIGIN[origin](parts) if origin in BY_ORIGIN else WORDS.get(annotation, "text or table")
 
 
 def _annotated(parts: tuple[Any, ...]) -> str:
-    constraints = [each for part in parts[1:] for each in getattr(part, "metadata", [part])]
-    return " ".join(filter(None, [kind_of(parts[0]), range_of(constraints)]))
+    return " ".join(filter(None, [kind_of(parts[0]), range_of(parts[1:])]))
 
 
 def _tuple(parts: tuple[Any, ...]) -> str:

@@ -49,7 +49,7 @@ def test_links_that_are_near_or_meet_at_an_end_may_touch(setting: Setting, folde
 
 def test_the_goal_may_be_the_pose_at_its_joints(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
-    goal = Question(setting, to_pose=True).scenario(problem).model_dump(mode="json")["task"]["goal"]
+    goal = Question(setting, to_pose=True).scenario(problem).table()["task"]["goal"]
     pose = setting.kinematics.pose(np.array(problem.goal), "tool0")
     assert goal["position"] == pytest.approx(pose[:3, 3].tolist())
     assert Rotation.from_quat(goal["quaternion"]).as_matrix() == pytest.approx(pose[:3, :3])
@@ -58,7 +58,7 @@ def test_the_goal_may_be_the_pose_at_its_joints(setting: Setting, folder: Path) 
 def test_a_payload_is_carried_by_the_tool(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
     loaded = replace(setting, payload=Payload(2.0, (0.0, 0.1, 0.2)))
-    stated = Question(loaded, to_pose=False).scenario(problem).model_dump(mode="json")["robot"]
+    stated = Question(loaded, to_pose=False).scenario(problem).table()["robot"]
     assert (stated["payload"]["mass"], stated["payload"]["center"]) == (2.0, [0.0, 0.1, 0.2])
     assert stated["tip_link"] == "tool0"
     digests = [one.digest(problem) for one in (setting, loaded, replace(setting, payload=Payload(3.0)))]

@@ -24,7 +24,7 @@ def test_rows_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
 def short(path: object) -> object:
     """Three periods of a scene, with few evaluations."""
     scenario = READ(path)  # type: ignore[arg-type]
-    content = scenario.model_dump() | {"model": scenario.model.stated()}
+    content = scenario.table() | {"model": scenario.model.stated()}
     content["simulation"] |= {"seconds": 0.3, "evaluations": 100}
     return replanning.parse_scenario(content)
 

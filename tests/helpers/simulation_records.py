@@ -43,7 +43,7 @@ def record_of(dim: int) -> SimulationRecord:
     """A simulation of 2 s in the plane or in space."""
     scenario = parse_scenario({2: PLANE, 3: SPACE}[dim] | {"simulation": {"seconds": 2.0, "every": EVERY}})
     criteria = scenario.criteria()
-    content = scenario.model_dump()["task"]
+    content = scenario.table()["task"]
     start, goal = (np.array(content[end]["joints"]) for end in ("start", "goal"))
     rest = np.zeros_like(start)
     way = quintic_to([start, rest, rest], goal, MOVING)

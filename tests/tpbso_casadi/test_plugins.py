@@ -174,7 +174,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from problems import Constraint, Limit, PlanarArm
-from pydantic import model_validator
 from solvers import Solver
 from tpbso_casadi.scenario.model import TaskSection
 
@@ -257,7 +256,6 @@ class Bye(PlanarArm):
 
 
 class Chore(TaskSection):
-    @model_validator(mode="after")
     def check(self):
         raise RuntimeError("no work")
 

@@ -85,7 +85,7 @@ def test_it_is_compared(tmp_path: Path) -> None:
 
 def test_it_is_illustrated_and_shown_without_markers() -> None:
     scenario = read_scenario(Path("move.toml"))
-    illustration = illustrate("move", scenario.model_dump_json(), [])
+    illustration = illustrate("move", scenario.as_text(), [])
     assert [picture.caption for picture in illustration.pictures] == [
         "(a) convergence; grey: the other runs",
         "(b) path and postures",
@@ -98,7 +98,7 @@ def test_it_is_illustrated_and_shown_without_markers() -> None:
 
 
 def test_its_keys_are_checked_like_all_others() -> None:
-    content = read_scenario(Path("move.toml")).model_dump()
+    content = read_scenario(Path("move.toml")).table()
     content["task"]["goals"] = [1.0]
     with pytest.raises(ScenarioError, match=r"^task.goals: unknown key; did you mean goal\?$"):
         parse_scenario(content)

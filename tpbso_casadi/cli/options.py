@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeAlias
 
+from problems.base import shown_value
 from problems.evaluation import BACKENDS
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
-from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, MOST_EVALUATIONS, SMALLEST, shown
+from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, MOST_EVALUATIONS, SMALLEST
 
 MOST = 1_000_000_000  # of anything that is counted
 
@@ -21,12 +22,12 @@ def whole_number(least: int, most: int) -> Callable[[str], int]:
         try:
             number = int(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"a whole number is needed, not {shown(text)}") from None
+            raise argparse.ArgumentTypeError(f"a whole number is needed, not {shown_value(text)}") from None
         if number > most:
-            raise argparse.ArgumentTypeError(f"{shown(number)} is more than {most}")
+            raise argparse.ArgumentTypeError(f"{shown_value(number)} is more than {most}")
         if number < least:
             below = {0: "negative", 1: "not positive"}.get(least, f"less than {least}")
-            raise argparse.ArgumentTypeError(f"{shown(number)} is {below}")
+            raise argparse.ArgumentTypeError(f"{shown_value(number)} is {below}")
         return number
 
     return parse
@@ -44,7 +45,7 @@ def positive_number(most: float, or_zero: bool = False) -> Callable[[str], float
         try:
             number = float(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"a number is needed, not {shown(text)}") from None
+            raise argparse.ArgumentTypeError(f"a number is needed, not {shown_value(text)}") from None
         if not (SMALLEST <= number <= most or (or_zero and number == 0.0)):
             raise argparse.ArgumentTypeError(f"{text} is not {what} from {SMALLEST:g} to {most:g}")
         return number
@@ -66,7 +67,7 @@ def printable_name(text: str) -> str:
 def path(text: str) -> Path:
     """The path of a file or folder, for argparse."""
     if not text or "\0" in text:
-        raise argparse.ArgumentTypeError(f"a path is needed, not {shown(text)}")
+        raise argparse.ArgumentTypeError(f"a path is needed, not {shown_value(text)}")
     return Path(text)
 
 
@@ -320,7 +321,9 @@ def formats(text: str) -> tuple[str, ...]:
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
     unknown = [name for name in names if name not in FORMATS]
     if unknown:
-        raise argparse.ArgumentTypeError(f"{shown(unknown[0])} is not a format of figures: say {', '.join(FORMATS)}")
+        raise argparse.ArgumentTypeError(
+            f"{shown_value(unknown[0])} is not a format of figures: say {', '.join(FORMATS)}"
+        )
     return names
 
 

@@ -259,7 +259,7 @@ def free_folder(name: str, scenario: Scenario) -> Path:
     """The folder of that name among the runs, with a number where it is another plan's."""
     name = re.sub(r"[^\w.+-]+", "_", name)[:LONGEST_NAME]
     numbered = (RUNS / (name if number == 1 else f"{name}-{number}") for number in count(1))
-    stated = scenario.model_dump(mode="json")
+    stated = scenario.table()
     for folder in numbered:
         if not (folder.exists() or folder.is_symlink()) or stored_content(folder).get("scenario") == stated:
             return folder

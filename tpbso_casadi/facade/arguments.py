@@ -12,10 +12,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from problems import InvalidProblem
-from problems.base import FloatArray
+from problems.base import FloatArray, nearest_word, shown_value
 from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.judging.executors import ExecutorError
-from tpbso_casadi.plain import nearest, settings_of
+from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import (
     TASK_CATALOGUE,
     ModelSection,
@@ -28,7 +28,6 @@ from tpbso_casadi.scenario import (
     named_solver,
     path_of,
     plain,
-    shown,
 )
 from tpbso_casadi.storage import OutputError
 
@@ -71,7 +70,7 @@ def check_keywords(keys: Iterable[str], known: Iterable[str]) -> None:
     known = sorted(known)
     unknown = next((key for key in keys if key not in known), None)
     if unknown is not None:
-        near = nearest(unknown, known)
+        near = nearest_word(unknown, known)
         raise TypeError(f"there is no keyword {unknown!r}" + (f"; did you mean {near!r}?" if near else ""))
 
 
@@ -99,7 +98,7 @@ def file_path(name: str, value: Any) -> Path:
         TypeError: it is none.
     """
     if not isinstance(value, str | Path):
-        raise TypeError(f"{name}: a path is needed, text or a pathlib.Path, not {shown(value)}")
+        raise TypeError(f"{name}: a path is needed, text or a pathlib.Path, not {shown_value(value)}")
     return Path(value)
 
 
@@ -111,7 +110,7 @@ def positive(name: str, value: Any, unit: str) -> float:
     """
     number = plain(value)
     if isinstance(number, bool) or not isinstance(number, int | float) or not (isfinite(number) and number > 0):
-        raise ValueError(f"{name}: a number above 0 is needed, in {unit}, not {shown(number)}")
+        raise ValueError(f"{name}: a number above 0 is needed, in {unit}, not {shown_value(number)}")
     return float(number)
 
 
@@ -123,7 +122,7 @@ def whole_or_not(name: str, value: Any) -> int:
     """
     number = plain(value)
     if not isinstance(number, int):
-        raise ScenarioError(f"{name}: True, False or a whole number is needed, not {shown(number)}")
+        raise ScenarioError(f"{name}: True, False or a whole number is needed, not {shown_value(number)}")
     return int(number)
 
 
@@ -135,7 +134,7 @@ def whole(name: str, value: Any) -> int:
     """
     number = plain(value)
     if isinstance(number, bool) or not isinstance(number, int):
-        raise ScenarioError(f"{name}: a whole number is needed, not {shown(number)}")
+        raise ScenarioError(f"{name}: a whole number is needed, not {shown_value(number)}")
     return number
 
 
@@ -146,7 +145,7 @@ def several(name: str, value: Any, what: str) -> list[Any]:
         ScenarioError: it cannot be.
     """
     if not isinstance(value, Iterable) or isinstance(value, bytes):
-        raise ScenarioError(f"{name}: {what} are needed, not {shown(value)}")
+        raise ScenarioError(f"{name}: {what} are needed, not {shown_value(value)}")
     return list(value)
 
 
@@ -157,7 +156,7 @@ def function(name: str, value: Any) -> None:
         TypeError: it cannot.
     """
     if not callable(value):
-        raise TypeError(f"{name}: a function is needed, not {shown(value)}")
+        raise TypeError(f"{name}: a function is needed, not {shown_value(value)}")
 
 
 def times_array(value: Any) -> FloatArray:
@@ -170,7 +169,7 @@ def times_array(value: Any) -> FloatArray:
     try:
         times = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{needed}, not {shown(plain(value))}") from error
+        raise ValueError(f"{needed}, not {shown_value(plain(value))}") from error
     if times.ndim != 1 or not times.size:
         raise ValueError(f"{needed}, not an array of shape {times.shape}")
     return times
@@ -193,7 +192,9 @@ def solver_table(solver: AnySolverChoice | None, before: SolverSection | None = 
         return named.table("", {}) if before is None else named.table(before.name, before.settings)
     kind = solver if isinstance(solver, type) else type(solver)
     if not issubclass(kind, Solver | IPOPT):
-        raise ScenarioError(f"solver: {shown(solver)} is none; say a name, a class, or a solver with its settings")
+        raise ScenarioError(
+            f"solver: {shown_value(solver)} is none; say a name, a class, or a solver with its settings"
+        )
     registered: dict[str, type[AnySolver]] = {**SOLVERS, **GRADIENT_SOLVERS}
     name = next((name for name, known in registered.items() if known is kind), None)
     settings = {} if isinstance(solver, type) else settings_of(solver)
@@ -211,11 +212,11 @@ def sorted_into_tables(keys: Mapping[str, Any], task: TaskSection | None = None)
     Raises:
         TypeError: none has, with the nearest that one has.
     """
-    known = {name: {key for section in sections for key in section.model_fields} for name, sections in TABLES.items()}
+    known = {name: {key for section in sections for key in section.schema()} for name, sections in TABLES.items()}
     sections = [type(task)] if task is not None else []
     if isinstance(keys.get("kind"), str):
         sections.append(TASK_CATALOGUE.find(keys["kind"]))
-    known["task"] |= {"path", *(key for section in sections for key in section.model_fields)}
+    known["task"] |= {"path", *(key for section in sections for key in section.schema())}
     check_keywords(keys, set().union(*known.values(), {"obstacles", "carried", "may_touch"}))
     found: dict[str, dict[str, Any]] = {name: {} for name in TABLES}
     for key, value in keys.items():

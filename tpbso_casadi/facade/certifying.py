@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from problems import Limit, Obstacle, Trajectory
-from problems.base import FloatArray
+from problems.base import FloatArray, shown_value
 from problems.motions import RowInterpolation
 from tpbso_casadi.facade.arguments import in_words_of_python, several, whole
 from tpbso_casadi.facade.foreign import exact_pieces
@@ -37,7 +37,6 @@ from tpbso_casadi.scenario import (
     read_motion,
     read_recorded,
     rows_table,
-    shown,
 )
 from tpbso_casadi.storage import StoredRun, read_run
 
@@ -141,7 +140,7 @@ def certified_scenario(
     stated = dict(model or {})
     if constraints is not None or stated.get("limits"):
         arm = scenario_around(STANDS, around, robot, payload=payload)
-        known = arm.model_dump()["model"]
+        known = arm.table()["model"]
         own: dict[str, list[Any]] = {"constraints": [], "limits": []}
         if constraints is not None:
             own = constraints_table(constraints, arm.robot_table.build())
@@ -151,7 +150,7 @@ def certified_scenario(
             "limits": list(dict.fromkeys(further)) or None,
         }
     surroundings = scenario_around(STANDS, around, robot, model=stated, beside=beside, payload=payload)
-    return surroundings.model_copy(update={"task": read_motion(motion)})
+    return surroundings.replaced(task=read_motion(motion))
 
 
 def surrounding_scenario(robot: AnyRobot | None, scene: str | Path | None, payload: float | None) -> Scenario:
@@ -223,7 +222,7 @@ def _run_content(run: StoredRun, trajectory: AnyMotion, given: Content) -> tuple
         if run.motion.criteria.task.end_velocities.any():
             raise ScenarioError("it begins or ends in motion, as its task says; say tpbso audit")
     motion = motion_table(run.motion.trajectory, task=run.motion.criteria.task)
-    return motion | _of_pieces(given), around_tables(run.scenario.model_dump())
+    return motion | _of_pieces(given), around_tables(run.scenario.table())
 
 
 def _of_pieces(given: Content) -> Content:
@@ -243,7 +242,9 @@ def _rows_content(rows: Any) -> Content:
         known = {name for names in KEYS.values() for name in names}
         unknown = next((name for name in rows if name not in known), None)
         if unknown is not None:
-            raise ScenarioError(f"trajectory: has no use for {shown(unknown)}; there are {', '.join(sorted(known))}")
+            raise ScenarioError(
+                f"trajectory: has no use for {shown_value(unknown)}; there are {', '.join(sorted(known))}"
+            )
         found = {key: next((rows[name] for name in names if name in rows), None) for key, names in KEYS.items()}
     elif isinstance(rows, Sequence) and not isinstance(rows, str | bytes) and 2 <= len(rows) <= 4:
         found = dict(zip(KEYS, rows, strict=False))
@@ -251,7 +252,7 @@ def _rows_content(rows: Any) -> Content:
         found = {key: getattr(rows, key, None) for key in KEYS}
     else:
         needed = "(times, positions[, velocities[, accelerations]]), a file, a folder, a plan or a piecewise polynomial"
-        raise ScenarioError(f"trajectory: {needed} is needed, not {shown(rows)}")
+        raise ScenarioError(f"trajectory: {needed} is needed, not {shown_value(rows)}")
     names = found.pop("joint_names", None)
     stated = {key: _array(key, value) for key, value in found.items() if value is not None}
     for key in ("times", "positions"):

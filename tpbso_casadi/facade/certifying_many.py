@@ -99,7 +99,7 @@ class Statement:
 
     def digest_of(self, file: Path) -> str:
         """Of a file's content and of all that it is judged by; empty where it cannot be read."""
-        stated = json.dumps([plain(self.scenario.model_dump()), dict(self.task), versions()], sort_keys=True)
+        stated = json.dumps([plain(self.scenario.table()), dict(self.task), versions()], sort_keys=True)
         try:
             content = file.read_bytes()
         except OSError:
@@ -192,6 +192,6 @@ def certificates(statement: Statement, files: Sequence[Path], processes: int = 1
     if processes == 1 or len(files) < 2:
         yield from map(judge, files)
         return
-    start = partial(_prepare, statement.scenario.model_dump(), dict(statement.task))
+    start = partial(_prepare, statement.scenario.table(), dict(statement.task))
     with ProcessPoolExecutor(min(processes, len(files)), get_context("spawn"), start) as pool:
         yield from pool.map(_judged, files, chunksize=AT_ONCE)

@@ -14,8 +14,8 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems import Trajectory
-from problems.base import FloatArray, composition
-from tpbso_casadi.scenario import ScenarioError, shown
+from problems.base import FloatArray, composition, shown_value
+from tpbso_casadi.scenario import ScenarioError
 
 TIMES = 101  # at which pieces and object are compared
 SAME = 1e-9  # of the largest value; allows for rounding only
@@ -40,7 +40,9 @@ def exact_pieces(motion: Any) -> tuple[Trajectory, float] | None:
                 raise ScenarioError(f"trajectory: {reason}") from error
             return _checked(motion, found, values)
     if callable(motion) or hasattr(motion, "value"):
-        raise ScenarioError(f"trajectory: the pieces of {shown(motion)} are not known; sample it, and give the rows")
+        raise ScenarioError(
+            f"trajectory: the pieces of {shown_value(motion)} are not known; sample it, and give the rows"
+        )
     return None
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from problems import Obstacle, Trajectory
+from problems.base import shown_value
 from problems.evaluation import EvaluationOptions
 from solvers import best_so_far, keep_best
 from tpbso_casadi.audit_report import audit_scenario
@@ -20,7 +21,7 @@ from tpbso_casadi.planning import SILENT, PlannedMotion, Progress
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.replanning import replan as replan_motion
-from tpbso_casadi.scenario import TITLES, Scenario, is_folder, plugin_failures_named, shown
+from tpbso_casadi.scenario import TITLES, Scenario, is_folder, plugin_failures_named
 from tpbso_casadi.storage import read_run as read_stored_run
 
 
@@ -110,7 +111,7 @@ def plan(
     given = (("warm_start", warm_start, Plan), ("evaluation", evaluation, EvaluationOptions))
     for name, value, kind in (*given, ("progress", progress, Progress)):
         if value is not None and not isinstance(value, kind):
-            raise TypeError(f"{name}: a tp.{kind.__name__} is needed, not {shown(value)}")
+            raise TypeError(f"{name}: a tp.{kind.__name__} is needed, not {shown_value(value)}")
     before = None if warm_start is None else warm_start.planned
     with nullcontext() if given_scenario(what) is not None else in_words_of_python():
         try:

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from problems import CertificateStatus, InvalidProblem, Verdict
+from problems.base import shown_value
 from problems.motions import JointPath
 from tpbso_casadi.facade.arguments import in_words_of_python
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.surroundings import Content, around_tables, scenario_around
 from tpbso_casadi.planning import plan as plan_scenario
-from tpbso_casadi.scenario import ScenarioError, motion_table, pieces_table, shown
+from tpbso_casadi.scenario import ScenarioError, motion_table, pieces_table
 
 LEAST_SLOWING = 1.0 + 1e-12  # relative: what is no slower is the same motion
 
@@ -49,7 +50,7 @@ def repair(checked: Plan) -> Repair:
         ScenarioError: it is no plan of one motion.
     """
     if not isinstance(checked, Plan) or checked.stages:
-        raise ScenarioError(f"checked: what tp.certify returns is needed, not {shown(checked)}")
+        raise ScenarioError(f"checked: what tp.certify returns is needed, not {shown_value(checked)}")
     if checked.certified:
         return Repair(checked, words=("nothing is to be repaired: all is proven",))
     with in_words_of_python():
@@ -87,7 +88,7 @@ def _attempt(what: str, make: Callable[[], Plan]) -> tuple[Plan | None, str]:
 
 def _planned(checked: Plan, task: Content) -> Plan:
     """The motion of another task in the same surroundings."""
-    return Plan(plan_scenario(scenario_around(task, around_tables(checked.scenario.model_dump()), None)))
+    return Plan(plan_scenario(scenario_around(task, around_tables(checked.scenario.table()), None)))
 
 
 def _failed(plan: Plan) -> list[Verdict]:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from problems import Limit, Obstacle, Trajectory
-from problems.base import FloatArray
+from problems.base import FloatArray, shown_value
 from problems.motions import JointPath
 from tpbso_casadi.facade.arguments import in_words_of_python, several
 from tpbso_casadi.facade.plan import Plan
@@ -26,7 +26,6 @@ from tpbso_casadi.scenario import (
     pieces_table,
     plain,
     read_joint_rows,
-    shown,
 )
 from tpbso_casadi.storage import path_table, read_run
 
@@ -136,7 +135,7 @@ def content_of(path: AnyPath, shape: Content) -> tuple[Content, Content]:
     run = path.as_run() if isinstance(path, Plan) else read_run(Path(path))
     with named("path" if isinstance(path, Plan) else path):
         task = path_table(run)
-    return task, around_tables(run.scenario.model_dump())
+    return task, around_tables(run.scenario.table())
 
 
 def _waypoints(path: Any) -> FloatArray:
@@ -148,7 +147,7 @@ def _waypoints(path: Any) -> FloatArray:
         reason = f"waypoints (n, k), a path, a plan, a file or a folder is needed: {error}"
         raise ScenarioError(f"path: {reason}") from error
     if waypoints.ndim != 2 or len(waypoints) < 2:
-        raise ScenarioError(f"path: waypoints (n, k), two at least, are needed, not {shown(plain(path))}")
+        raise ScenarioError(f"path: waypoints (n, k), two at least, are needed, not {shown_value(plain(path))}")
     if not (np.abs(waypoints) <= LARGEST_ANGLE).all():
         raise ScenarioError(f"path: an angle is not finite, or larger than {LARGEST_ANGLE:g} rad")
     return waypoints

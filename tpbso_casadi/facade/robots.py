@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from problems import InvalidProblem, PlanarArm, Robot
-from problems.base import FloatArray
+from problems.base import FloatArray, did_you_mean
 from problems.robots import BUILT_IN, LinkCover, SpatialArm
 from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python
 from tpbso_casadi.scenario import (
@@ -22,7 +22,6 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     SpatialRobotSection,
     arm_table,
-    hint,
     plain,
     read_table,
     settings_table,
@@ -84,7 +83,7 @@ class StatedRobot:
         name = self.table.prefix.partition(".")[0]
         kept = {key: value for key, value in self.kept.items() if key in OF_THE_MODEL}
         beside = {key: plain(value) for key, value in self.kept.items() if key in BESIDE}
-        return {name: self.table.model_dump(), "model": kept, **beside}
+        return {name: self.table.table(), "model": kept, **beside}
 
     def __repr__(self) -> str:
         return f"<robot with {self.dof} joints, {'in space' if self.model.dim == 3 else 'in the plane'}>"
@@ -116,10 +115,10 @@ def _robot(model: AnyRobot, keys: dict[str, Any]) -> StatedRobot:
             raise ScenarioError(f"{next(iter(keys))}: the robot is complete; give its limits where it is made")
         return model if isinstance(model, StatedRobot) else _stated(model)
     if isinstance(model, str | Path):
-        check_keywords(keys, SpatialRobotSection.model_fields)
+        check_keywords(keys, SpatialRobotSection.schema())
         section = read_table(SpatialRobotSection, "robot", plain(_description(str(model)) | keys))
         return StatedRobot(section.with_files(InputFolder(Path(), outside_allowed=True)))
-    check_keywords(keys, ArmSection.model_fields)
+    check_keywords(keys, ArmSection.schema())
     return StatedRobot(read_table(ArmSection, "arm", {"link_lengths": plain(model), **plain(keys)}))
 
 
@@ -134,7 +133,7 @@ def _description(model: str) -> dict[str, Any]:
     if not Path(model).suffix:
         known = [*BUILT_IN, *TITLES]
         reason = "is no robot, no scenario and no file; built in are the robots"
-        raise ScenarioError(f"{model!r}: {reason} {', '.join(BUILT_IN)}{hint(model, known)}")
+        raise ScenarioError(f"{model!r}: {reason} {', '.join(BUILT_IN)}{did_you_mean(model, known)}")
     return {"urdf": model}
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from problems import Obstacle
+from problems.base import shown_value
 from tpbso_casadi.facade.arguments import AnySolverChoice, in_words_of_python, several
 from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
@@ -15,7 +16,7 @@ from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
 from tpbso_casadi.facade.statement import AROUND, goals_table, obstacle_table_of, place_table, places_table
 from tpbso_casadi.planning import SILENT, Progress
-from tpbso_casadi.scenario import InputFolder, ScenarioError, parse_scenario, plain, shown
+from tpbso_casadi.scenario import InputFolder, ScenarioError, parse_scenario, plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,5 +286,5 @@ def _stage_table(stage: Any, arm: StatedRobot, name: str) -> dict[str, Any]:
     try:
         return MoveTo(stage).table(arm, name)
     except ScenarioError as error:
-        reason = f"a stage such as tp.Line(...), or a place, is needed, not {shown(stage)}"
+        reason = f"a stage such as tp.Line(...), or a place, is needed, not {shown_value(stage)}"
         raise ScenarioError(f"{name}: {reason}") from error

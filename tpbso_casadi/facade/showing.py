@@ -7,9 +7,9 @@ from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from problems.base import shown_value
 from tpbso_casadi.facade.arguments import in_words_of_python, positive
 from tpbso_casadi.planning import Motion
-from tpbso_casadi.scenario import shown
 from tpbso_casadi.storage import DEFAULT_RATE, EXPORTS, Writer, equal_steps, export_motion
 
 if TYPE_CHECKING:
@@ -36,7 +36,9 @@ def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple
         ValueError: there is no such kind; lists those that there are.
     """
     if not isinstance(kinds, Iterable):
-        raise ValueError(f"{argument}: kinds are needed, of {', '.join(known)}, or () for none; not {shown(kinds)}")
+        raise ValueError(
+            f"{argument}: kinds are needed, of {', '.join(known)}, or () for none; not {shown_value(kinds)}"
+        )
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
     unknown = next((kind for kind in kinds if not isinstance(kind, str) or kind not in known), None)
     if unknown is not None:

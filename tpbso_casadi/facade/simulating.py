@@ -9,20 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from problems import InvalidProblem, Trajectory
+from problems.base import shown_value
 from solvers import deferred_interrupt
 from tpbso_casadi.facade.arguments import file_path, function
 from tpbso_casadi.facade.showing import chosen
 from tpbso_casadi.facade.statement import HasScenario, given_scenario
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.replanning import Replanner
-from tpbso_casadi.scenario import (
-    Scenario,
-    ScenarioError,
-    SimulationSection,
-    parse_scenario,
-    plugin_failures_named,
-    shown,
-)
+from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.simulation import (
     Replan,
     Simulation,
@@ -172,7 +166,9 @@ def simulate(
     function("told", told)
     given = given_scenario(what)
     if given is None:
-        raise ScenarioError(f"what: a scenario, its file (.toml), its name or a plan is needed, not {shown(what)}")
+        raise ScenarioError(
+            f"what: a scenario, its file (.toml), its name or a plan is needed, not {shown_value(what)}"
+        )
     stated = {"seconds": seconds, "every": every, "evaluations": evaluations, "within": within}
     if seed is not None or any(value is not None for value in stated.values()):
         given = simulation_scenario(given, seed=seed, **stated)
@@ -190,9 +186,9 @@ def simulation_scenario(scenario: Scenario, seed: int | None, **settings: Any) -
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    table = (scenario.simulation or SimulationSection()).model_dump()
+    table = (scenario.simulation or SimulationSection()).table()
     table |= {key: value for key, value in settings.items() if value is not None}
-    content = scenario.model_dump() | {"model": scenario.model.stated(), "simulation": table}
+    content = scenario.table() | {"model": scenario.model.stated(), "simulation": table}
     if seed is not None:
         content["solver"]["seed"] = seed
     return parse_scenario(content)

@@ -10,6 +10,7 @@ import numpy as np
 
 from problems import InvalidProblem, Obstacle, Place, Robot
 from problems import Path as PathOfPoints
+from problems.base import shown_value
 from problems.tasks import Pose, Task
 from tpbso_casadi.facade.arguments import (
     AnySolverChoice,
@@ -33,7 +34,6 @@ from tpbso_casadi.scenario import (
     plain,
     points_table,
     read_scene,
-    shown,
     stated_place,
     task_tables,
 )
@@ -93,7 +93,7 @@ def check_plannable(name: str, what: Any, also: str = "") -> None:
     if isinstance(what, kinds) or type(what) in STATED or given_scenario(what) is not None:
         return
     known = "a scenario, its file (.toml) or its name, a task such as tp.Move(...), or a robot, tp.robot(...)"
-    raise ScenarioError(f"{name}: {f'{also}, ' if also else ''}{known}, is needed, not {shown(what)}")
+    raise ScenarioError(f"{name}: {f'{also}, ' if also else ''}{known}, is needed, not {shown_value(what)}")
 
 
 def _overridden(
@@ -199,7 +199,7 @@ def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
     if obstacles is None:
         return None
     if isinstance(obstacles, str | Path) and Path(obstacles).suffix == SCENE:
-        return [table.model_dump() for table in read_scene(str(obstacles), InputFolder(Path(), outside_allowed=True))]
+        return [table.table() for table in read_scene(str(obstacles), InputFolder(Path(), outside_allowed=True))]
     if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
         raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
     return [obstacle_table_of(each) for each in obstacles]
@@ -226,7 +226,7 @@ def obstacle_table_of(obstacle: Obstacle | Mapping[str, Any], name: str = "obsta
         return obstacle_table(obstacle)
     if isinstance(obstacle, dict):
         return dict(plain(obstacle))
-    raise ScenarioError(f"{name}: {shown(obstacle)} is none; say tp.Box(...) and the like, or a dict")
+    raise ScenarioError(f"{name}: {shown_value(obstacle)} is none; say tp.Box(...) and the like, or a dict")
 
 
 def place_table(place: Any, dof: int, dim: int, name: str) -> Any:
@@ -250,7 +250,7 @@ def place_table(place: Any, dof: int, dim: int, name: str) -> Any:
     if _is_matrix(place):
         return stated_place(_pose(place, name), name)
     if not isinstance(given, list) or not all(map(_is_number, given)):
-        raise ScenarioError(f"{name}: {shown(given)} is no place; {_forms(dof, dim)}")
+        raise ScenarioError(f"{name}: {shown_value(given)} is no place; {_forms(dof, dim)}")
     if len(given) == dim == dof and dim > 2:
         raise ScenarioError(f"{name}: {given} may be a point or joint values: say tp.Pose(...) or tp.Joints(...)")
     if len(given) == dim:
@@ -287,7 +287,7 @@ def places_table(places: Any, dof: int, dim: int, name: str) -> list[Any]:
     """
     listed = isinstance(places, list | tuple | np.ndarray)
     if not listed or _is_matrix(places) or (len(places) and _is_number(places[0])):
-        raise ScenarioError(f"{name}: a list of places is needed, not {shown(plain(places))}")
+        raise ScenarioError(f"{name}: a list of places is needed, not {shown_value(plain(places))}")
     return [place_table(place, dof, dim, f"{name}[{number}]") for number, place in enumerate(places)]
 
 

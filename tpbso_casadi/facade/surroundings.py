@@ -125,6 +125,10 @@ def stated_tables(scenario: Scenario, own: Collection[str] = OWN_TABLES) -> Cont
         scenario: of any task.
         own: tables that state its robot.
     """
-    model = scenario.model.model_dump(include=set(MODEL_KEYS) & scenario.model.model_fields_set)
-    tables = {key: value for key, value in scenario.model_dump().items() if key in (*own, *AROUND_TABLES)}
+    model = {
+        key: value
+        for key, value in scenario.model.table().items()
+        if key in scenario.model.stated_keys & set(MODEL_KEYS)
+    }
+    tables = scenario.part((*own, *AROUND_TABLES))
     return tables | {"model": model}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from problems import Objective
-from problems.base import FloatArray
+from problems.base import FloatArray, did_you_mean, in_words, shown_value
 from problems.evaluation import EvaluationOptions
 from solvers import deferred_interrupt
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, several, whole
@@ -22,13 +22,7 @@ from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import SILENT, Progress
-from tpbso_casadi.scenario import (
-    ScenarioError,
-    hint,
-    in_words,
-    plain,
-    shown,
-)
+from tpbso_casadi.scenario import ScenarioError, plain
 from tpbso_casadi.storage import read_run
 from tpbso_casadi.trade_off import METHODS, FrontWork, Objectives, Point, PointFront, TradeOff, open_front, save_front
 
@@ -194,9 +188,11 @@ def pareto(
 
 def _check(points: int, method: str | None) -> None:
     if not FEWEST <= whole("points", points) <= MOST:
-        raise ScenarioError(f"points: {shown(points)} is not within {FEWEST} and {MOST}")
+        raise ScenarioError(f"points: {shown_value(points)} is not within {FEWEST} and {MOST}")
     if method is not None and not (isinstance(method, str) and method in METHODS):
-        raise ScenarioError(f"method: {in_words(list(METHODS))} is needed, not {shown(method)}{hint(method, METHODS)}")
+        raise ScenarioError(
+            f"method: {in_words(list(METHODS))} is needed, not {shown_value(method)}{did_you_mean(method, METHODS)}"
+        )
 
 
 def _front(trade_off: TradeOff, method: str, place: Path) -> Front:

@@ -60,7 +60,7 @@ class SolverSpec:
         Raises:
             ScenarioError: an unknown solver or setting.
         """
-        content, kind = scenario.model_dump(), SolverSection(name=self.name).kind()
+        content, kind = scenario.table(), SolverSection(name=self.name).kind()
         table = content["solver"]
         further = self.descent_table if kind.solves_program and self.descent_table is not None else self.table
         if self.name != scenario.solver.name:
@@ -97,7 +97,7 @@ def budgeted(
 
 def _is_retimed(scenario: Scenario) -> bool:
     """Whether plans of a campaign are timed anew: only where the scenario says so, or its motions always are."""
-    return "retime" in scenario.model.model_fields_set or FAMILIES[scenario.model.motion].timed_at_the_end
+    return "retime" in scenario.model.stated_keys or FAMILIES[scenario.model.motion].timed_at_the_end
 
 
 def parse_solvers(text: str) -> list[SolverSpec]:
@@ -195,7 +195,7 @@ class FunctionRun:
     @property
     def statement(self) -> dict[str, Any]:
         """Everything that is needed to do it, plain data."""
-        return {KEY: self.case, "solver": self.section.model_dump(mode="json")}
+        return {KEY: self.case, "solver": self.section.table()}
 
     @cached_property
     def key(self) -> str:
@@ -249,7 +249,7 @@ class FunctionRun:
 
     def found(self, text: str) -> RunFinding:
         """The place of the lowest value."""
-        return RunFinding(words=StoredMinimum.model_validate_json(text).words)
+        return RunFinding(words=StoredMinimum.from_text(text).words)
 
 
 def functions_of(cases: Sequence[object]) -> list[str]:

@@ -243,7 +243,7 @@ def traces_of(runs: Sequence[AnyRun], store: Store) -> list[Trace]:
     these runs; the worst is the highest in any of their histories.
     """
     searches = [run for run in runs if not run.section.kind().solves_program]
-    stored = [(run, StoredSearch.model_validate_json(text)) for run, text in store.texts(searches) if text is not None]
+    stored = [(run, StoredSearch.from_text(text)) for run, text in store.texts(searches) if text is not None]
     costs: dict[str, list[float]] = {}
     for run, search in stored:
         costs.setdefault(run.case, []).extend(cost for cost in search.course.cost if cost is not None)

@@ -12,9 +12,8 @@ from functools import cached_property
 from math import inf
 
 import numpy as np
-from pydantic import ValidationError
 
-from problems.base import FloatArray
+from problems.base import FloatArray, InvalidTable
 from tpbso_casadi.judging.polishing import PolishedRun, PolishGain, gains_of
 from tpbso_casadi.judging.run import AnyRun, Record, RunFinding
 from tpbso_casadi.judging.searches import StoredPart
@@ -117,9 +116,9 @@ def searches(runs: Iterable[AnyRun], store: Store) -> list[tuple[AnyRun, StoredS
     found: list[tuple[AnyRun, StoredSearch | None]] = []
     for run, text in store.texts(runs):
         try:
-            stored = None if text is None else StoredSearch.model_validate_json(text)
-        except ValidationError as error:
-            raise StoreError(f"{store.place(run)}: {in_one_line(error)}") from error
+            stored = None if text is None else StoredSearch.from_text(text)
+        except InvalidTable as error:
+            raise StoreError(f"{store.place(run)}: {error}") from error
         found.append((run, stored))
     return found
 
@@ -138,12 +137,6 @@ def polished_run(run: AnyRun, stored: StoredSearch | None) -> PolishedRun | None
         kept=polish.accepted,
         seconds=polish.seconds,
     )
-
-
-def in_one_line(error: ValidationError) -> str:
-    """The first thing that is wrong with a stored result, and where."""
-    first = error.errors(include_url=False, include_context=False)[0]
-    return f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
 
 
 def convergence_of(run: AnyRun, stored: StoredSearch | None) -> Convergence:
@@ -396,7 +389,5 @@ def found_by(run: AnyRun, store: Store) -> RunFinding:
     [(_, text)] = store.texts([run])
     try:
         return run.found(text or "")
-    except ValidationError as error:
-        raise StoreError(f"{store.place(run)}: {in_one_line(error)}") from error
-    except (InvalidResult, ScenarioError, Contradiction) as error:
+    except (InvalidResult, InvalidTable, ScenarioError, Contradiction) as error:
         raise StoreError(f"{store.place(run)}: {error}") from error

@@ -10,14 +10,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, lru_cache
 from hashlib import sha256
-from typing import Annotated, Any, Protocol, TypeAlias, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
-from pydantic import AllowInfNan, Strict, StrictBool, StrictInt, StrictStr, TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 
 from problems import Problem
-from problems.base import FloatArray
+from problems.base import FloatArray, reader
 from problems.evaluation import EvaluationOptions
 from solvers import Box
 from tpbso_casadi.judging.searches import KEY, SUITE_KEY, search_text, suite_text
@@ -26,8 +25,6 @@ from tpbso_casadi.plain import one_line, settings_of, versions, visible
 from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion, SharedSearches, plan
 from tpbso_casadi.scenario import Scenario, SolverSection, parse_scenario, plugin_failures_named
 from tpbso_casadi.storage import Contradiction, RunResult, checked, result_of
-
-Number: TypeAlias = Annotated[float, Strict(), AllowInfNan(False)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,22 +47,19 @@ class Record:
         search: a digest of what decides the search: runs that differ in their polish alone have it in common.
     """
 
-    case: StrictStr
-    solver: StrictStr
-    seed: StrictInt
-    seconds: Number
-    error: StrictStr
-    feasible: StrictBool = False
-    objective: Number | None = None
-    unit: StrictStr = ""
-    cost: Number | None = None
-    evaluations: StrictInt | None = None
-    iterations: StrictInt | None = None
-    stop_reason: StrictStr = ""
-    search: StrictStr = ""
-
-
-RECORD = TypeAdapter(Record)
+    case: str
+    solver: str
+    seed: int
+    seconds: float
+    error: str
+    feasible: bool = False
+    objective: float | None = None
+    unit: str = ""
+    cost: float | None = None
+    evaluations: int | None = None
+    iterations: int | None = None
+    stop_reason: str = ""
+    search: str = ""
 
 
 def read_record(values: Mapping[str, Any]) -> Record:
@@ -85,11 +79,7 @@ def read_record(values: Mapping[str, Any]) -> Record:
             raise ValueError(f"{missing} is missing")
     if given.get("feasible") in (0, 1):
         given["feasible"] = bool(given["feasible"])
-    try:
-        return RECORD.validate_python(given)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        raise ValueError(f"{first['loc'][-1]}: {first['msg']}, not {first['input']!r:.40}") from error
+    return reader(Record)(given)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,7 +179,7 @@ class AnyRun(Protocol):
         """What it found, from the text that is stored of it.
 
         Raises:
-            InvalidResult, ScenarioError, Contradiction, ValidationError: it is no result of such a run.
+            InvalidResult, ScenarioError, Contradiction, InvalidTable: it is no result of such a run.
         """
 
 
@@ -218,7 +208,8 @@ class Run:
     @cached_property
     def key(self) -> str:
         """A digest of everything that decides the result, defaults filled in; labels and looks do not count."""
-        content = self.scenario.model_dump(mode="json", exclude={"robot": {"looks_text"}})
+        content = self.scenario.table()
+        (content["robot"] or {}).pop("looks_text", None)
         solver = self.scenario.solver
         content["solver"] |= {"settings": settings_of(solver.build()), "budget": asdict(solver.budget())}
         return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
@@ -226,7 +217,7 @@ class Run:
     @property
     def task(self) -> tuple[str, dict[str, str]]:
         """The arguments of :func:`run_one`: plain data, which any executor can transport."""
-        return self.scenario.model_dump_json(), versions()
+        return self.scenario.as_text(), versions()
 
     @cached_property
     def search(self) -> str:
@@ -234,7 +225,7 @@ class Run:
         solver = self.scenario.solver
         if not solver.polish_starts or solver.within is not None or not self.scenario.task.is_searched:
             return self.key
-        unpolished = self.scenario.model_copy(update={"solver": solver.model_copy(update={"polish_starts": 0})})
+        unpolished = self.scenario.replaced(solver=solver.replaced(polish_starts=0))
         return replace(self, scenario=unpolished).key
 
     @property
@@ -381,7 +372,7 @@ def problem_of(scenario: Scenario) -> Problem[Any]:
 
 def without_solver(scenario: Scenario) -> str:
     """What a scenario searches, as a text."""
-    return scenario.model_copy(update={"solver": SolverSection()}).model_dump_json()
+    return scenario.replaced(solver=SolverSection()).as_text()
 
 
 @lru_cache(maxsize=CACHED_PROBLEMS)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
 
-from problems.base import FloatArray
+from problems.base import FloatArray, InvalidTable, Table
 from solvers import (
     NO_SEARCH,
     BenchmarkFunction,
@@ -23,8 +22,8 @@ from solvers import (
     minimize,
 )
 from tpbso_casadi.judging.front_search import search_front
-from tpbso_casadi.plain import as_json, plain, settings_of
-from tpbso_casadi.scenario import ScenarioError, SolverSection, describe
+from tpbso_casadi.plain import NotJSON, as_json, parsed_json, plain, settings_of
+from tpbso_casadi.scenario import ScenarioError, SolverSection, read_table
 from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, keep_falls, problem_named
 
 KEY = "function"  # which only searches of functions have, scenarios have none
@@ -73,10 +72,7 @@ def section_of(table: Mapping[str, Any]) -> SolverSection:
     Raises:
         ScenarioError: a key is wrong, or the solver needs more than a function.
     """
-    try:
-        section = SolverSection.model_validate(dict(table))
-    except ValidationError as error:
-        raise ScenarioError(f"solver.{describe(error, SolverSection, dict(table))}") from error
+    section = read_table(SolverSection, "solver", dict(table))
     if section.is_direct:
         raise ScenarioError(NO_SEARCH)
     if section.kind().solves_program or section.polish_starts:
@@ -194,10 +190,26 @@ def _front_searched(recording: Recording, section: SolverSection) -> dict[str, A
     }
 
 
-class StoredPart(BaseModel):
-    """What is needed of a stored result: types are not guessed, other keys do not matter."""
+class StoredPart(Table):
+    """The part of a stored result that is needed: other keys do not matter."""
 
-    model_config = ConfigDict(strict=True, extra="ignore")
+    @classmethod
+    def from_table(cls, content: Any) -> Self:
+        if isinstance(content, Mapping):
+            content = {key: value for key, value in content.items() if key in cls.schema()}
+        return super().from_table(content)
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """The part of a JSON text.
+
+        Raises:
+            InvalidTable: the text is none, or has another form.
+        """
+        try:
+            return cls.from_table(parsed_json(text))
+        except NotJSON as error:
+            raise InvalidTable(str(error)) from error
 
 
 class _Minimum(StoredPart):

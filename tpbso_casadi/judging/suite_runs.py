@@ -6,12 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
-from problems.base import FloatArray
+from problems.base import FloatArray, InvalidTable
 from solvers import Box
 from tpbso_casadi.judging.grid import FunctionRun, SolverSpec, check_size
-from tpbso_casadi.judging.results import in_one_line
 from tpbso_casadi.judging.run import RunFinding
 from tpbso_casadi.judging.searches import SUITE_KEY, StoredPart, find_problem, section_of
 from tpbso_casadi.judging.store import Store, StoreError
@@ -29,7 +27,7 @@ class SuiteRun(FunctionRun):
         problem = find_problem(self.case)
         values, front = problem.function.checks[problem.instance - 1], problem.best_front
         decisive = {"values": values, "front": None if front is None else front.hypervolume}
-        return {SUITE_KEY: self.case, **decisive, "solver": self.section.model_dump(mode="json")}
+        return {SUITE_KEY: self.case, **decisive, "solver": self.section.table()}
 
     @property
     def measure(self) -> Measure:
@@ -51,7 +49,7 @@ class SuiteRun(FunctionRun):
         return find_problem(self.case).merit
 
     def found(self, text: str) -> RunFinding:
-        stored = _StoredSuiteSearch.model_validate_json(text)
+        stored = _StoredSuiteSearch.from_text(text)
         return RunFinding(words="keeps all constraints" if stored.feasible else "breaks a constraint")
 
 
@@ -114,9 +112,9 @@ def recordings(runs: Sequence[SuiteRun], store: Store) -> Iterator[Recording]:
         if text is None:
             continue
         try:
-            stored = _StoredSuiteSearch.model_validate_json(text)
-        except ValidationError as error:
-            raise StoreError(f"{store.place(run)}: {in_one_line(error)}") from error
+            stored = _StoredSuiteSearch.from_text(text)
+        except InvalidTable as error:
+            raise StoreError(f"{store.place(run)}: {error}") from error
         course = stored.improvements
         yield Recording(
             find_problem(run.case), run.solver, run.seed, course.evaluations, course.cost, stored.evaluations

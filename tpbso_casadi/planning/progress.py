@@ -142,7 +142,7 @@ class Planning:
 
     def with_settings(self, **changes: Any) -> Self:
         """The same with other keys of [solver]."""
-        return replace(self, settings=self.settings.model_copy(update=changes))
+        return replace(self, settings=self.settings.replaced(**changes))
 
     def evaluator(self, problem: Problem[Any]) -> PopulationFunction:
         """What evaluates populations of a problem.

@@ -112,7 +112,7 @@ def planned_sequence(
     work, bound = SequencePlanner(scenario, planning, plan), 0.0
     if work.task.order == "free":
         order, bound = work.best_order()
-        scenario = scenario.model_copy(update={"task": work.task.in_order(order)})
+        scenario = scenario.replaced(task=work.task.in_order(order))
         work = SequencePlanner(scenario, planning, plan)
     chain = work.best_chain()
     work.polish(chain)
@@ -266,7 +266,7 @@ class SequencePlanner:
     def _robot(self, layer: int) -> Robot:
         """That of a stage, with the limits that the stage has."""
         table = self.scenario.robot_table
-        return table.model_copy(update=self.stage(layer).of_the_robot).build()
+        return table.replaced(**self.stage(layer).of_the_robot).build()
 
     def _shortest(self, costs: Sequence[FloatArray]) -> list[int] | None:
         """The postures of the shortest way, one for each stop; None where there is none."""
@@ -349,7 +349,7 @@ class SequencePlanner:
 
     def _moved(self, statement: Scenario, start: FloatArray, goal: FloatArray, thorough: bool) -> Trajectory | None:
         """A certified move between two postures: a known one the other way round, where that keeps all limits."""
-        content = statement.model_dump_json(exclude={"task": {"start", "goal"}})
+        content = statement.replaced(task=statement.task.replaced(start=None, goal=None)).as_text()
         known = self._motions.get((content, goal.tobytes(), start.tobytes()))
         if known is not None:
             motion = Motion(statement.judged(), known.reversed(), {}, retimed=True)

@@ -100,7 +100,7 @@ def case_parameters() -> list[CaseParameters]:
 
 
 def _parameters(case: str) -> CaseParameters:
-    content = builtin(case).model_dump(exclude_none=True)
+    content = builtin(case).table()
     problem = builtin(case).problem()
     weights = problem.weights
     return CaseParameters(

@@ -221,7 +221,7 @@ def _problem(point: ScalingPoint) -> tuple[PopulationFunction, Box]:
 
 
 def _scenario(point: ScalingPoint) -> Scenario:
-    content = builtin(CASES[point.experiment]).model_dump()
+    content = builtin(CASES[point.experiment]).table()
     content["model"]["samples"] = point.n_o
     RESIZE[point.experiment](content, point)
     return parse_scenario(content)

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
+from problems.base import in_words
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.recorded_rows import BadRow, RecordedRows
 from tpbso_casadi.scenario.ros_messages import rows_of_message
-from tpbso_casadi.scenario.validation import in_words
 
 TYPES = ("trajectory_msgs/msg/JointTrajectory", "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory")
 LIBRARIES = ("mcap", "mcap_ros2")

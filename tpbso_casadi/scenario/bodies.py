@@ -6,10 +6,9 @@ import logging
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field
 
 from problems import InvalidProblem, Obstacle
-from problems.base import FloatArray
+from problems.base import Count, FloatArray
 from problems.geometry import Hull, boxes_around, convex_parts, read_cloud, read_mesh
 from problems.robots import Point3, as_point, matrix_of, quaternions_of
 from problems.scene import Box, Polytope
@@ -23,7 +22,7 @@ MOST_CORNERS = 2_000  # of a part
 GROWN = 1.0 + 1e-9  # rounding must not cut off a corner
 MOST_BOXES = 300  # around a cloud of points
 
-Part: TypeAlias = Annotated[list[SpacePoint], Field(min_length=4, max_length=MOST_CORNERS)]
+Part: TypeAlias = Annotated[list[SpacePoint], Count(4, MOST_CORNERS)]
 BoxCorners: TypeAlias = tuple[SpacePoint, SpacePoint]  # the lower one, and the upper one
 
 
@@ -33,7 +32,7 @@ class ShapeInFile(ObstacleSection):
     left_out: ClassVar[tuple[str, ...]] = (*ObstacleSection.left_out, "file", "quaternion", "parts_points", "boxes")
     made: ClassVar[str]  # the key of what is made
 
-    file: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
+    file: Annotated[str, Count(1, 1000)] | None = None
     center: SpacePoint = (0.0, 0.0, 0.0)
     quaternion: Quaternion | None = None
 
@@ -41,7 +40,7 @@ class ShapeInFile(ObstacleSection):
         if self.file is None or getattr(self, self.made) is not None:
             return self
         try:
-            return self.model_copy(update={self.made: self.made_of(self.file, folder.read_bytes(self.file))})
+            return self.replaced(**{self.made: self.made_of(self.file, folder.read_bytes(self.file))})
         except InvalidProblem as error:
             raise ScenarioError(f"file: {folder.path / self.file}: {error.reason}") from error
         except ScenarioError as error:
@@ -93,7 +92,7 @@ class MeshSection(ShapeInFile):
     shape: Literal["mesh"]
     scale: Positive | tuple[Number, Number, Number] = 1.0
     hull: bool = False
-    parts_points: Annotated[list[Part], Field(min_length=1, max_length=MOST_PARTS)] | None = None
+    parts_points: Annotated[list[Part], Count(1, MOST_PARTS)] | None = None
 
     def made_of(self, name: str, content: bytes) -> list[list[Point3]]:
         scale = self.scale if isinstance(self.scale, tuple) else (self.scale,) * 3
@@ -133,7 +132,7 @@ class PointsSection(ShapeInFile):
 
     shape: Literal["points"]
     radius: Positive
-    boxes: Annotated[list[BoxCorners], Field(min_length=1, max_length=MOST_BOXES)] | None = None
+    boxes: Annotated[list[BoxCorners], Count(1, MOST_BOXES)] | None = None
 
     def made_of(self, name: str, content: bytes) -> list[tuple[Point3, Point3]]:
         points = read_cloud(name, content)

@@ -2,52 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
 from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field, ValidatorFunctionWrapHandler, model_serializer, model_validator
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, InvalidProblem, Obstacle, Polytope, Robot
-from problems.base import FloatArray
+from problems.base import Count, FloatArray, did_you_mean, flat
 from problems.geometry import ball_corners
 from problems.robots import BoxShape, CapsuleShape, Carried, CylinderShape, HullShape, Shape, SphereShape, as_point
 from problems.scene import Solid
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import AnyObstacle
-from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, Word, hint
+from tpbso_casadi.scenario.validation import Positive, ScenarioError, Section, Word
 
 MOST_CARRIED = 20
 MOST_CONTACTS = 1_000
-Contacts: TypeAlias = Annotated[list[tuple[Word, Word]], Field(max_length=MOST_CONTACTS)]  # pairs of names
+Contacts: TypeAlias = Annotated[list[tuple[Word, Word]], Count(0, MOST_CONTACTS)]  # pairs of names
 DEFAULT_NAME = "carried"
 OWN = ("mass",)  # keys that an obstacle has not
+BODY = "body"
 
 
 class CarriedSection(Section):
     """One of the [[carried]]: the keys of an obstacle, in the tool's frame, and its mass in kg, spread evenly."""
 
     mass: Positive | None = None
-    body: AnyObstacle = Field(repr=False)
-
-    @model_validator(mode="wrap")
-    @classmethod
-    def _from_flat(cls, table: Any, handler: ValidatorFunctionWrapHandler) -> Self:
-        if not isinstance(table, dict):
-            return handler(table)  # type: ignore[no-any-return]
-        own = {key: table[key] for key in OWN if key in table}
-        return handler({**own, "body": {key: value for key, value in table.items() if key not in OWN}})  # type: ignore[no-any-return]
+    body: AnyObstacle = field(repr=False)
 
     @classmethod
-    def of(cls, body: ObstacleSection, mass: float | None) -> Self:
-        """What states a body with a mass in kg."""
-        return cls.model_construct({"mass", "body"}, mass=mass, body=body)
+    def from_table(cls, content: Any) -> Self:
+        if isinstance(content, Mapping):
+            own = {key: content[key] for key in OWN if key in content}
+            content = own | {BODY: {key: value for key, value in content.items() if key not in OWN}}
+        with flat(BODY):
+            return super().from_table(content)
 
-    @model_serializer(mode="plain")
-    def _flat(self) -> dict[str, Any]:
-        return self.body.model_dump() | ({} if self.mass is None else {"mass": self.mass})
+    def table(self) -> dict[str, Any]:
+        return self.body.table() | ({} if self.mass is None else {"mass": self.mass})
 
     @property
     def name(self) -> str:
@@ -60,7 +53,7 @@ class CarriedSection(Section):
         Raises:
             ScenarioError: it cannot be read.
         """
-        return self.model_copy(update={"body": self.body.with_files(folder)})
+        return self.replaced(body=self.body.with_files(folder))
 
     def build(self) -> Carried:
         """The body itself.
@@ -139,7 +132,8 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
             if name not in names and name not in robot.body_names:
                 known = [*robot.body_names, *sorted(names)]
                 raise ScenarioError(
-                    f"may_touch.{number}: nothing is called {name!r}{hint(name, known)}; there are {', '.join(known)}"
+                    f"may_touch.{number}: nothing is called {name!r}{did_you_mean(name, known)}; "
+                    f"there are {', '.join(known)}"
                 )
             if name in names and name in robot.body_names:
                 raise ScenarioError(f"may_touch.{number}: an obstacle and a body are called {name!r}: rename one")

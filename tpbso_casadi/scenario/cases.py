@@ -20,9 +20,10 @@ import casadi as ca
 import numpy as np
 
 from problems import Problem, Trajectory
+from problems.base import did_you_mean, shown_value
 from problems.families.two_segments import Quantities
 from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
-from tpbso_casadi.scenario.validation import ScenarioError, hint, shown
+from tpbso_casadi.scenario.validation import ScenarioError
 
 DEFAULT = "time-3"
 
@@ -54,7 +55,7 @@ def builtin(name: str) -> Scenario:
         ScenarioError: no such name; ``TITLES`` has them all.
     """
     if not isinstance(name, str) or name not in TITLES:
-        raise ScenarioError(f"no built-in scenario {shown(name)}{hint(name, TITLES)}")
+        raise ScenarioError(f"no built-in scenario {shown_value(name)}{did_you_mean(name, TITLES)}")
     kind, detail = name.rsplit("-", 1)
     if kind in SHAPES:
         return _path(SHAPES[kind], objective=detail)
@@ -91,15 +92,18 @@ BEST_KNOWN = {  # objectives of certified plans, s, rad or m, rounded up
     "closed-curve-time": 0.7398,
     "closed-curve-rotation": 17.580,
 }
-STATEMENT = {"arm", "robot", "task", "obstacles"}  # the tables of a scenario that say what is to be planned
+STATEMENT = ("arm", "robot", "task", "obstacles")  # the tables of a scenario that say what is to be planned
 
 
 def best_known(scenario: Scenario) -> float | None:
     """The objective of the best plan known, in its unit; None where the scenario states none of the built-in tasks."""
-    statement = scenario.model_dump(include=STATEMENT)
-    return next(
-        (best for name, best in BEST_KNOWN.items() if builtin(name).model_dump(include=STATEMENT) == statement), None
-    )
+    statement = _statement(scenario)
+    return next((best for name, best in BEST_KNOWN.items() if _statement(builtin(name)) == statement), None)
+
+
+def _statement(scenario: Scenario) -> list[Any]:
+    """The tables that say what is to be planned."""
+    return [getattr(scenario, key) for key in STATEMENT]
 
 
 ACCURACY_FACTOR = 1.5  # accuracy limit of a path over what the motion it is built around reaches
@@ -171,7 +175,7 @@ def _random_path(rng: np.random.Generator) -> Scenario | None:
     trajectory = trajectory.time_scaled(max(1.0, problem.exact_time_scale(trajectory)))
     [accuracy] = problem.progress_measures()
     task["accuracy"] = ACCURACY_FACTOR * accuracy.of_trajectory(trajectory)
-    return parse_scenario(scenario.model_dump() | {"task": task})
+    return parse_scenario(scenario.table() | {"task": task})
 
 
 def _arm(rng: np.random.Generator, links: int) -> dict[str, Any]:

@@ -20,10 +20,10 @@ from pathlib import Path
 from typing import Generic, TypeGuard, TypeVar
 
 from problems import LIMITS, OBJECTIVES, ROBOTS, Limit, Objective, Robot
+from problems.base import nearest_word
 from problems.objectives import WeightedSum
 from problems.robots import BUILT_IN
 from solvers import EXTERNAL, GRADIENT_SOLVERS, IPOPT, SOLVERS, AdaptiveBeetleSwarm, AnySolver, is_solver_class
-from tpbso_casadi.plain import nearest
 
 T = TypeVar("T")
 
@@ -129,7 +129,7 @@ def subclass_of(base: type[T] | tuple[type[T], ...]) -> Callable[[object], TypeG
 
 def _hint(name: str, known: Iterable[str]) -> str:
     known = sorted(known)
-    near = nearest(name, known, cutoff=0.4)
+    near = nearest_word(name, known, cutoff=0.4)
     return f"did you mean {near}?" if near else f"there are {', '.join(known) or 'none'}"
 
 

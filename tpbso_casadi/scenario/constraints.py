@@ -3,31 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import MISSING
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import (
-    AfterValidator,
-    Discriminator,
-    Field,
-    PlainValidator,
-    SerializeAsAny,
-    Tag,
-    create_model,
-    model_serializer,
-)
-
-from problems.base import InvalidProblem
+from problems.base import Checked, Count, InvalidProblem, InvalidTable, Key, ReadBy, not_among
 from problems.limits import HAND_CONSTRAINTS, HandConstraint, LimitKind
 from tpbso_casadi.scenario.expressions import ConstraintSection, NamedSection, OwnName, check_names
 from tpbso_casadi.scenario.validation import (
     MOST_EXPRESSIONS,
-    NestedError,
-    hint,
     in_tuples,
-    in_words,
     keys_of,
     read_section,
-    shown,
+    section_of_keys,
     stated_values,
 )
 
@@ -37,15 +24,8 @@ class HandSection(NamedSection):
 
     of_kind: ClassVar[type[HandConstraint]]
 
-    @model_serializer(mode="plain")
-    def _as_stated(self) -> dict[str, Any]:
-        """Nothing of what is left out."""
-        values = {key: getattr(self, key) for key in type(self).model_fields}
-        return {
-            key: list(value) if isinstance(value, tuple) else value
-            for key, value in values.items()
-            if value is not None
-        }
+    def table(self) -> dict[str, Any]:
+        return {key: value for key, value in super().table().items() if value is not None}
 
     def limit_kind(self) -> LimitKind:
         """The kind of limit.
@@ -53,17 +33,14 @@ class HandSection(NamedSection):
         Raises:
             InvalidProblem: naming the key that does not fit.
         """
-        keys = [key for key in type(self).model_fields if key != "kind"]
+        keys = self.schema().keys() - {"kind"}
         return self.of_kind(**{key: in_tuples(getattr(self, key)) for key in keys})
 
 
 def _section_of(kind: type[HandConstraint]) -> type[HandSection]:
     """The section of a kind of constraint, which is found again by its name where it is unpickled."""
-    keys: dict[str, Any] = keys_of(kind)
-    keys |= {"kind": (Literal[kind.kind], ...), "name": (OwnName, kind.kind)}
-    section = create_model(f"{kind.__name__}Section", __base__=HandSection, __module__=__name__, **keys)
-    section.of_kind = kind
-    return section
+    keys = keys_of(kind) | {"kind": Key(Literal[kind.kind], MISSING, MISSING), "name": Key(OwnName, kind.kind, MISSING)}
+    return section_of_keys(f"{kind.__name__}Section", HandSection, keys, __module__=__name__, of_kind=kind)
 
 
 SECTIONS: dict[str, type[HandSection]] = {name: _section_of(kind) for name, kind in HAND_CONSTRAINTS.items()}
@@ -81,20 +58,18 @@ def read_hand(table: Any) -> HandSection:
         return table
     kind = table["kind"]
     if not isinstance(kind, str) or kind not in SECTIONS:
-        options = in_words([repr(name) for name in SECTIONS])
-        raise NestedError(f"kind: input should be {options}, not {shown(kind)}{hint(kind, SECTIONS)}")
+        raise InvalidTable(not_among(kind, SECTIONS).reason, "kind")
     return read_section(SECTIONS[kind], table, "kind", kind)
 
 
-def _form(table: object) -> str:
-    return "hand" if isinstance(table, HandSection) or (isinstance(table, Mapping) and "kind" in table) else "own"
+def read_constraint(table: Any) -> NamedSection:
+    """The section of one of [[constraints]]: of a hand where it has a ``kind``, else of an expression."""
+    is_of_hand = isinstance(table, HandSection) or (isinstance(table, Mapping) and "kind" in table)
+    return read_hand(table) if is_of_hand else ConstraintSection.from_table(table)
 
 
-OfHand = Annotated[SerializeAsAny[HandSection], PlainValidator(read_hand)]
-AnyConstraint = Annotated[
-    Annotated[ConstraintSection, Tag("own")] | Annotated[OfHand, Tag("hand")], Discriminator(_form)
-]
-OwnConstraints = Annotated[list[AnyConstraint], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
+AnyConstraint = Annotated[NamedSection, ReadBy(read_constraint)]
+OwnConstraints = Annotated[list[AnyConstraint], Count(0, MOST_EXPRESSIONS), Checked(check_names)]
 
 
 def limit_kinds(sections: list[Any]) -> list[LimitKind]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import AfterValidator, Field, model_validator
-
 from problems import LIMITS, OBJECTIVES, InvalidProblem
+from problems.base import Checked, Count, InvalidTable
 from problems.limits import StatedExpression
 from problems.motions import InvalidText, SampleFunction, read
 from problems.objectives import ExpressionObjective
@@ -33,9 +32,9 @@ def _free(name: str) -> str:
     return name
 
 
-Expression = Annotated[str, Field(max_length=LONGEST_EXPRESSION), AfterValidator(_readable)]
-OwnName = Annotated[Word, AfterValidator(_free)]
-Bound = Annotated[list[Number], Field(min_length=1, max_length=MOST_VALUES)]
+Expression = Annotated[str, Count(0, LONGEST_EXPRESSION), Checked(_readable)]
+OwnName = Annotated[Word, Checked(_free)]
+Bound = Annotated[list[Number], Count(1, MOST_VALUES)]
 
 
 class NamedSection(Section):
@@ -52,15 +51,13 @@ class ConstraintSection(NamedSection):
     upper: Number | Bound | None = None
     expression: Expression
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def check(self) -> None:
         if len(self.expression.split("\n= ")) > MOST_VALUES:
-            raise ValueError(f"expression: more than {MOST_VALUES} values")
+            raise InvalidTable(f"more than {MOST_VALUES} values", "expression")
         try:
             self.limit_kind()
         except InvalidProblem as error:
-            raise ValueError(error.reason) from error
-        return self
+            raise InvalidTable(error.reason) from error
 
     @classmethod
     def of(cls, kind: StatedExpression) -> Self:
@@ -81,13 +78,11 @@ class ObjectiveSection(NamedSection):
     expression: Expression | None = None
     terminal: Expression | None = None
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def check(self) -> None:
         try:
             self.built()
         except InvalidProblem as error:
-            raise ValueError(error.reason) from error
-        return self
+            raise InvalidTable(error.reason) from error
 
     def built(self) -> ExpressionObjective:
         """The objective."""

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
-from pydantic import AfterValidator, Field
 
 from problems import InvalidProblem, Tabulated
-from problems.base import FloatArray, number_of, toml_tables
+from problems.base import Checked, Count, FloatArray, number_of, toml_tables
 from problems.scene import first_fault
 from tpbso_casadi.scenario.validation import LARGEST, MOST_GIVEN_POINTS, MOST_LINKS, Number, ScenarioError
 
@@ -312,8 +311,8 @@ def _alike(points: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
     return points
 
 
-PathPoint: TypeAlias = Annotated[tuple[Number, ...], AfterValidator(_point)]
-PathPoints: TypeAlias = Annotated[list[PathPoint], Field(max_length=MOST_GIVEN_POINTS), AfterValidator(_alike)]
+PathPoint: TypeAlias = Annotated[tuple[Number, ...], Checked(_point)]
+PathPoints: TypeAlias = Annotated[list[PathPoint], Count(0, MOST_GIVEN_POINTS), Checked(_alike)]
 
 
 def read_points(folder: InputFolder, name: str) -> list[tuple[float, ...]]:

@@ -42,7 +42,7 @@ def overridden(
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    content = scenario.model_dump()
+    content = scenario.table()
     content["model"] = scenario.model.stated() | dict(model)
     content["task"] |= task
     if arm is not None:
@@ -53,7 +53,7 @@ def overridden(
     if solver.get("name", scenario.solver.name) != scenario.solver.name:
         content["solver"]["settings"] = {}
     content["solver"] |= solver
-    named = {*scenario.solver.model_fields_set, *solver}
+    named = {*scenario.solver.stated_keys, *solver}
     if scenario.task.has_solver and "name" not in named:
         own = bool(content["model"].get("constraints") or content["task"].get("objectives"))
         table = scenario.robot_table

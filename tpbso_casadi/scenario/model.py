@@ -7,23 +7,13 @@ a key belongs that is stated.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    Discriminator,
-    Field,
-    SerializerFunctionWrapHandler,
-    Tag,
-    ValidationInfo,
-    model_serializer,
-)
-
 from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Robot, Trajectory
 from problems.assembly import Criteria
-from problems.base import FloatArray
+from problems.base import Checked, Count, FloatArray, InvalidTable, Range, at, in_words
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import KnotRedundancy
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, PluginError, find_objective
@@ -43,29 +33,15 @@ from tpbso_casadi.scenario.validation import (
     Section,
     Word,
     choice_of,
-    in_words,
 )
 
 if TYPE_CHECKING:
     from tpbso_casadi.scenario.scenario import Scenario
 
-OfCatalogue = choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)
-
-
-def _known_objective(name: str, info: ValidationInfo) -> str:
-    """A name that the task's own objectives have, which are validated before, or one of the catalogue."""
-    own = {objective.name for objective in info.data.get("objectives", ())}
-    return name if name in own else OfCatalogue.func(name)  # type: ignore[call-arg]
-
-
-ObjectiveName = Annotated[Word, AfterValidator(_known_objective)]
-OwnObjectives = Annotated[list[ObjectiveSection], Field(max_length=MOST_EXPRESSIONS), AfterValidator(check_names)]
+OF_CATALOGUE = choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)
+OwnObjectives = Annotated[list[ObjectiveSection], Count(0, MOST_EXPRESSIONS), Checked(check_names)]
 LimitName = Annotated[Word, choice_of(LIMIT_CATALOGUE.registry, LIMIT_CATALOGUE.find)]
 Formulation = Annotated[Word, choice_of(FORMULATIONS)]
-
-
-def _form_of_objective(value: object) -> str:
-    return "weights" if isinstance(value, dict) else "name"
 
 
 def _at_least_one(weights: dict[str, float]) -> dict[str, float]:
@@ -74,10 +50,7 @@ def _at_least_one(weights: dict[str, float]) -> dict[str, float]:
     return weights
 
 
-Weights = Annotated[dict[ObjectiveName, Positive], AfterValidator(_at_least_one)]
-ObjectiveChoice = Annotated[
-    Annotated[ObjectiveName, Tag("name")] | Annotated[Weights, Tag("weights")], Discriminator(_form_of_objective)
-]
+ObjectiveChoice = Word | Annotated[dict[Word, Positive], Checked(_at_least_one)]
 
 
 def without_empty(content: dict[str, Any], key: str) -> dict[str, Any]:
@@ -94,16 +67,16 @@ class ModelSection(Section):
     In a scenario that has been read nothing depends on the task any more: what was left out is filled in.
     """
 
-    samples: int = Field(default=50, ge=2, le=MOST_SAMPLES)
+    samples: Annotated[int, Range(2, MOST_SAMPLES)] = 50
     motion: Literal["paper", "spline", "time-spline"] = "paper"
     formulation: Formulation = "paper"
-    pieces: int | None = Field(default=None, ge=2, le=MOST_PIECES)
+    pieces: Annotated[int, Range(2, MOST_PIECES)] | None = None
     retime: bool = False
-    redundancy_values: int = Field(default=5, ge=2, le=100)
-    knots: int | None = Field(default=None, ge=2, le=MOST_POINTS)
+    redundancy_values: Annotated[int, Range(2, 100)] = 5
+    knots: Annotated[int, Range(2, MOST_POINTS)] | None = None
     knot_redundancy: KnotRedundancy = "free"
-    limits: list[LimitName] = Field(default_factory=list)
-    constraints: OwnConstraints = Field(default_factory=list)
+    limits: list[LimitName] = field(default_factory=list)
+    constraints: OwnConstraints = field(default_factory=list)
     margin: NotNegative = 0.0
     self_collision: bool = False
 
@@ -112,14 +85,13 @@ class ModelSection(Section):
         """Kinds of limits that hold besides those of the robot and of the obstacles."""
         return [*(LIMIT_CATALOGUE.find(name) for name in self.limits), *limit_kinds(self.constraints)]
 
-    @model_serializer(mode="wrap")
-    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_empty(serialize(self), "constraints")
+    def table(self) -> dict[str, Any]:
+        return without_empty(super().table(), "constraints")
 
     def stated(self) -> dict[str, Any]:
-        """What of it is not filled in from the task; plain data."""
-        filled = DEPENDENT - self.model_fields_set
-        return self.model_dump(exclude=filled)
+        """The keys as plain data, without those that are filled in from the task."""
+        filled = DEPENDENT - self.stated_keys
+        return {key: value for key, value in self.table().items() if key not in filled}
 
     def kept_by(self, robot: Robot) -> Robot:
         """The robot that keeps the margin, and clear of itself where that is asked for.
@@ -162,9 +134,15 @@ class TaskSection(Section):
 
     kind: Word
 
-    @model_serializer(mode="wrap")
-    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_empty(serialize(self), "objectives")
+    def check(self) -> None:
+        chosen, own = self.stated_objective, {each.name for each in getattr(self, "objectives", ())}
+        for name in [chosen] if isinstance(chosen, str) else chosen:
+            with at("objective", *[name][: not isinstance(chosen, str)]):
+                if name and name not in own:
+                    OF_CATALOGUE.function(name)
+
+    def table(self) -> dict[str, Any]:
+        return without_empty(super().table(), "objectives")
 
     @property
     def own_objectives(self) -> dict[str, Objective]:
@@ -268,46 +246,47 @@ def with_motion(model: ModelSection, task: TaskSection) -> ModelSection:
     """The [model] table with everything filled in that depends on the task.
 
     Raises:
-        ValueError: a key that the family of motions does not have; the message begins with the key's table.
+        InvalidTable: a key that the family of motions does not have.
     """
-    stated = model.model_fields_set
+    stated = model.stated_keys
     motion = model.motion if "motion" in stated else _default_motion(model, task)
     if motion not in task.motions:
         reason = f"kind = {task.kind!r} is planned with {in_words([repr(name) for name in task.motions])}"
-        raise ValueError(f"model.motion: {reason}, not {motion!r}")
+        raise InvalidTable(f"{reason}, not {motion!r}", "model", "motion")
     family = FAMILIES[motion]
     formulation = model.formulation if "formulation" in stated else family.formulations[0]
     if formulation not in family.formulations:
         owners = [name for name, other in FAMILIES.items() if formulation in other.formulations]
-        raise ValueError(f"model.formulation: {formulation!r} needs motion = {in_words([repr(o) for o in owners])}")
+        raise InvalidTable(
+            f"{formulation!r} needs motion = {in_words([repr(o) for o in owners])}", "model", "formulation"
+        )
     for key, owner in _foreign(model, task, motion):
-        raise ValueError(f"{key}: needs motion = {owner!r} in [model]")
+        raise InvalidTable(f"needs motion = {owner!r} in [model]", *key.split("."))
     if family.keeps_its_timing and "retime" in stated and model.retime:
-        raise ValueError(f"model.retime: motion = {motion!r} keeps the timing that is searched")
+        raise InvalidTable(f"motion = {motion!r} keeps the timing that is searched", "model", "retime")
     usual = family.timed_at_the_end or (not family.keeps_its_timing and _leaves_time_free(task))
     retime = model.retime if "retime" in stated else usual
-    values = {**dict(model), "motion": motion, "formulation": formulation, "retime": retime}
-    return ModelSection.model_construct(stated, **values)
+    return model.filled_in(motion=motion, formulation=formulation, retime=retime)
 
 
 def _default_motion(model: ModelSection, task: TaskSection) -> str:
     """The first family of the task, unless a key is stated that only another one has."""
     first, *others = task.motions
     foreign = {owner for _, owner in _foreign(model, task, first)}
-    if "formulation" in model.model_fields_set:
+    if "formulation" in model.stated_keys:
         foreign |= {name for name, family in FAMILIES.items() if "formulation" in family.keys}
     return next((name for name in others if name in foreign), first)
 
 
 def _foreign(model: ModelSection, task: TaskSection, motion: str) -> Iterator[tuple[str, str]]:
     """Keys that are stated, with their tables, and do not belong to a motion; and to which they do."""
-    fields = ModelSection.model_fields
+    fields = ModelSection.schema()
     for name, family in FAMILIES.items():
         if name == motion:
             continue
         for key in set(family.keys) - set(FAMILIES[motion].keys):
-            chosen = key in fields and getattr(model, key) != fields[key].default
-            if key != "formulation" and key in model.model_fields_set and chosen:
+            chosen = key in fields and getattr(model, key) != fields[key].usual
+            if key != "formulation" and key in model.stated_keys and chosen:
                 yield f"model.{key}", name
     owners = [name for name in task.motions if name != motion]
     if owners:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from problems import Trajectory
-from problems.base import number_of
+from problems.base import did_you_mean, in_words, number_of, shown_value
 from tpbso_casadi.plain import one_line
 from tpbso_casadi.scenario.bags import read_bag
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -26,7 +26,7 @@ from tpbso_casadi.scenario.recorded_rows import (
     check_count,
 )
 from tpbso_casadi.scenario.ros_messages import read_json, read_yaml
-from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError, hint, in_words, shown
+from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError
 
 SAME_MOTION = 1e-6  # rad and s, relative to the largest angle
 LARGEST_ARRAYS = 200_000_000  # bytes of a NPZ's arrays
@@ -99,7 +99,7 @@ def _columns(header: list[str], line: int) -> tuple[list[str], dict[tuple[str, s
             continue
         key = _numbered(name, line) if numbered else _named(name)
         if key in found:
-            raise BadRow(f"line {line}: the column {shown(name)} is there twice")
+            raise BadRow(f"line {line}: the column {shown_value(name)} is there twice")
         found[key] = column
     joints = [joint for symbol, joint in found if symbol == POSITION]
     if numbered:
@@ -120,7 +120,7 @@ def _columns(header: list[str], line: int) -> tuple[list[str], dict[tuple[str, s
 def _numbered(name: str, line: int) -> tuple[str, str]:
     match = COLUMN.fullmatch(name)
     if match is None:
-        raise BadRow(f"line {line}: {shown(name)} is no column of t,q1..qk,qd1..qdk,qdd1..qddk")
+        raise BadRow(f"line {line}: {shown_value(name)} is no column of t,q1..qk,qd1..qdk,qdd1..qddk")
     return match[1], match[2]
 
 
@@ -156,7 +156,7 @@ def _npz(folder: InputFolder, name: str) -> RecordedRows:
     arrays = _arrays(folder.read_bytes(name))
     unknown = next((each for each in arrays if each not in ARRAYS), None)
     if unknown is not None:
-        raise BadRow(f"has no use for the array {shown(unknown)}{hint(unknown, ARRAYS)}")
+        raise BadRow(f"has no use for the array {shown_value(unknown)}{did_you_mean(unknown, ARRAYS)}")
     found = {key: next((arrays[each] for each in names if each in arrays), None) for key, names in NPZ_NAMES.items()}
     for key in ("times", "positions"):
         if found[key] is None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import field
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
-
 from problems import InvalidProblem, Move, Obstacle, PointToPoint, Problem, Robot, move, point_to_point, time_move
 from problems.assembly import Criteria, objective_named
+from problems.base import Count
 from problems.limits import limits_of
 from problems.tasks import Elbow
 from tpbso_casadi.scenario.catalogues import find_objective
@@ -17,7 +17,7 @@ from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObject
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, built
 from tpbso_casadi.scenario.validation import ANGULAR, MOST_LINKS, NotNegative, Number, Positive, ScenarioError
 
-Velocities = Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]
+Velocities = Annotated[list[Number], Count(1, MOST_LINKS)]
 
 
 class PointToPointTask(TaskSection):
@@ -39,7 +39,7 @@ class PointToPointTask(TaskSection):
     start_velocity: Annotated[Velocities | None, ANGULAR] = None
     goal_velocity: Annotated[Velocities | None, ANGULAR] = None
     start_acceleration: Annotated[Velocities | None, ANGULAR] = None
-    objectives: OwnObjectives = Field(default_factory=list)
+    objectives: OwnObjectives = field(default_factory=list)
     objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
     segment_time: tuple[Positive, Positive] | None = None

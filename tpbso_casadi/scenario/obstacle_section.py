@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer
-
 from problems import ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle
+from problems.base import Checked, Count
 from problems.scene import ObstacleMotion
 from tpbso_casadi.scenario.input_files import (
     MOST_MOTION_ROWS,
@@ -20,7 +19,7 @@ from tpbso_casadi.scenario.input_files import (
 from tpbso_casadi.scenario.validation import NotNegative, Number, ScenarioError, Section, Word
 
 MOST_NUMBERS = 8  # of a row
-MotionRow = Annotated[list[Number], Field(max_length=MOST_NUMBERS)]
+MotionRow = Annotated[list[Number], Count(0, MOST_NUMBERS)]
 
 
 def _printable(name: str) -> str:
@@ -40,16 +39,15 @@ class ObstacleSection(Section):
     left_out: ClassVar[tuple[str, ...]] = ("name", "velocity", "motion", "motion_rows", "margin_rate")  # where empty
 
     shape: Word
-    name: Annotated[Word, AfterValidator(_printable)] = ""
-    velocity: Annotated[list[Number], Field(min_length=2, max_length=3)] | None = None
+    name: Annotated[Word, Checked(_printable)] = ""
+    velocity: Annotated[list[Number], Count(2, 3)] | None = None
     motion: Word | None = None
-    motion_rows: Annotated[list[MotionRow], Field(max_length=MOST_MOTION_ROWS)] | None = None
+    motion_rows: Annotated[list[MotionRow], Count(0, MOST_MOTION_ROWS)] | None = None
     margin_rate: NotNegative = 0.0
 
-    @model_serializer(mode="wrap")
-    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Nothing of a name, a motion or a file, where there is none."""
-        content: dict[str, Any] = serialize(self)
+    def table(self) -> dict[str, Any]:
+        """The keys as plain data, without a name, a motion or a file where there is none."""
+        content = super().table()
         return {
             key: value for key, value in content.items() if key not in self.left_out or value not in (None, 0.0, "")
         }
@@ -104,7 +102,7 @@ class ObstacleSection(Section):
             rows = read_motion_rows(folder, shaped.motion, shaped.parts()[0].dim)
         except ScenarioError as error:
             raise ScenarioError(f"motion: {error}") from error
-        return shaped.model_copy(update={"motion_rows": rows})
+        return shaped.replaced(motion_rows=rows)
 
     def _with_shape(self, folder: InputFolder) -> Self:
         """The same with its shape, where a file has it; by default none does."""
@@ -115,7 +113,7 @@ class ObstacleSection(Section):
         converted = super().in_radians()
         if self.motion_rows is None or not self._is_planar:
             return converted
-        return converted.model_copy(update={"motion_rows": in_radians(self.motion_rows)})
+        return converted.replaced(motion_rows=in_radians(self.motion_rows))
 
     @property
     def _is_planar(self) -> bool:

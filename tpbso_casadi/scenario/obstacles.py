@@ -4,35 +4,28 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from functools import cache
 from inspect import isabstract
 from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, TypeGuard, TypeVar
 
 import numpy as np
-from pydantic import (
-    PlainValidator,
-    SerializeAsAny,
-    create_model,
-)
 
 from problems import OBSTACLES, ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle, Tabulated
+from problems.base import InvalidTable, Key, ReadBy, not_among, shown_value
 from problems.scene import SOLIDS, ObstacleMotion
 from tpbso_casadi.scenario.bodies import MeshSection, PointsSection
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, failure
 from tpbso_casadi.scenario.input_files import InputFolder, motion_through
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.validation import (
-    NestedError,
     ScenarioError,
-    hint,
     in_tuples,
-    in_words,
     keys_of,
     path_of,
     plain,
     read_section,
-    shown,
+    section_of_keys,
     stated_values,
 )
 
@@ -49,7 +42,7 @@ class ShapeSection(ObstacleSection):
     @classmethod
     def fields(cls) -> list[str]:
         """The keys that are fields of its class."""
-        return [key for key in cls.model_fields if key not in ObstacleSection.model_fields]
+        return [key for key in cls.schema() if key not in ObstacleSection.schema()]
 
     @property
     def corners(self) -> int:
@@ -59,7 +52,7 @@ class ShapeSection(ObstacleSection):
         return self.of(**{key: in_tuples(getattr(self, key)) for key in self.fields()})
 
     def __reduce__(self) -> Any:
-        return _unfilled, (self.of, self.shape), self.__getstate__()
+        return _unfilled, (self.of, self.shape), vars(self)
 
 
 def states_a_shape(candidate: object) -> TypeGuard[type[ObstacleSection | Obstacle]]:
@@ -75,7 +68,7 @@ def states_a_shape(candidate: object) -> TypeGuard[type[ObstacleSection | Obstac
     return not any(name.startswith("_") or hasattr(ShapeSection, name) or name in TAKEN for name in names)
 
 
-TAKEN = frozenset(ShapeSection.model_fields)  # keys that every shape has
+TAKEN = frozenset(ShapeSection.schema())  # keys that every shape has
 IN_FILES: dict[str, type[ObstacleSection]] = {"mesh": MeshSection, "points": PointsSection}
 SHAPES: ChainMap[str, type[ObstacleSection | Obstacle]] = ChainMap(IN_FILES, SOLIDS, OBSTACLES)  # type: ignore[arg-type]
 SHAPE_CATALOGUE: Catalogue[type[ObstacleSection | Obstacle]] = Catalogue(
@@ -96,11 +89,9 @@ def section_of(kind: type[Obstacle], name: str) -> type[ShapeSection]:
         kind: its class, a dataclass.
         name: of the shape in a scenario.
     """
-    keys: dict[str, Any] = {key: value for key, value in keys_of(kind).items() if key not in (*kind.not_stated, *TAKEN)}
-    keys["shape"] = Literal[name], name if name == DEFAULT_SHAPE else ...
-    section = create_model(f"{kind.__name__}Section", __base__=ShapeSection, **keys)
-    section.of = kind
-    return section
+    keys = {key: value for key, value in keys_of(kind).items() if key not in (*kind.not_stated, *TAKEN)}
+    keys["shape"] = Key(Literal[name], name if name == DEFAULT_SHAPE else MISSING, MISSING)
+    return section_of_keys(f"{kind.__name__}Section", ShapeSection, keys, of=kind)
 
 
 def _unfilled(kind: type[Obstacle], name: str) -> ShapeSection:
@@ -253,18 +244,17 @@ def read_obstacle(table: Any) -> ObstacleSection:
     if isinstance(table, ObstacleSection):
         return table
     if not isinstance(table, dict):
-        raise ValueError(f"a table is needed, not {shown(table)}")
+        raise ValueError(f"a table is needed, not {shown_value(table)}")
     name = table.get("shape", DEFAULT_SHAPE)
     if not isinstance(name, str) or not (name in SHAPES or ":" in name or name in SHAPE_CATALOGUE.names()):
-        options = in_words([repr(shape) for shape in SHAPES])
-        raise NestedError(f"shape: input should be {options}, not {shown(name)}{hint(name, SHAPES)}")
+        raise InvalidTable(not_among(name, SHAPES).reason, "shape")
     try:
         section = _section_for(name, table)
     except PluginError as error:
-        raise NestedError(f"shape: {error}") from error
+        raise InvalidTable(str(error), "shape") from error
     except Exception as error:  # fields of a plug-in's class that are no keys
-        raise NestedError(f"shape: plug-in {name} failed: {failure(error)}") from error
+        raise InvalidTable(f"plug-in {name} failed: {failure(error)}", "shape") from error
     return read_section(section, table, "shape", name)
 
 
-AnyObstacle = Annotated[SerializeAsAny[ObstacleSection], PlainValidator(read_obstacle)]
+AnyObstacle = Annotated[ObstacleSection, ReadBy(read_obstacle)]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import field
 from math import pi
 from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
 
 from problems import (
     InvalidProblem,
@@ -21,7 +21,7 @@ from problems import (
     pentagram,
 )
 from problems.assembly import Criteria, joint_following
-from problems.base import FloatArray
+from problems.base import Count, FloatArray, Range
 from problems.families.traced import space_tracing, tracing
 from problems.motions import JointPath
 from problems.robots import SpatialArm
@@ -97,13 +97,13 @@ class JointPathTask(GivenPathTask):
     joints: Annotated[
         str
         | Annotated[
-            list[Annotated[list[Number], Field(min_length=1, max_length=MOST_LINKS)]],
-            Field(min_length=2, max_length=MOST_ROWS),
+            list[Annotated[list[Number], Count(1, MOST_LINKS)]],
+            Count(2, MOST_ROWS),
         ],
         ANGULAR,
     ]
     interpolation: Interpolation = "spline"
-    tolerance: Angle | None = Field(default=None, ge=0.0)
+    tolerance: Annotated[Angle, Range(least=0.0)] | None = None
 
     def with_files(self, folder: InputFolder) -> Self:
         if not isinstance(self.joints, str):
@@ -112,7 +112,7 @@ class JointPathTask(GivenPathTask):
             rows = read_joint_rows(folder, self.joints)
         except ScenarioError as error:
             raise ScenarioError(f"task.joints: {error}") from error
-        return self.model_copy(update={"joints": rows})
+        return self.replaced(joints=rows)
 
     def path(self) -> JointPath:
         if isinstance(self.joints, str):
@@ -147,8 +147,8 @@ class JointPiecesTask(GivenPathTask):
 
     kind: Literal["joint-path"]
     shape: Literal["pieces"]
-    breakpoints: Annotated[list[float], Field(min_length=2, max_length=MOST_PIECES)]
-    coefficients: Annotated[list[list[list[float]]], Field(min_length=2, max_length=MOST_COEFFICIENTS)]
+    breakpoints: Annotated[list[float], Count(2, MOST_PIECES)]
+    coefficients: Annotated[list[list[list[float]]], Count(2, MOST_COEFFICIENTS)]
 
     def path(self) -> JointPath:
         return JointPath(*trajectory_pieces(self.breakpoints, self.coefficients))
@@ -188,7 +188,7 @@ class PathTask(TaskSection):
     kind: Literal["path"]
     accuracy: Positive
     angular_accuracy: Annotated[Positive | None, ANGULAR] = None
-    objectives: OwnObjectives = Field(default_factory=list)
+    objectives: OwnObjectives = field(default_factory=list)
     objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
     total_time: tuple[Positive, Positive] | None = None
@@ -277,16 +277,12 @@ def check_path(path: Path, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Non
         raise InvalidProblem("count", reason)
 
 
-def _kind_of_points(value: Any) -> str:
-    return "file" if isinstance(value, str) else "list"
-
-
 class PointsTask(PathTask):
     """The user's own points or poses: a CSV file beside the scenario file, or a list."""
 
-    points: Annotated[Annotated[str, Tag("file")] | Annotated[PathPoints, Tag("list")], Discriminator(_kind_of_points)]
+    points: PathPoints | str
     closed: bool = False
-    count: int | None = Field(default=None, ge=2, le=MOST_POINTS)
+    count: Annotated[int, Range(2, MOST_POINTS)] | None = None
 
     def with_files(self, folder: InputFolder) -> Self:
         if not isinstance(self.points, str):
@@ -295,7 +291,7 @@ class PointsTask(PathTask):
             points = read_points(folder, self.points)
         except ScenarioError as error:
             raise ScenarioError(f"task.points: {error}") from error
-        return self.model_copy(update={"points": points})
+        return self.replaced(points=points)
 
     def path(self) -> Path:
         """The points as they are, or resampled to ``count``."""
@@ -324,7 +320,7 @@ class PentagramTask(PathTask):
     center: PlanarPoint = (0.0, 0.0)
     radius: Positive
     angle: Angle = pi / 2.0
-    count: int = Field(default=50, ge=6, le=MOST_POINTS)
+    count: Annotated[int, Range(6, MOST_POINTS)] = 50
 
     def path(self) -> Path:
         return pentagram(self.center, self.radius, self.angle, self.count)
@@ -337,9 +333,9 @@ class ClosedCurveTask(PathTask):
     center: PlanarPoint = (0.0, 0.0)
     radius: Positive
     angle: Angle = 0.0
-    waves: int = Field(default=6, ge=1, le=100)
-    depth: float = Field(default=0.0, gt=-1.0, lt=1.0)
-    count: int = Field(default=50, ge=4, le=MOST_POINTS)
+    waves: Annotated[int, Range(1, 100)] = 6
+    depth: Annotated[float, Range(above=-1.0, below=1.0)] = 0.0
+    count: Annotated[int, Range(4, MOST_POINTS)] = 50
 
     def path(self) -> Path:
         return closed_curve(self.center, self.radius, self.angle, self.waves, self.depth, self.count)

@@ -4,25 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Self, TypeAlias
-
-from pydantic import (
-    Field,
-    PlainValidator,
-    SerializerFunctionWrapHandler,
-    TypeAdapter,
-    ValidationError,
-    model_serializer,
-    model_validator,
-)
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 from problems import Joints, Place, Position
+from problems.base import Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.tasks import Pose
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_EVALUATIONS,
     MOST_LINKS,
-    NestedError,
     NotNegative,
     Number,
     PlanarPoint,
@@ -31,16 +21,12 @@ from tpbso_casadi.scenario.validation import (
     ScenarioError,
     Section,
     SpacePoint,
-    as_text,
-    describe,
     in_tuples,
     plain,
-    shown,
 )
 
 MOST_PLACES = 100  # goals, or vias
 FORMS = "[x, y], { joints = [...] } or { position = [...] }"
-POINT: TypeAdapter[PlanarPoint] = TypeAdapter(PlanarPoint)
 
 
 class PlaceTable(Section):
@@ -67,10 +53,8 @@ class PlaceTable(Section):
         stated = {key: plain(getattr(place, field)) for key, field in cls.fields.items()}
         return {key: value for key, value in stated.items() if value is not None and value != 0.0}
 
-    @model_serializer(mode="wrap")
-    def _as_stated(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = serialize(self)
-        return {key: value for key, value in content.items() if value is not None and value != 0.0}
+    def table(self) -> dict[str, Any]:
+        return {key: value for key, value in super().table().items() if value is not None and value != 0.0}
 
 
 class JointsTable(PlaceTable):
@@ -79,7 +63,7 @@ class JointsTable(PlaceTable):
     of = Joints
     fields = MappingProxyType({"joints": "values", "within": "within"})
 
-    joints: Annotated[list[Number], ANGULAR, Field(min_length=1, max_length=MOST_LINKS)]
+    joints: Annotated[list[Number], ANGULAR, Count(1, MOST_LINKS)]
 
 
 class PositionTable(PlaceTable):
@@ -118,12 +102,8 @@ def read_place(value: Any) -> PlaceValue:
     if kinds == [PositionTable] and _in_space(value):
         kinds = [PoseTable]
     if not isinstance(value, (list, tuple)) and len(kinds) != 1:
-        raise ValueError(f"{FORMS} is needed, not {shown(value)}")
-    try:
-        return kinds[0].model_validate_json(as_text(value), strict=True) if kinds else _point(value)
-    except ValidationError as error:
-        reason = describe(error, kinds[0] if kinds else Section, value)
-        raise (NestedError if error.errors()[0]["loc"] else ValueError)(reason) from error
+        raise ValueError(f"{FORMS} is needed, not {shown_value(value)}")
+    return kinds[0].from_table(value) if kinds else _point(value)
 
 
 def _in_space(table: dict[str, Any]) -> bool:
@@ -133,8 +113,8 @@ def _in_space(table: dict[str, Any]) -> bool:
 
 def _point(value: Any) -> PlanarPoint:
     if len(value) == 3:
-        raise ValueError(f"a point in space is {{ position = [x, y, z] }}, not {shown(value)}")
-    return POINT.validate_json(as_text(value), strict=True)
+        raise ValueError(f"a point in space is {{ position = [x, y, z] }}, not {shown_value(value)}")
+    return reader(PlanarPoint)(value)  # type: ignore[no-any-return]
 
 
 def read_places(value: Any) -> list[PlaceValue]:
@@ -144,17 +124,13 @@ def read_places(value: Any) -> list[PlaceValue]:
         ValueError: it is none, or one of them is not a place.
     """
     if not isinstance(value, list) or not value:
-        raise ValueError(f"a list of {FORMS} is needed, not {shown(value)}")
+        raise ValueError(f"a list of {FORMS} is needed, not {shown_value(value)}")
     if len(value) > MOST_PLACES:
         raise ValueError(f"{len(value)} places; at most {MOST_PLACES} are planned")
     places = []
     for index, place in enumerate(value):
-        try:
+        with at(index):
             places.append(read_place(place))
-        except NestedError as error:
-            raise NestedError(f"{index}.{error}") from error
-        except ValueError as error:
-            raise NestedError(f"{index}: {error}") from error
     return places
 
 
@@ -182,14 +158,14 @@ def stated_place(place: Place, name: str) -> dict[str, Any]:
 
 
 # a PlaceValue, one or a list of them, a list of them; Any is how a tuple or a table is written back as it was
-AnyPlace = Annotated[Any, PlainValidator(read_place)]
-AnyGoals = Annotated[Any, PlainValidator(read_goals)]
-AnyPlaces = Annotated[Any, PlainValidator(read_places)]
+AnyPlace = Annotated[Any, ReadBy(read_place)]
+AnyGoals = Annotated[Any, ReadBy(read_goals)]
+AnyPlaces = Annotated[Any, ReadBy(read_places)]
 
 
 MOST_TICKS = 100_000
 WHOLE = 1e-9  # so much short of a whole number of periods is rounding
-Coordinates = Annotated[list[Number], Field(min_length=2, max_length=3)]
+Coordinates = Annotated[list[Number], Count(2, 3)]
 
 
 class SimulationSection(Section):
@@ -212,27 +188,25 @@ class SimulationSection(Section):
     goals: AnyPlaces | None = None
     changes_every: Positive | None = None
     course_rate: NotNegative = 0.0
-    region: Annotated[list[Coordinates], Field(min_length=2, max_length=2)] | None = None
-    evaluations: int | None = Field(default=None, gt=0, le=MOST_EVALUATIONS)
+    region: Annotated[list[Coordinates], Count(2, 2)] | None = None
+    evaluations: Annotated[int, Range(above=0, most=MOST_EVALUATIONS)] | None = None
     within: Positive | None = None
 
-    @model_validator(mode="after")
-    def _of_one_size(self) -> Self:
+    def check(self) -> None:
         if self.every > self.seconds:
-            raise NestedError(f"every: {self.every:g} s is more than the {self.seconds:g} s that are simulated")
+            raise InvalidTable(f"{self.every:g} s is more than the {self.seconds:g} s that are simulated", "every")
         if self.seconds / self.every > MOST_TICKS:
-            raise NestedError(f"every: {self.seconds / self.every:.0f} replans; at most {MOST_TICKS} are simulated")
+            raise InvalidTable(f"{self.seconds / self.every:.0f} replans; at most {MOST_TICKS} are simulated", "every")
         if self.changes_every is not None and not self.course_rate:
-            raise NestedError("course_rate: missing key; changes_every needs to know how large a change may be")
+            raise InvalidTable("missing key; changes_every needs to know how large a change may be", "course_rate")
         if self.region is not None:
             self._check_region(*self.region)
-        return self
 
     def _check_region(self, lower: list[float], upper: list[float]) -> None:
         if len(lower) != len(upper):
-            raise NestedError(f"region: corners of {len(lower)} and of {len(upper)} coordinates")
+            raise InvalidTable(f"corners of {len(lower)} and of {len(upper)} coordinates", "region")
         if not all(low < high for low, high in zip(lower, upper, strict=True)):
-            raise NestedError("region: the first corner has to be below the second one in every coordinate")
+            raise InvalidTable("the first corner has to be below the second one in every coordinate", "region")
 
     @property
     def ticks(self) -> int:

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from problems.base import FloatArray
-from tpbso_casadi.scenario.validation import ScenarioError, hint, shown
+from problems.base import FloatArray, did_you_mean, shown_value
+from tpbso_casadi.scenario.validation import ScenarioError
 
 MOST_MOTION_ROWS = 20_000  # of a motion: a minute at 333 Hz
 LARGEST_STATE = 1e9  # of a time, an angle or a rate
@@ -75,17 +75,18 @@ def joint_order(names: list[str], known: Iterator[tuple[str, ...]], place: str =
     """
     twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
     if twice is not None:
-        raise ScenarioError(f"{place}: {shown(twice)} is there twice")
+        raise ScenarioError(f"{place}: {shown_value(twice)} is there twice")
     listed = list(known)
     own = next((joints for joints in listed if set(joints) & set(names)), listed[0])
     unknown = next((name for name in names if name not in own), None)
     if unknown is not None:
         raise ScenarioError(
-            f"{place}: the robot has no joint {shown(unknown)}; it has {', '.join(own)}{hint(unknown, own)}"
+            f"{place}: the robot has no joint {shown_value(unknown)}; "
+            f"it has {', '.join(own)}{did_you_mean(unknown, own)}"
         )
     missing = next((name for name in own if name not in names), None)
     if missing is not None:
-        raise ScenarioError(f"{place}: {shown(missing)} is missing")
+        raise ScenarioError(f"{place}: {shown_value(missing)} is missing")
     return [names.index(name) for name in own]
 
 

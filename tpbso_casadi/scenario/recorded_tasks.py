@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, field
 from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer
 
 from problems import InvalidProblem, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria, recorded_motion
-from problems.base import FloatArray
+from problems.base import Count, FloatArray, Range
 from problems.motions import MotionRows, RowInterpolation
 from problems.tasks import RecordedMotion, Task
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -18,12 +17,12 @@ from tpbso_casadi.scenario.model import ModelSection, TaskSection, without_empty
 from tpbso_casadi.scenario.motion_files import read_recorded
 from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
 from tpbso_casadi.scenario.recorded_rows import MOST_MOTION_ROWS, RATES, as_columns, joint_order
-from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, NotNegative, ScenarioError, Word, describe
+from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, NotNegative, ScenarioError, Word, read_table
 
 MOST_REMARKS, LONGEST_REMARK = 100, 500  # characters
-Remark = Annotated[str, Field(max_length=LONGEST_REMARK)]
-Row = Annotated[list[float], Field(max_length=MOST_LINKS)]
-Rows = Annotated[list[Row], Field(max_length=MOST_MOTION_ROWS)]
+Remark = Annotated[str, Count(0, LONGEST_REMARK)]
+Row = Annotated[list[float], Count(0, MOST_LINKS)]
+Rows = Annotated[list[Row], Count(0, MOST_MOTION_ROWS)]
 
 
 class StatedMotionTask(TaskSection):
@@ -32,13 +31,12 @@ class StatedMotionTask(TaskSection):
     is_searched: ClassVar[bool] = False
     has_solver: ClassVar[bool] = False
     motions: ClassVar[tuple[str, ...]] = ("spline",)
-    remarks: Annotated[list[Remark], Field(max_length=MOST_REMARKS)] = Field(default_factory=list)
+    remarks: Annotated[list[Remark], Count(0, MOST_REMARKS)] = field(default_factory=list)
     stay: NotNegative = 0.0
-    without: Annotated[list[Word], Field(max_length=MOST_EXPRESSIONS)] = Field(default_factory=list)
+    without: Annotated[list[Word], Count(0, MOST_EXPRESSIONS)] = field(default_factory=list)
 
-    @model_serializer(mode="wrap")
-    def _without_empty_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_empty(without_empty(serialize(self), "without"), "message")
+    def table(self) -> dict[str, Any]:
+        return without_empty(without_empty(super().table(), "without"), "message")
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The motion of a robot's joints among obstacles.
@@ -74,12 +72,12 @@ class MotionRowsTask(StatedMotionTask):
 
     kind: Literal["recorded-motion"]
     file: str | None = None
-    message: Annotated[int, Field(ge=1)] | None = None
-    times: Annotated[list[float], Field(max_length=MOST_MOTION_ROWS)] = Field(default_factory=list)
-    positions: Rows = Field(default_factory=list)
-    velocities: Rows = Field(default_factory=list)
-    accelerations: Rows = Field(default_factory=list)
-    joint_names: Annotated[list[Word], Field(max_length=MOST_LINKS)] = Field(default_factory=list)
+    message: Annotated[int, Range(least=1)] | None = None
+    times: Annotated[list[float], Count(0, MOST_MOTION_ROWS)] = field(default_factory=list)
+    positions: Rows = field(default_factory=list)
+    velocities: Rows = field(default_factory=list)
+    accelerations: Rows = field(default_factory=list)
+    joint_names: Annotated[list[Word], Count(0, MOST_LINKS)] = field(default_factory=list)
     interpolation: RowInterpolation = "auto"
 
     def with_files(self, folder: InputFolder) -> Self:
@@ -91,7 +89,7 @@ class MotionRowsTask(StatedMotionTask):
             rows = read_recorded(folder, self.file, self.message)
         except ScenarioError as error:
             raise ScenarioError(f"task.file: {error}") from error
-        return self.model_copy(update=rows_table(rows) | {"file": None, "message": None})
+        return self.replaced(**rows_table(rows), file=None, message=None)
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         if self.file is not None:
@@ -126,9 +124,9 @@ class MotionPiecesTask(StatedMotionTask):
 
     kind: Literal["recorded-motion"]
     shape: Literal["pieces"]
-    breakpoints: Annotated[list[float], Field(min_length=2, max_length=MOST_PIECES)]
-    coefficients: Annotated[list[list[list[float]]], Field(min_length=1, max_length=MOST_COEFFICIENTS)]
-    joint_names: Annotated[list[Word], Field(max_length=MOST_LINKS)] = Field(default_factory=list)
+    breakpoints: Annotated[list[float], Count(2, MOST_PIECES)]
+    coefficients: Annotated[list[list[list[float]]], Count(1, MOST_COEFFICIENTS)]
+    joint_names: Annotated[list[Word], Count(0, MOST_LINKS)] = field(default_factory=list)
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The pieces themselves, from t = 0."""
@@ -153,10 +151,7 @@ def read_motion(table: dict[str, Any]) -> StatedMotionTask:
         ScenarioError: naming the first wrong key.
     """
     section: type[StatedMotionTask] = MotionPiecesTask if "shape" in table else MotionRowsTask
-    try:
-        return section.model_validate(table, strict=True)
-    except ValidationError as error:
-        raise ScenarioError(f"task.{describe(error, section, table)}") from error
+    return read_table(section, "task", table)
 
 
 def motion_table(trajectory: Trajectory, begins: float = 0.0, task: Task | None = None) -> dict[str, Any]:

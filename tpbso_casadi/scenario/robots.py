@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from math import radians
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, PlainValidator, SerializeAsAny
-
 from problems import InvalidProblem, PlanarArm, Robot
+from problems.base import Count, ReadBy, shown_value
 from problems.robots import (
     BUILT_IN,
     PLANAR_GRAVITY,
@@ -35,7 +35,6 @@ from tpbso_casadi.scenario.validation import (
     path_of,
     plain,
     read_section,
-    shown,
     stated_values,
 )
 
@@ -74,13 +73,13 @@ class ArmSection(Section):
     usual_descents: ClassVar[int] = 1
     usual_solver: ClassVar[str] = "abso"
 
-    link_lengths: list[Positive] = Field(min_length=2, max_length=MOST_LINKS)
+    link_lengths: Annotated[list[Positive], Count(2, MOST_LINKS)]
     max_speed: Annotated[Positive | list[Positive], ANGULAR]
     max_acceleration: Annotated[Positive | list[Positive], ANGULAR]
     joint_limits: Annotated[list[Interval] | None, ANGULAR] = None
     max_jerk: Annotated[Positive | list[Positive] | None, ANGULAR] = None
     link_radius: NotNegative | list[NotNegative] = 0.0
-    base: list[Number] = Field(default=[0.0, 0.0], min_length=2, max_length=3)
+    base: Annotated[list[Number], Count(2, 3)] = field(default_factory=lambda: [0.0, 0.0])
     tool: PlanarPoint = (0.0, 0.0)
     max_torque: Positive | list[Positive] | None = None
     link_masses: Positive | list[Positive] | None = None
@@ -98,11 +97,11 @@ class ArmSection(Section):
 
     def in_radians(self) -> Self:
         base = [*self.base[:2], *map(radians, self.base[2:])]
-        return super().in_radians().model_copy(update={"base": base})
+        return super().in_radians().replaced(base=base)
 
     def with_links(self, links: int) -> Self:
         """The same reach and limits with another number of equal links."""
-        return self.model_copy(update={"link_lengths": [sum(self.link_lengths) / links] * links})
+        return self.replaced(link_lengths=[sum(self.link_lengths) / links] * links)
 
     def build(self) -> PlanarArm:
         """The robot arm itself.
@@ -112,7 +111,7 @@ class ArmSection(Section):
         """
         try:
             return PlanarArm(
-                **{key: self._each(getattr(self, key)) for key in type(self).model_fields if key not in PARTS},
+                **{key: self._each(getattr(self, key)) for key in self.schema() if key not in PARTS},
                 base_point=(self.base[0], self.base[1]),
                 base_angle=sum(self.base[2:]),
                 tool_offset=self.tool,
@@ -166,7 +165,7 @@ class RobotSection(Section):
     usual_solver: ClassVar[str] = "abso"
 
     model: Word
-    settings: dict[str, Any] = Field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
@@ -180,7 +179,7 @@ class RobotSection(Section):
         except PluginError:  # said when it is built
             return self
         settings = {key: in_radians(value, angular=key in angular) for key, value in self.settings.items()}
-        return self.model_copy(update={"settings": settings})
+        return self.replaced(settings=settings)
 
     @property
     def plugins(self) -> list[str]:
@@ -228,7 +227,9 @@ def check_numbers(key: str, value: object) -> None:
         for index, entry in enumerate(value):
             check_numbers(f"{key}.{index}", entry)
     elif isinstance(value, (int, float)) and not (value == 0 or SMALLEST <= abs(value) <= LARGEST):
-        raise ScenarioError(f"{key}: {shown(value)} is not zero, nor between {SMALLEST:g} and {LARGEST:g} in magnitude")
+        raise ScenarioError(
+            f"{key}: {shown_value(value)} is not zero, nor between {SMALLEST:g} and {LARGEST:g} in magnitude"
+        )
 
 
 def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
@@ -240,11 +241,11 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
     if isinstance(table, (RobotSection, SpatialRobotSection)):
         return table
     if not isinstance(table, dict):
-        raise ValueError(f"a table is needed, not {shown(table)}")
+        raise ValueError(f"a table is needed, not {shown_value(table)}")
     in_space = "model" not in table or "urdf" in table or str(table["model"]) in BUILT_IN
     if in_space:
         return read_section(SpatialRobotSection, table, "model", "")
     return read_section(RobotSection, table, "model", str(table["model"]))
 
 
-AnyRobot = Annotated[SerializeAsAny[RobotSection | SpatialRobotSection], PlainValidator(read_robot)]
+AnyRobot = Annotated[RobotSection | SpatialRobotSection, ReadBy(read_robot)]

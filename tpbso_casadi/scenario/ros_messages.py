@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 
 import yaml
 
-from problems.base import number_of
+from problems.base import number_of, shown_value
 from tpbso_casadi.plain import one_line
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.recorded_rows import LARGEST_STATE, RATES, BadRow, RecordedRows, Row, check_count
-from tpbso_casadi.scenario.validation import MOST_LINKS, shown
+from tpbso_casadi.scenario.validation import MOST_LINKS
 
 NUMBERS = {
     "tag:yaml.org,2002:int": re.compile(r"[-+]?(0|[1-9][0-9]*)"),
@@ -37,7 +37,7 @@ class _SafeLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignor
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode) and key.value in known:
                 raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {shown(key.value)} is there twice", key.start_mark
+                    None, None, f"the key {shown_value(key.value)} is there twice", key.start_mark
                 )
             known.add(key.value)
 
@@ -94,7 +94,7 @@ def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
         if key in found:
-            raise BadRow(f"the key {shown(key)} is there twice")
+            raise BadRow(f"the key {shown_value(key)} is there twice")
         found[key] = value
     return found
 
@@ -131,7 +131,7 @@ def rows_of_message(document: Any) -> RecordedRows:
     for number, point in enumerate(points):
         place = f"{key}points[{number}]"
         if not isinstance(point, dict):
-            raise BadRow(f"{place}: a table is needed, not {shown(point)}")
+            raise BadRow(f"{place}: a table is needed, not {shown_value(point)}")
         times.append(_seconds(point.get("time_from_start"), f"{place}.time_from_start"))
         for state, rows in states.items():
             rows.append(_values(point.get(state), len(names), f"{place}.{state}", state == "positions"))
@@ -161,7 +161,7 @@ def _start_remarks(place: str, start: dict[str, Any], first: dict[str, float]) -
     away = {name: abs(given[name] - value) for name, value in first.items() if name in given}
     if away and max(away.values()) > SAME_STATE:
         joint = max(away, key=away.__getitem__)
-        yield f"how the arm gets from {place} to the first row: {shown(joint)} is off by {away[joint]:.6g}"
+        yield f"how the arm gets from {place} to the first row: {shown_value(joint)} is off by {away[joint]:.6g}"
 
 
 Starts = list[tuple[str, dict[str, Any]]]
@@ -222,7 +222,7 @@ def _values(value: Any, width: int, place: str, needed: bool) -> Row:
             raise BadRow(f"{place}: {width} numbers are needed")
         return []
     if not isinstance(value, list) or len(value) != width:
-        count = len(value) if isinstance(value, list) else shown(value)
+        count = len(value) if isinstance(value, list) else shown_value(value)
         raise BadRow(f"{place}: {width} numbers are needed, one for each of joint_names, not {count}")
     return [_number(each, place) for each in value]
 
@@ -234,5 +234,5 @@ def _number(value: Any, place: str) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not abs(number) <= LARGEST_STATE:
-        raise BadRow(f"{place}: a number of at most {LARGEST_STATE:g} is needed, not {shown(value)}")
+        raise BadRow(f"{place}: a number of at most {LARGEST_STATE:g} is needed, not {shown_value(value)}")
     return number

@@ -11,21 +11,12 @@ import pathlib
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
-
-from pydantic import (
-    AfterValidator,
-    Field,
-    SerializerFunctionWrapHandler,
-    ValidationError,
-    model_serializer,
-    model_validator,
-)
 
 from problems import InvalidProblem, Obstacle, Problem, Robot, Trajectory
 from problems.assembly import Criteria
-from problems.base import FloatArray, too_much
+from problems.base import Checked, Count, FloatArray, InvalidTable, Range, at, did_you_mean, shown_value, too_much
 from solvers import AnySolver, Budget
 from tpbso_casadi.scenario.carried import (
     MOST_CARRIED,
@@ -68,11 +59,7 @@ from tpbso_casadi.scenario.validation import (
     ScenarioError,
     Section,
     Word,
-    as_text,
-    describe,
-    hint,
     named,
-    shown,
 )
 
 LOG = logging.getLogger(__name__)
@@ -104,16 +91,16 @@ class BuiltScene(NamedTuple):
 class SolverSection(Section):
     """[solver]: which search, how long, from which seed; the command line overrides."""
 
-    name: Annotated[Word, AfterValidator(current_name)] = "bso"
-    population: int | None = Field(default=None, le=MOST_MEMBERS)
-    iterations: int | None = Field(default=None, gt=0, le=MOST_ITERATIONS)
-    evaluations: int | None = Field(default=None, gt=0, le=MOST_EVALUATIONS)
+    name: Annotated[Word, Checked(current_name)] = "bso"
+    population: Annotated[int, Range(most=MOST_MEMBERS)] | None = None
+    iterations: Annotated[int, Range(above=0, most=MOST_ITERATIONS)] | None = None
+    evaluations: Annotated[int, Range(above=0, most=MOST_EVALUATIONS)] | None = None
     time_limit: Positive | None = None
     within: Positive | None = None
     first: bool = False
-    seed: int = Field(default=1, ge=0, le=LARGEST_SEED)
-    polish_starts: int = Field(default=0, ge=0, le=MOST_POLISH_STARTS)
-    settings: dict[str, int | float | Word] = Field(default_factory=dict)
+    seed: Annotated[int, Range(0, LARGEST_SEED)] = 1
+    polish_starts: Annotated[int, Range(0, MOST_POLISH_STARTS)] = 0
+    settings: dict[str, int | float | Word] = field(default_factory=dict)
 
     @property
     def is_direct(self) -> bool:
@@ -160,13 +147,13 @@ class SolverSection(Section):
         known = list(getattr(kind, "__dataclass_fields__", {}))
         for key, value in settings.items():
             if known and key not in known:
-                raise ScenarioError(f"solver.settings.{key}: {self.name} has no such setting{hint(key, known)}")
+                raise ScenarioError(f"solver.settings.{key}: {self.name} has no such setting{did_you_mean(key, known)}")
             needed, what = NEEDED.get(type(getattr(kind, key, None)), (object, ""))
             if not isinstance(value, needed):
-                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {shown(value)}")
+                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {shown_value(value)}")
             most = MOST_MEMBERS if key == "population" else LARGEST_SETTING
             if isinstance(value, int) and abs(value) > most:
-                raise ScenarioError(f"solver.settings.{key}: {shown(value)} is more than {most}")
+                raise ScenarioError(f"solver.settings.{key}: {shown_value(value)} is more than {most}")
             check_numbers(f"solver.settings.{key}", value)
 
     def budget(self) -> Budget:
@@ -182,12 +169,12 @@ class Scenario(FileSection):
     arm: ArmSection | None = None
     robot: AnyRobot | None = None
     task: AnyTask
-    obstacles: list[AnyObstacle] = Field(default_factory=list, max_length=MOST_OBSTACLES)
-    scene: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
-    carried: list[CarriedSection] = Field(default_factory=list, max_length=MOST_CARRIED)
-    may_touch: Contacts = Field(default_factory=list)
+    obstacles: Annotated[list[AnyObstacle], Count(0, MOST_OBSTACLES)] = field(default_factory=list)
+    scene: Annotated[str, Count(1, 1000)] | None = None
+    carried: Annotated[list[CarriedSection], Count(0, MOST_CARRIED)] = field(default_factory=list)
+    may_touch: Contacts = field(default_factory=list)
     model: ModelSection = ModelSection()
-    constraints: OwnConstraints = Field(default_factory=list)
+    constraints: OwnConstraints = field(default_factory=list)
     solver: SolverSection = SolverSection()
     simulation: SimulationSection | None = None
 
@@ -202,9 +189,8 @@ class Scenario(FileSection):
 
     __str__ = __repr__
 
-    @model_serializer(mode="wrap")
-    def _without_missing_tables(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = serialize(self)
+    def table(self) -> dict[str, Any]:
+        content = super().table()
         for key in ("simulation", "scene", "carried", "may_touch", "constraints"):
             if not getattr(self, key):
                 content.pop(key, None)  # which is not there where tables are chosen
@@ -229,29 +215,28 @@ class Scenario(FileSection):
         ours |= {"path", *SOLVER_CATALOGUE.registry, *self.task.own_objectives}
         return [name for name in named if name and name not in ours]
 
-    @model_validator(mode="after")
-    def _one_robot(self) -> Self:
-        if self.arm is None and self.robot is None:
-            raise ValueError("arm: missing key")
-        if self.arm is not None and self.robot is not None:
-            raise ValueError("robot: the robot is stated twice, as [arm] and as [robot]")
-        return self
+    @classmethod
+    def from_table(cls, content: Any) -> Self:
+        return super().from_table(content)._completed()
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def check(self) -> None:
+        if self.arm is None and self.robot is None:
+            raise InvalidTable("missing key", "arm")
+        if self.arm is not None and self.robot is not None:
+            raise InvalidTable("the robot is stated twice, as [arm] and as [robot]", "robot")
         if not self.task.has_solver and self.solver != SolverSection():
-            raise ValueError(f"solver: {self.task.kind!r} is timed; there is nothing to search for, leave it out")
+            raise InvalidTable(f"{self.task.kind!r} is timed; there is nothing to search for, leave it out", "solver")
+
+    def _completed(self) -> Self:
+        """The scenario whose [model] says all that depends on task and robot, and holds the [[constraints]]."""
         table, model = self.robot_table, with_motion(self.model, self.task)
         usual = {"self_collision": table.avoids_itself, "samples": table.usual_samples}
-        left_out = {key: value for key, value in usual.items() if key not in model.model_fields_set}
-        own = check_names([*model.constraints, *self.constraints])
-        filled = {**dict(model), **left_out, "constraints": own}
-        stated = model.model_fields_set | ({"constraints"} if self.constraints else set())
-        object.__setattr__(self, "model", ModelSection.model_construct(stated, **filled))  # frozen from now on
-        if self.constraints:
-            self.__pydantic_fields_set__.add("model")  # of which they are from now on
-            object.__setattr__(self, "constraints", [])
-        return self
+        model = model.filled_in(**{key: value for key, value in usual.items() if key not in model.stated_keys})
+        if not self.constraints:
+            return self.filled_in(model=model)
+        with at("constraints"):
+            own = check_names([*model.constraints, *self.constraints])
+        return self.replaced(model=model.replaced(constraints=own), constraints=[])
 
     @property
     def robot_table(self) -> ArmSection | RobotSection | SpatialRobotSection:
@@ -312,7 +297,7 @@ class Scenario(FileSection):
         obstacles = build_obstacles(self.obstacles, robot.dof)
         robot = self._with_contacts(robot, obstacles)
         tables = {**dict.fromkeys(("link_lengths", "joint_limits"), self.robot_table.prefix), "obstacles": ""}
-        tables |= dict.fromkeys(ModelSection.model_fields, "model.")
+        tables |= dict.fromkeys(ModelSection.schema(), "model.")
         try:
             robot = self.model.kept_by(robot)
             stated = build(robot, obstacles, self.model)
@@ -406,7 +391,7 @@ def read_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Sc
         ScenarioError: unreadable, not TOML, or not a scenario.
     """
     if not isinstance(path, str | os.PathLike):
-        raise ScenarioError(f"path: the path of a file is needed, not {shown(path)}")
+        raise ScenarioError(f"path: the path of a file is needed, not {shown_value(path)}")
     file = pathlib.Path(path)
     content = read_toml(file)
     with named(path):
@@ -438,14 +423,14 @@ def _with_files(scenario: Scenario, folder: InputFolder) -> Scenario:
         files["carried"] = with_files(scenario.carried, folder, "carried")
         if scenario.robot is not None:
             files["robot"] = scenario.robot.with_files(folder)
-    return scenario.model_copy(update=files)
+    return scenario.replaced(**files)
 
 
 def _validated(content: dict[str, Any]) -> Scenario:
-    """The same in the unit that it states."""
+    """The scenario in the unit that it states."""
     try:
-        return Scenario.model_validate_json(as_text(content), strict=True)
-    except ValidationError as error:
-        raise ScenarioError(describe(error, Scenario, content)) from error
-    except (ValueError, RecursionError) as error:
+        return Scenario.from_table(content)
+    except InvalidTable as error:
+        raise ScenarioError(str(error)) from error
+    except RecursionError as error:
         raise ScenarioError(too_much(error)) from error

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from problems import InvalidProblem
-from problems.base import FloatArray, number_of
+from problems.base import FloatArray, InvalidTable, number_of
 from problems.geometry import convex_parts
 from problems.robots import Transform, as_point, matrix_of, numbers_of, quaternions_of
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import read_obstacle
-from tpbso_casadi.scenario.validation import MOST_OBSTACLES, NestedError, ScenarioError
+from tpbso_casadi.scenario.validation import MOST_OBSTACLES, ScenarioError
 
 SIDES = 24  # of the pyramid around a cone
 MOST_NUMBERS = 5_000_000  # of a mesh
@@ -106,7 +106,7 @@ def read_scene(name: str, folder: InputFolder) -> list[ObstacleSection]:
         raise ScenarioError(f"scene: {error}") from error
     try:
         return [read_obstacle(table) for table in scene_tables(text)]
-    except (ScenarioError, NestedError) as error:
+    except (ScenarioError, InvalidTable) as error:
         raise ScenarioError(f"scene: {folder.path / name}: {error}") from error
 
 

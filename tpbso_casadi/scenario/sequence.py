@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NoReturn, S
 import casadi as ca
 import numpy as np
 import scipy  # whose parts are loaded when they are used
-from pydantic import Field, model_validator
 
 from problems import InvalidProblem, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
 from problems.assembly import Criteria, SequenceCriteria, Stage
-from problems.base import FloatArray, as_array
+from problems.base import Count, FloatArray, InvalidTable, as_array, did_you_mean, in_words
 from problems.objectives import OBJECTIVES
 from problems.robots import SpatialArm, quaternions_of
 from problems.tasks import Sequence as StagedTask
@@ -25,7 +24,7 @@ from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles, with_files
 from tpbso_casadi.scenario.places import AnyPlace, JointsTable
 from tpbso_casadi.scenario.stages import AnyStage, MoveStage, MovingStage, OutputStage, StageSection, tool_frames
-from tpbso_casadi.scenario.validation import NestedError, ScenarioError, hint, in_words
+from tpbso_casadi.scenario.validation import ScenarioError
 
 if TYPE_CHECKING:
     from tpbso_casadi.scenario.scenario import Scenario
@@ -45,42 +44,37 @@ class SequenceTask(TaskSection):
 
     kind: Literal["sequence"]
     start: AnyPlace
-    stages: Annotated[list[AnyStage], Field(min_length=1, max_length=MOST_STAGES)]
+    stages: Annotated[list[AnyStage], Count(1, MOST_STAGES)]
     cyclic: bool = False
     order: Literal["given", "free"] = "given"
 
-    @model_validator(mode="after")
-    def _moves(self) -> Self:
+    def check(self) -> None:
+        super().check()
         moving = [number for number, stage in enumerate(self.stages) if stage.moves]
         if not moving:
-            raise NestedError("stages: none of them moves the arm")
+            raise InvalidTable("none of them moves the arm", "stages")
         if self.cyclic and self.stages[moving[-1]].kind != "move":
             reason = "the last that moves ends a cycle, and so is to be kind = 'move'"
-            raise NestedError(f"stages.{moving[-1]}.kind: {reason}")
-        return self
-
-    @model_validator(mode="after")
-    def _blends(self) -> Self:
+            raise InvalidTable(reason, "stages", moving[-1], "kind")
         for number, stage in enumerate(self.stages):
             if isinstance(stage, MoveStage) and stage.blend is not None:
-                reason = (
-                    "in a free order moves end at rest"
-                    if self.order == "free"
-                    else stage.unlike(self.stages[number + 1 : number + 2])
-                )
-                if reason is not None:
-                    raise NestedError(f"stages.{number}.blend: {reason}")
-        return self
-
-    @model_validator(mode="after")
-    def _may_be_free(self) -> Self:
+                self._check_blend(stage, number)
         if self.order == "free":
-            for number, stage in enumerate(self.stages):
-                if stage.kind not in VISITS:
-                    raise NestedError(f"stages.{number}.kind: in a free order stages are {in_words(VISITS)}")
-            if not 1 <= len(self.visits) <= MOST_VISITS:
-                raise NestedError(f"order: {len(self.visits)} moves; from 1 to {MOST_VISITS} are put in order")
-        return self
+            self._check_visits()
+
+    def _check_blend(self, stage: MoveStage, number: int) -> None:
+        reason = stage.unlike(self.stages[number + 1 : number + 2])
+        if self.order == "free":
+            reason = "in a free order moves end at rest"
+        if reason is not None:
+            raise InvalidTable(reason, "stages", number, "blend")
+
+    def _check_visits(self) -> None:
+        for number, stage in enumerate(self.stages):
+            if stage.kind not in VISITS:
+                raise InvalidTable(f"in a free order stages are {in_words(VISITS)}", "stages", number, "kind")
+        if not 1 <= len(self.visits) <= MOST_VISITS:
+            raise InvalidTable(f"{len(self.visits)} moves; from 1 to {MOST_VISITS} are put in order", "order")
 
     @property
     def visits(self) -> list[list[StageSection]]:
@@ -95,7 +89,7 @@ class SequenceTask(TaskSection):
         moves = [number for number, stage in enumerate(self.stages) if stage.moves]
         before, after = self.stages[: moves[0]], self.stages[moves[-1] :] if self.cyclic else []
         stages = [*before, *(stage for visit in order for stage in self.visits[visit]), *after]
-        return self.model_copy(update={"stages": stages, "order": "given"})
+        return self.replaced(stages=stages, order="given")
 
     @property
     def stated_objective(self) -> str:
@@ -119,7 +113,7 @@ class SequenceTask(TaskSection):
         return [_label(numbers, stage.kind) for numbers, stage in self.legs]
 
     def with_files(self, folder: InputFolder) -> Self:
-        return self.model_copy(update={"stages": with_files(self.stages, folder, "task.stages")})
+        return self.replaced(stages=with_files(self.stages, folder, "task.stages"))
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
         """Nothing: each stage has a problem of its own.
@@ -204,10 +198,10 @@ class Cell:
         if name in [held.name for held in self.carried]:
             raise ScenarioError(f"name: {name!r} is carried already")
         if body is not None:
-            return replace(self, carried=(*self.carried, CarriedSection.of(body, mass)))
+            return replace(self, carried=(*self.carried, CarriedSection(mass=mass, body=body)))
         index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
         body = _posed(self.obstacles[index], lambda pose: np.linalg.solve(self._tool(posture), pose))
-        others, held = (*self.obstacles[:index], *self.obstacles[index + 1 :]), CarriedSection.of(body, mass)
+        others, held = (*self.obstacles[:index], *self.obstacles[index + 1 :]), CarriedSection(mass=mass, body=body)
         held.build()  # which raises where it cannot be carried
         return replace(self, obstacles=others, carried=(*self.carried, held))
 
@@ -226,7 +220,7 @@ class Cell:
     def _index(name: str, names: Sequence[str], what: str) -> int:
         if name not in names:
             known = ", ".join(filter(None, names)) or "none with a name"
-            raise ScenarioError(f"name: no {what} is called {name!r}{hint(name, names)}; there is {known}")
+            raise ScenarioError(f"name: no {what} is called {name!r}{did_you_mean(name, names)}; there is {known}")
         if list(names).count(name) > 1:
             raise ScenarioError(f"name: {names.count(name)} are called {name!r}; each needs a name of its own")
         return names.index(name)
@@ -262,18 +256,16 @@ class Cell:
         key = "arm" if scenario.arm is not None else "robot"
         pairs = [pair for pair in (*scenario.may_touch, *stage.may_touch) if self._concerns(pair)]
         solver = scenario.solver
-        if "name" not in solver.model_fields_set:
-            solver = solver.model_copy(update={"name": scenario.robot_table.usual_solver})
-        return scenario.model_copy(
-            update={
-                key: scenario.robot_table.model_copy(update=stage.of_the_robot),
-                "task": task,
-                "obstacles": list(self.obstacles),
-                "carried": list(self.carried),
-                "may_touch": list(dict.fromkeys(map(tuple, pairs))),
-                "model": scenario.model.model_copy(update={"constraints": further, "margin": margin}),
-                "solver": solver,
-            }
+        if "name" not in solver.stated_keys:
+            solver = solver.replaced(name=scenario.robot_table.usual_solver)
+        return scenario.replaced(
+            **{key: scenario.robot_table.replaced(**stage.of_the_robot)},
+            task=task,
+            obstacles=list(self.obstacles),
+            carried=list(self.carried),
+            may_touch=list(dict.fromkeys(map(tuple, pairs))),
+            model=scenario.model.replaced(constraints=further, margin=margin),
+            solver=solver,
         )
 
     def _concerns(self, pair: Sequence[str]) -> bool:
@@ -291,15 +283,15 @@ def _posed(body: ObstacleSection, moved: Any) -> ObstacleSection:
     Raises:
         ScenarioError: it has no pose.
     """
-    if "center" not in type(body).model_fields or len(body.center) != 3:  # type: ignore[attr-defined]
+    if "center" not in body.schema() or len(body.center) != 3:  # type: ignore[attr-defined]
         raise ScenarioError(f"name: {body.name!r} is no solid in space")
     pose = moved(_pose_of(body))
     update: dict[str, Any] = {"center": tuple(map(float, pose[:3, 3]))}
-    if "quaternion" in type(body).model_fields:
+    if "quaternion" in body.schema():
         update["quaternion"] = tuple(map(float, scipy.spatial.transform.Rotation.from_matrix(pose[:3, :3]).as_quat()))
     if getattr(body, "normal", None) is not None:
         update["normal"] = None
-    return body.model_copy(update=update)
+    return body.replaced(**update)
 
 
 def _pose_of(body: ObstacleSection) -> FloatArray:

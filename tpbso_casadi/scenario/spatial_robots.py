@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, Self, TypeAlias
-
-from pydantic import Discriminator, Field, Tag, model_validator
+from typing import Annotated, ClassVar, Self, TypeAlias
 
 from problems import InvalidProblem
+from problems.base import Count, InvalidTable, Range
 from problems.robots import (
     GRAVITY,
     MASSLESS,
@@ -78,12 +78,12 @@ LARGEST_COVERS, LARGEST_LOOKS = 20_000_000, 2_000_000  # characters
 MOST_JOINTS = 20  # of a robot in space
 KEPT = 16  # robots that were built
 KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
-FileName = Annotated[str, Field(min_length=1, max_length=1000)]
-FileText = Annotated[str, Field(max_length=LARGEST_TEXT)]
-LinkPairs = Annotated[list[tuple[Word, Word]], Field(max_length=10_000)]
-FrictionPerJoint = NotNegative | Annotated[list[NotNegative], Field(max_length=MOST_LINKS)]
-PerJoint = Positive | Annotated[list[Positive], Field(max_length=MOST_LINKS)]
-ErrorPerJoint = NotNegative | Annotated[list[NotNegative], Field(max_length=MOST_LINKS)]
+FileName = Annotated[str, Count(1, 1000)]
+FileText = Annotated[str, Count(0, LARGEST_TEXT)]
+LinkPairs = Annotated[list[tuple[Word, Word]], Count(0, 10_000)]
+FrictionPerJoint = NotNegative | Annotated[list[NotNegative], Count(0, MOST_LINKS)]
+PerJoint = Positive | Annotated[list[Positive], Count(0, MOST_LINKS)]
+ErrorPerJoint = NotNegative | Annotated[list[NotNegative], Count(0, MOST_LINKS)]
 
 
 class TrackingTable(Section):
@@ -94,14 +94,7 @@ class TrackingTable(Section):
     acceleration: ErrorPerJoint = 0.0
 
 
-def _form_of_error(value: Any) -> str:
-    return "shares" if isinstance(value, dict | TrackingTable) else "constant"
-
-
-AnyTrackingError: TypeAlias = Annotated[
-    Annotated[ErrorPerJoint, ANGULAR, Tag("constant")] | Annotated[TrackingTable, Tag("shares")],
-    Discriminator(_form_of_error),
-]
+AnyTrackingError: TypeAlias = Annotated[ErrorPerJoint, ANGULAR] | TrackingTable
 
 
 class PoseTable(Section):
@@ -138,7 +131,7 @@ class SpatialRobotSection(Section):
     base_link: Word | None = None
     tip_link: Word | None = None
     group: Word | None = None
-    locked: dict[Word, Number] = Field(default_factory=dict)
+    locked: dict[Word, Number] = field(default_factory=dict)
     spheres: FileName | None = None
     spheres_text: FileText | None = None
     srdf: FileName | None = None
@@ -146,11 +139,11 @@ class SpatialRobotSection(Section):
     disabled_pairs: LinkPairs | None = None
     kept_pairs: LinkPairs | None = None
     ignore_geometry: list[Word] | None = None
-    packages: dict[Word, FileName] = Field(default_factory=dict)
-    cover_overhang: Annotated[float, Field(ge=0.003, le=0.1)] | None = None
+    packages: dict[Word, FileName] = field(default_factory=dict)
+    cover_overhang: Annotated[float, Range(0.003, 0.1)] | None = None
     self_margin: NotNegative = 0.0
-    covers_text: Annotated[str, Field(max_length=LARGEST_COVERS)] | None = None
-    looks_text: Annotated[str, Field(max_length=LARGEST_LOOKS)] | None = None
+    covers_text: Annotated[str, Count(0, LARGEST_COVERS)] | None = None
+    looks_text: Annotated[str, Count(0, LARGEST_LOOKS)] | None = None
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
     max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
@@ -169,12 +162,10 @@ class SpatialRobotSection(Section):
         """The name of its model, or of its file."""
         return self.model or self.urdf or "robot"
 
-    @model_validator(mode="after")
-    def _one_source(self) -> Self:
+    def check(self) -> None:
         described = self.urdf is not None or self.urdf_text is not None
         if described == (self.model is not None):
-            raise ValueError("model: one of model and urdf is needed, not both")
-        return self
+            raise InvalidTable("one of model and urdf is needed, not both", "model")
 
     def with_files(self, folder: InputFolder) -> Self:
         """The same with the texts of the files that it names.
@@ -187,7 +178,7 @@ class SpatialRobotSection(Section):
             name = getattr(self, key)
             if name is not None and getattr(self, key + TEXT) is None:
                 texts[key + TEXT] = self._read(folder, key, name)
-        return self.model_copy(update=texts)._with_covers(folder)._with_looks(folder)
+        return self.replaced(**texts)._with_covers(folder)._with_looks(folder)
 
     def _with_covers(self, folder: InputFolder) -> Self:
         """The same with covers of the URDF's links, made of the meshes that it names, where no spheres are stated.
@@ -205,7 +196,7 @@ class SpatialRobotSection(Section):
             raise ScenarioError(f"robot.{error.field}: {error.reason}") from error
         for note in notes:
             LOG.warning("robot.urdf: link %r: mesh %s %s", note.link, note.file, note.note)
-        return self.model_copy(update={"covers_text": covers_text(covers.values())}) if covers else self
+        return self.replaced(covers_text=covers_text(covers.values())) if covers else self
 
     def _with_looks(self, folder: InputFolder) -> Self:
         """The same with what the URDF's links look like; what cannot be shown is told in one note."""
@@ -220,7 +211,7 @@ class SpatialRobotSection(Section):
         if notes:
             each = "; ".join(f"{note.link!r}: {note.file and f'mesh {note.file}: '}{note.note}" for note in notes)
             LOG.warning("robot.urdf: not all links are drawn as the URDF shows them: %s", each)
-        return self.model_copy(update={"looks_text": looks_text(looks)}) if looks else self
+        return self.replaced(looks_text=looks_text(looks)) if looks else self
 
     def _read(self, folder: InputFolder, key: str, name: str) -> str:
         try:
@@ -246,7 +237,7 @@ class SpatialRobotSection(Section):
         Raises:
             InvalidProblem: it cannot be; with a key of this table.
         """
-        return _built(_Statement(self.model_dump_json(), self), tuple(carried), tuple(map(tuple, disabled)))
+        return _built(_Statement(json.dumps(self.table()), self), tuple(carried), tuple(map(tuple, disabled)))
 
     def _made(self, carried: Sequence[Carried], disabled: Sequence[tuple[str, str]]) -> SpatialArm:
         with self._named():
@@ -288,7 +279,7 @@ class SpatialRobotSection(Section):
         stated = self.tracking_error
         if stated is None:
             return None
-        return stated.model_dump() if isinstance(stated, TrackingTable) else {"constant": stated}
+        return stated.table() if isinstance(stated, TrackingTable) else {"constant": stated}
 
     def in_radians(self) -> Self:
         """The same, read as a table in degrees.

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import casadi as ca
 import numpy as np
-from pydantic import (
-    Field,
-    PlainValidator,
-    SerializeAsAny,
-    ValidatorFunctionWrapHandler,
-    model_serializer,
-    model_validator,
-)
-from pydantic_core import PydanticCustomError
 
 from problems import InvalidProblem, Robot
-from problems.base import FloatArray, as_array
+from problems.base import Count, FloatArray, InvalidTable, Range, ReadBy, as_array, did_you_mean, flat, in_words
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, StraightWay, ToolPath, ToolWay
-from tpbso_casadi.scenario.carried import Contacts
+from tpbso_casadi.scenario.carried import BODY, Contacts
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
@@ -39,13 +31,12 @@ from tpbso_casadi.scenario.places import (
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
+    LONGEST_WORD,
     NotNegative,
     Positive,
     ScenarioError,
     Section,
     Word,
-    hint,
-    in_words,
     read_section,
 )
 
@@ -57,7 +48,7 @@ ROUNDING = 0.7  # of the accuracy: what corners use up
 LONGEST_WAIT = 3_600.0  # s
 OF_THE_ROBOT = ("max_speed", "max_acceleration", "max_jerk", "payload")  # keys that a stage may state anew
 
-Name: TypeAlias = Annotated[Word, Field(min_length=1)]
+Name: TypeAlias = Annotated[Word, Count(1, LONGEST_WORD)]
 
 
 class StageSection(Section):
@@ -80,23 +71,12 @@ class StageSection(Section):
         """What is where afterwards, if the arm is then in a posture (dof,)."""
         return cell
 
-    @model_serializer(mode="plain")
-    def _as_stated(self) -> dict[str, Any]:
-        """Without what is left out."""
-        return {key: value for key, value in self._content().items() if value not in (None, [], "")}
-
-    def _content(self) -> dict[str, Any]:
-        return {key: _written(getattr(self, key)) for key in type(self).model_fields}
+    def table(self) -> dict[str, Any]:
+        return {key: value for key, value in super().table().items() if value not in (None, [], "")}
 
     def with_files(self, folder: InputFolder) -> Self:
         """The same with what is in the files that it names."""
         return self
-
-
-def _written(value: Any) -> Any:
-    if isinstance(value, Section):
-        return value.model_dump()
-    return [_written(entry) for entry in value] if isinstance(value, (list, tuple)) else value
 
 
 class MovingStage(StageSection):
@@ -104,9 +84,9 @@ class MovingStage(StageSection):
 
     moves: ClassVar[bool] = True
 
-    may_touch: Contacts = Field(default_factory=list)
+    may_touch: Contacts = field(default_factory=list)
     margin: NotNegative | None = None
-    constraints: OwnConstraints = Field(default_factory=list)
+    constraints: OwnConstraints = field(default_factory=list)
     max_speed: Annotated[PerJoint | None, ANGULAR] = None
     max_acceleration: Annotated[PerJoint | None, ANGULAR] = None
     max_jerk: Annotated[PerJoint | None, ANGULAR] = None
@@ -157,16 +137,14 @@ class MoveStage(MovingStage):
             return f"the stage behind it is to be kind = 'move', not {following.kind!r}"
         if isinstance(self.goal, list):
             return "a stage with several goals ends at rest"
-        keys = [
-            key for key in MovingStage.model_fields if getattr(self, key) != getattr(following, key) and key != "kind"
-        ]
+        keys = [key for key in MovingStage.schema() if getattr(self, key) != getattr(following, key) and key != "kind"]
         return f"{in_words(keys)} would have to be the same in both stages" if keys else None
 
     def blended(self, following: MoveStage) -> MoveStage:
         """Both as one: a move past the goal of the first."""
         place = PositionTable(position=self.goal) if isinstance(self.goal, tuple) else self.goal
-        corner = place.model_copy(update={"within": self.blend})
-        return following.model_copy(update={"via": [*(self.via or ()), corner, *(following.via or ())]})
+        corner = place.replaced(within=self.blend)
+        return following.replaced(via=[*(self.via or ()), corner, *(following.via or ())])
 
     @property
     def vias(self) -> list[PlaceValue] | None:
@@ -218,17 +196,15 @@ class LineStage(LedStage):
     """
 
     kind: Literal["line"]
-    goal: Annotated[Any, PlainValidator(read_place)] = None
+    goal: Annotated[Any, ReadBy(read_place)] = None
     by: Coordinates | None = None
     through: Coordinates | None = None
 
-    @model_validator(mode="after")
-    def _one_goal(self) -> Self:
+    def check(self) -> None:
         if (self.goal is None) == (self.by is None):
-            raise ValueError("goal: one of goal and by is needed, not both")
+            raise InvalidTable("one of goal and by is needed, not both", "goal")
         if self.goal is not None and not isinstance(built(self.goal), (Pose, Position)):
-            raise ValueError("goal: a line ends at a position or pose; joints are reached by kind = 'move'")
-        return self
+            raise InvalidTable("a line ends at a position or pose; joints are reached by kind = 'move'", "goal")
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
         start, turned = _tool(robot, posture)
@@ -249,14 +225,14 @@ class PathStage(LedStage):
     """The tool goes straight from where it is to points, one after the other, turned as it is; corners are rounded."""
 
     kind: Literal["path"]
-    points: str | PathPoints
+    points: PathPoints | str
     accuracy: Positive
 
     def with_files(self, folder: InputFolder) -> Self:
         if not isinstance(self.points, str):
             return self
         try:
-            return self.model_copy(update={"points": read_points(folder, self.points)})
+            return self.replaced(points=read_points(folder, self.points))
         except ScenarioError as error:
             raise ScenarioError(f"points: {error}") from error
 
@@ -284,23 +260,22 @@ class AttachStage(StageSection):
     kind: Literal["attach"]
     name: Name
     mass: Positive | None = None
-    body: AnyObstacle | None = Field(default=None, repr=False)
+    body: AnyObstacle | None = field(default=None, repr=False)
 
-    @model_validator(mode="wrap")
     @classmethod
-    def _from_flat(cls, table: Any, handler: ValidatorFunctionWrapHandler) -> Self:
-        if not isinstance(table, dict) or "shape" not in table:
-            return handler(table)  # type: ignore[no-any-return]
-        own = {key: table[key] for key in ("kind", "name", "mass") if key in table}
-        rest = {key: value for key, value in table.items() if key not in ("kind", "mass")}
-        return handler({**own, "body": rest})  # type: ignore[no-any-return]
+    def from_table(cls, content: Any) -> Self:
+        if isinstance(content, Mapping) and "shape" in content:
+            own = {key: content[key] for key in ("kind", "name", "mass") if key in content}
+            content = own | {BODY: {key: value for key, value in content.items() if key not in ("kind", "mass")}}
+        with flat(BODY):
+            return super().from_table(content)
 
-    def _content(self) -> dict[str, Any]:
-        own = {"kind": self.kind, "name": self.name, "mass": self.mass}
-        return own if self.body is None else own | self.body.model_dump()
+    def table(self) -> dict[str, Any]:
+        own = {key: value for key, value in super().table().items() if key != BODY}
+        return own if self.body is None else own | self.body.table()
 
     def with_files(self, folder: InputFolder) -> Self:
-        return self if self.body is None else self.model_copy(update={"body": self.body.with_files(folder)})
+        return self if self.body is None else self.replaced(body=self.body.with_files(folder))
 
     def changed(self, cell: Cell, posture: FloatArray) -> Cell:
         return cell.attached(self.name, self.mass, self.body, posture)
@@ -320,7 +295,7 @@ class WaitStage(StageSection):
     """The arm stands for so many s."""
 
     kind: Literal["wait"]
-    seconds: Annotated[Positive, Field(le=LONGEST_WAIT)]
+    seconds: Annotated[Positive, Range(most=LONGEST_WAIT)]
 
     @property
     def pause(self) -> float:
@@ -353,11 +328,11 @@ def read_stage(table: Any) -> StageSection:
     kind = table.get("kind") if isinstance(table, dict) else None
     if kind not in STAGES:
         options = in_words([f"kind = {name!r}" for name in STAGES])
-        raise PydanticCustomError("unknown_task", f"needs {options}{hint(kind, STAGES)}")
+        raise InvalidTable(f"needs {options}{did_you_mean(kind, STAGES)}")
     return read_section(STAGES[kind], table, "kind", kind)
 
 
-AnyStage = Annotated[SerializeAsAny[StageSection], PlainValidator(read_stage)]
+AnyStage = Annotated[StageSection, ReadBy(read_stage)]
 
 
 def _tool(robot: Robot, posture: FloatArray) -> tuple[FloatArray, FloatArray | None]:

@@ -6,14 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import PlainValidator, SerializeAsAny
-from pydantic_core import PydanticCustomError
-
 from problems import (
     Move,
     PathFollowing,
     PointToPoint,
 )
+from problems.base import InvalidTable, ReadBy, did_you_mean, in_words
 from problems.tasks import JointFollowing, PathTracing, RecordedMotion, SpaceTracing, Task
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, subclass_of
 from tpbso_casadi.scenario.model import ModelSection, TaskSection
@@ -30,13 +28,7 @@ from tpbso_casadi.scenario.path_tasks import (
 from tpbso_casadi.scenario.places import stated_place
 from tpbso_casadi.scenario.recorded_tasks import MotionPiecesTask, MotionRowsTask, motion_table
 from tpbso_casadi.scenario.sequence import SequenceTask
-from tpbso_casadi.scenario.validation import (
-    ScenarioError,
-    hint,
-    in_words,
-    plain,
-    read_section,
-)
+from tpbso_casadi.scenario.validation import ScenarioError, plain, read_section
 
 TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "point-to-point": PointToPointTask,
@@ -105,13 +97,13 @@ def task_tables(task: Task) -> tuple[dict[str, Any], dict[str, Any]]:
     values = {field.name: (getattr(task, field.name), field.default) for field in fields(task)}  # type: ignore[arg-type]
     elsewhere = {"robot", "obstacles", *replaced}
     stated = {name: value for name, (value, usual) in values.items() if name not in elsewhere and _is_own(value, usual)}
-    lost = stated.keys() - section.model_fields.keys() - ModelSection.model_fields.keys()
+    lost = stated.keys() - section.schema().keys() - ModelSection.schema().keys()
     if lost:
         raise ScenarioError(f"no key of [task] states {', '.join(sorted(lost))} of this {type(task).__name__}")
     stated |= own(task)
     stated["kind"] = next(name for name, known in TASKS.items() if known is section).partition("/")[0]
     of_task, of_model = (
-        {key: plain(value) for key, value in stated.items() if key in table.model_fields}
+        {key: plain(value) for key, value in stated.items() if key in table.schema()}
         for table in (section, ModelSection)
     )
     return of_task, {**model, **of_model}
@@ -145,12 +137,12 @@ def read_task(table: Any) -> TaskSection:
     if name not in TASKS and not _is_plugin(name):
         shapes = (task.partition("/") for task in TASKS)
         options = [f"kind = {kind!r}" + (f" with shape = {shape!r}" if shape else "") for kind, _, shape in shapes]
-        raise PydanticCustomError("unknown_task", f"needs {in_words(options)}{hint(name, TASKS)}")
+        raise InvalidTable(f"needs {in_words(options)}{did_you_mean(name, TASKS)}")
     try:
         section = TASK_CATALOGUE.find(name)
     except PluginError as error:
-        raise PydanticCustomError("unknown_task", "{reason}", {"reason": str(error)}) from error
+        raise InvalidTable(str(error)) from error
     return read_section(section, table, "kind", name)
 
 
-AnyTask = Annotated[SerializeAsAny[TaskSection], PlainValidator(read_task)]
+AnyTask = Annotated[TaskSection, ReadBy(read_task)]

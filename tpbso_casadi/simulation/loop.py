@@ -119,8 +119,8 @@ class SimulationSetting:
         near = np.array(first.values)
         visited = tuple(_posture(key, place, robot, standing(obstacles), near) for key, place in goals)
         task = {"start": _table(first), "goal": _table(visited[0])}
-        table = settings.model_dump() | {"goals": [_table(goal) for goal in visited]}
-        content = scenario.model_dump() | {"model": scenario.model.stated(), "simulation": table}
+        table = settings.table() | {"goals": [_table(goal) for goal in visited]}
+        content = scenario.table() | {"model": scenario.model.stated(), "simulation": table}
         complete = parse_scenario(content | {"task": content["task"] | task})
         assert complete.simulation is not None
         return cls(

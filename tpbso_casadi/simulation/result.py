@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from math import isfinite
 from pathlib import Path
@@ -13,17 +13,16 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from pydantic import Field
 
 from problems import CertificateStatus, Trajectory, Verdict
-from problems.base import FloatArray, as_array
+from problems.base import FloatArray, Table, as_array
 from problems.certify import limit_verdicts, peak_near, prove_clearance, prove_covers
 from problems.limits import CoverLimit, Proximity, complete_limits, limits_of, proximity_limits
 from problems.motions import Samples
 from solvers import Interruption
 from tpbso_casadi.plain import as_json, plain, versions
 from tpbso_casadi.planning import Motion
-from tpbso_casadi.scenario import Scenario, StrictModel
+from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.simulation.record import SimulationRecord, part, stands
 from tpbso_casadi.storage import (
     ConstraintResult,
@@ -158,7 +157,7 @@ WHAT = "a simulation of the planner: no robot was driven"
 LARGEST_JUMPS = (1e-9, 1e-9, 1e-7)  # rad, rad/s, rad/s^2: more is no rounding, of times within 1e-12 s either
 
 
-class ClosestResult(StrictModel):
+class ClosestResult(Table):
     """Where the arm really came nearest to anything; m, s."""
 
     distance: Number
@@ -167,7 +166,7 @@ class ClosestResult(StrictModel):
     moving: bool
 
 
-class SummaryResult(StrictModel):
+class SummaryResult(Table):
     """A simulation in numbers.
 
     Attributes:
@@ -221,7 +220,7 @@ class SummaryResult(StrictModel):
         return all(jump < most for jump, most in zip(self.largest_jumps, LARGEST_JUMPS, strict=True))
 
 
-class CourseResult(StrictModel):
+class CourseResult(Table):
     """What an obstacle that moves really did.
 
     Attributes:
@@ -233,14 +232,14 @@ class CourseResult(StrictModel):
     true: dict[str, Any]
 
 
-class VisitResult(StrictModel):
+class VisitResult(Table):
     """A goal, by its index, and since when the arm was at rest there, s."""
 
     goal: Count
     time: Seconds
 
 
-class SimulationResult(StrictModel):
+class SimulationResult(Table):
     """The keys of ``result.json``, in their order.
 
     Attributes:
@@ -267,7 +266,7 @@ class SimulationResult(StrictModel):
     courses: list[CourseResult]
     interrupted: bool
     versions: dict[str, str]
-    files: dict[FileName, str] = Field(default_factory=dict)
+    files: dict[FileName, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, record: SimulationRecord) -> SimulationResult:
@@ -276,7 +275,7 @@ class SimulationResult(StrictModel):
             scenario=record.scenario,
             seed=record.scenario.solver.seed,
             summary=summary_of(record, stretches(record)),
-            limits=[ConstraintResult.model_validate(each) for each in kept_limits(record)],
+            limits=[ConstraintResult.like(each) for each in kept_limits(record)],
             visits=[VisitResult(goal=visit.goal, time=visit.time) for visit in record.visits],
             executed=PiecesResult(
                 breakpoints=record.executed.breakpoints.tolist(), coefficients=record.executed.coefficients.tolist()
@@ -293,7 +292,7 @@ class SimulationResult(StrictModel):
 
     def to_json(self) -> str:
         """The text of ``result.json``, sealed."""
-        return as_json(sealed(plain(self.model_dump(mode="json"))))
+        return as_json(sealed(plain(self.table())))
 
 
 def summary_of(record: SimulationRecord, judged: list[Stretch]) -> SummaryResult:

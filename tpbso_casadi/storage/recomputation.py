@@ -186,7 +186,7 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
         nothing: dict[str, Any] = {"variables": None, "branches": None, "time_scale": 1.0}
         if not result.scenario.task.has_solver:
             nothing["quantities"] = {}
-        solution = result.solution.model_copy(update=nothing)
+        solution = result.solution.replaced(**nothing)
         keys |= of_timing(result.seconds) | {"retiming": None, "solution": solution}
     else:
         for reason in (*impossible(result, problem), *_unsearched(result, motion)):
@@ -198,8 +198,8 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion,
             raise Contradiction(reason)
         if problem.free_timing:
             tolerances = TOLERANCES | (TIMED_AGAIN_POLISHED if _is_polished(result) else TIMED_AGAIN_SEARCHED)
-    computed = result.model_copy(update=keys)  # what does not follow, such as seconds, is left as it is stored
-    trees = (tree.model_dump(mode="json", include=set(keys)) for tree in (result, computed))
+    computed = result.replaced(**keys)  # what does not follow, such as seconds, is left as it is stored
+    trees = (each.table() for each in (result, computed))
     stored, follows = ({key: tree[key] for key in keys if key in tree} for tree in trees)  # in the order of the keys
     compare(stored, follows, tolerances)
 
@@ -216,7 +216,7 @@ def _proven_otherwise(result: RunResult, rows: Sequence[ConstraintResult]) -> li
         size = max(abs(own - bound), abs(stored - bound))
         if other.satisfied != row.satisfied or not abs(stored - own) <= OTHER_PROOF * size:
             return row
-        return row.model_copy(update={"worst": other.worst, "where": other.where})
+        return row.replaced(worst=other.worst, where=other.where)
 
     return [believed(row) for row in rows]
 
@@ -244,24 +244,24 @@ def _of_search(
         of_solution |= {"time_scale": searched.time_scale, "quantities": quantities_of(searched)}
         pieces = PiecesResult.of(searched.trajectory)
         if not problem.free_timing and found is motion:
-            of_solution |= dict(pieces)
+            of_solution |= pieces.values()
         elif not problem.free_timing:
             of_retiming["motion"] = pieces
     if polish is not None:
         before, after = polish.before.objective, polish.after.objective
         better = before is None or (after is not None and after < before)
         of_polish["accepted"] = polish.after.feasible and (better or not polish.before.feasible)
-        of_polish["after" if polish.accepted else "before"] = PolishedMotion.model_validate(found)
+        of_polish["after" if polish.accepted else "before"] = PolishedMotion.like(found)
         if polish.accepted and searched is not None:
-            of_polish["before"] = PolishedMotion.model_validate(searched)
-        keys["polish"] = polish.model_copy(update=of_polish)
+            of_polish["before"] = PolishedMotion.like(searched)
+        keys["polish"] = polish.replaced(**of_polish)
     if retiming is not None:
         of_retiming["before"] = TimedMotion.of(found)
         if retiming.accepted:
             accepted = Retiming(found, motion, retiming.candidate, retiming.seconds).accepted
             of_retiming |= {"after": TimedMotion.of(motion), "accepted": accepted}
-        keys["retiming"] = retiming.model_copy(update=of_retiming)
-    return keys | {"solution": result.solution.model_copy(update=of_solution)}
+        keys["retiming"] = retiming.replaced(**of_retiming)
+    return keys | {"solution": result.solution.replaced(**of_solution)}
 
 
 def _is_polished(result: RunResult) -> bool:

@@ -5,17 +5,15 @@ Unknown and missing keys and wrong types are errors of one line that name the ke
 
 from __future__ import annotations
 
-import json
+from dataclasses import field
 from platform import python_version
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, ValidationError
-
-from problems.base import shown
+from problems.base import InvalidTable, Range, ReadBy, shown, shown_value
 from solvers import StopReason
 from tpbso_casadi.plain import SEAL, BrokenSeal, NotJSON, as_json, check_seal, parsed_json, plain, sealed, versions
 from tpbso_casadi.planning import Motion, PlannedMotion, SearchedMotion
-from tpbso_casadi.scenario import NestedError, Scenario, ScenarioError, describe, parse_scenario
+from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage.tables import (
     AtGoalResult,
     CertificateResult,
@@ -42,15 +40,15 @@ class InvalidResult(ValueError):
     """Text that is not a ``result.json``; the message is one line: key path and reason."""
 
 
-def _scenario(content: Any) -> Any:
-    if isinstance(content, Scenario):
-        return content
-    if not isinstance(content, dict):
-        raise ValueError("a scenario is needed")
-    try:
-        return parse_scenario(content)
-    except ScenarioError as error:
-        raise NestedError(str(error)) from error
+def stored_scenario(content: Any) -> Scenario:
+    """The scenario of a result, which is complete without files.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not isinstance(content, Scenario | dict):
+        raise ValueError(f"a scenario is needed, not {shown_value(content)}")
+    return Scenario.from_table(content).normalised()
 
 
 class RunResult(StoredTable):
@@ -93,7 +91,7 @@ class RunResult(StoredTable):
 
     __str__ = __repr__
 
-    scenario: Annotated[Scenario, BeforeValidator(_scenario)]
+    scenario: Annotated[Scenario, ReadBy(stored_scenario)]
     solver: SolverResult | None
     seed: Count | None
     objective: ObjectiveResult
@@ -103,11 +101,11 @@ class RunResult(StoredTable):
     certificate: CertificateResult
     closest_approach: ClosestApproachResult | None = None
     at_goal: AtGoalResult | None = None
-    stages: list[StageResult] = Field(default_factory=list)
+    stages: list[StageResult] = field(default_factory=list)
     solution: SolutionResult
     polish: PolishResult | None = None
     retiming: RetimingResult | None = None
-    rounds: Annotated[int, Field(ge=1)]
+    rounds: Annotated[int, Range(least=1)]
     evaluations: Count
     iterations: Count
     seconds: Seconds
@@ -115,11 +113,11 @@ class RunResult(StoredTable):
     interrupted: bool
     history: HistoryResult
     versions: dict[str, str]
-    files: dict[FileName, str] = Field(default_factory=dict)
+    files: dict[FileName, str] = field(default_factory=dict)
 
     def to_json(self, indent: int | None = 2) -> str:
         """The text of ``result.json``, sealed."""
-        return as_json(sealed(plain(self.model_dump(mode="json"))), indent)
+        return as_json(sealed(plain(self.table())), indent)
 
     @classmethod
     def from_json(cls, text: str) -> Self:
@@ -134,11 +132,9 @@ class RunResult(StoredTable):
                 check_seal(document)
                 raise InvalidResult(f"{SIMULATED}: a simulation of the planner, as it was written; it holds no plan")
             content = {key: value for key, value in document.items() if key != SEAL}
-            result = cls.model_validate_json(json.dumps(content), strict=True)
+            result = cls.from_table(content)
             check_seal(document)
-        except ValidationError as error:
-            raise InvalidResult(describe(error, cls, content)) from error
-        except (NotJSON, BrokenSeal) as error:
+        except (NotJSON, BrokenSeal, InvalidTable) as error:
             raise InvalidResult(str(error)) from error
         return result
 
@@ -167,11 +163,11 @@ def of_motion(motion: Motion) -> dict[str, Any]:
     closest, at_goal = motion.closest_approach, motion.at_goal
     return {
         "objective": ObjectiveResult.of(motion),
-        "constraints": [ConstraintResult.model_validate(verdict) for verdict in motion.verdicts],
+        "constraints": [ConstraintResult.like(verdict) for verdict in motion.verdicts],
         "feasible": motion.feasible,
         "certificate": CertificateResult.of(motion),
-        "closest_approach": None if closest is None else ClosestApproachResult.model_validate(closest),
-        "at_goal": None if at_goal is None else AtGoalResult.model_validate(at_goal),
+        "closest_approach": None if closest is None else ClosestApproachResult.like(closest),
+        "at_goal": None if at_goal is None else AtGoalResult.like(at_goal),
         "stages": StageResult.all_of(motion),
     }
 

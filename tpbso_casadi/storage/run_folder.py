@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import file_digest
 from pathlib import Path
@@ -28,7 +28,7 @@ SUFFIXES = (".json", ".csv", ".npz", ".png", ".pdf", ".svg", ".gif", ".mp4", ".h
 class FolderResult(Protocol):
     """What a ``result.json`` holds, the digests of the other files in its folder among it: ``files``."""
 
-    def model_copy(self, *, update: Mapping[str, Any]) -> Self:
+    def replaced(self, **values: Any) -> Self:
         """The same with other fields."""
 
     def to_json(self) -> str:
@@ -120,7 +120,7 @@ def write_plan(
     """
 
     def check(held: dict[str, Any]) -> None:
-        if same_plan_only and held.get("scenario") not in (None, plan.scenario.model_dump(mode="json")):
+        if same_plan_only and held.get("scenario") not in (None, plan.scenario.table()):
             raise OtherPlan(f"{folder}: holds another plan")
 
     return replace_folder(
@@ -228,7 +228,7 @@ def replace_folder(
 
 def _text_of(result: FolderResult, files: dict[str, str]) -> str:
     """Of ``result.json`` beside files with these digests."""
-    return result.model_copy(update={"files": files}).to_json()
+    return result.replaced(files=files).to_json()
 
 
 def _report(folder: Path, failure: Exception) -> NoReturn:

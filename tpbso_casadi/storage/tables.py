@@ -5,25 +5,22 @@ A number that is not finite is null on disk and None in the model.
 
 from __future__ import annotations
 
+import re
+from dataclasses import field
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Field,
-    SerializerFunctionWrapHandler,
-    model_serializer,
-    model_validator,
-)
 
 from problems import CertificateStatus, Problem, Trajectory
-from problems.base import FloatArray
+from problems.base import Checked, FloatArray, InvalidTable, Range, ReadBy, Table, reader, shown_value
+from problems.base import Count as NumberOf
 from problems.certify import WorstIs
 from solvers import StopReason
 from tpbso_casadi.plain import plain, settings_of
 from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming
-from tpbso_casadi.scenario import Scenario, StrictModel, current_name
+from tpbso_casadi.scenario import Scenario, current_name
+
+MOST_ENTRIES = 10_000_000  # of a list
 
 
 def _all_finite(settings: dict[str, Any]) -> dict[str, Any]:
@@ -38,30 +35,41 @@ def _rectangular(coefficients: list[list[list[float]]]) -> list[list[list[float]
     return coefficients
 
 
-Number: TypeAlias = Annotated[float | None, BeforeValidator(plain)]  # None where it is not finite
-Count: TypeAlias = Annotated[int, Field(ge=0)]
-Seconds: TypeAlias = Annotated[float, Field(ge=0.0)]
-Breakpoints: TypeAlias = Annotated[list[float], Field(min_length=2)]
-Coefficients: TypeAlias = Annotated[list[list[list[float]]], Field(min_length=1), AfterValidator(_rectangular)]
-FileName: TypeAlias = Annotated[str, Field(pattern=r"^[^/\\\x00]{1,255}$")]
+def _finite(value: Any) -> float | None:
+    number: float | None = reader(float | None)(plain(value))
+    return number
 
 
-class StoredTable(StrictModel, from_attributes=True):
-    """A table of ``result.json``; it is read from the attributes of what it tells of, too."""
+Number: TypeAlias = Annotated[float | None, ReadBy(_finite)]  # None where it is not finite
+Count: TypeAlias = Annotated[int, Range(least=0)]
+Seconds: TypeAlias = Annotated[float, Range(least=0.0)]
+Breakpoints: TypeAlias = Annotated[list[float], NumberOf(2, MOST_ENTRIES)]
+Coefficients: TypeAlias = Annotated[list[list[list[float]]], NumberOf(1, MOST_ENTRIES), Checked(_rectangular)]
+
+
+def _file_name(name: str) -> str:
+    if not re.fullmatch(r"[^/\\\x00]{1,255}", name):
+        raise ValueError(f"the name of a file is needed, not {shown_value(name)}")
+    return name
+
+
+FileName: TypeAlias = Annotated[str, Checked(_file_name)]
+
+
+class StoredTable(Table):
+    """A table of ``result.json``."""
 
     OPTIONAL: ClassVar[tuple[str, ...]] = ()  # keys that are left out where there is nothing to say
 
-    @model_serializer(mode="wrap")
-    def _without_empty(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        content: dict[str, Any] = serialize(self)
-        return {key: value for key, value in content.items() if key not in self.OPTIONAL or getattr(self, key)}
+    def table(self) -> dict[str, Any]:
+        return {key: value for key, value in super().table().items() if key not in self.OPTIONAL or getattr(self, key)}
 
 
 class SolverResult(StoredTable):
     """The solver and its hyper-parameters, which may be those of any plug-in."""
 
-    name: Annotated[str, AfterValidator(current_name)]
-    settings: Annotated[dict[str, Any], AfterValidator(_all_finite)]
+    name: Annotated[str, Checked(current_name)]
+    settings: Annotated[dict[str, Any], Checked(_all_finite)]
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
@@ -93,7 +101,7 @@ class ObjectiveResult(StoredTable):
     name: str
     value: Number
     unit: str
-    parts: list[ObjectivePart] = Field(default_factory=list)
+    parts: list[ObjectivePart] = field(default_factory=list)
 
     @classmethod
     def of(cls, motion: Motion) -> Self:
@@ -142,7 +150,7 @@ class StageResult(StoredTable):
     kind: str
     start: Seconds
     end: Seconds
-    constraints: list[ConstraintResult] = Field(default_factory=list)
+    constraints: list[ConstraintResult] = field(default_factory=list)
     signal: str | None = None
     value: bool | int | float | str | None = None
 
@@ -155,7 +163,7 @@ class StageResult(StoredTable):
                 kind=stage.kind,
                 start=stage.start,
                 end=stage.end,
-                constraints=[ConstraintResult.model_validate(verdict) for verdict in verdicts],
+                constraints=[ConstraintResult.like(verdict) for verdict in verdicts],
                 signal=None if stage.signal is None else stage.signal[0],
                 value=None if stage.signal is None else stage.signal[1],
             )
@@ -225,7 +233,7 @@ class SolutionResult(StoredTable):
     variables: list[VariableResult] | None
     quantities: dict[str, list[float]]
     branches: dict[str, list[float]] | None = None
-    time_scale: Annotated[float, Field(gt=0.0)]
+    time_scale: Annotated[float, Range(above=0.0)]
     breakpoints: Breakpoints
     coefficients: Coefficients
 
@@ -252,7 +260,7 @@ class SolutionResult(StoredTable):
             quantities=quantities_of(motion),
             branches={name: theta.tolist() for name, theta in branch.items()} or None,
             time_scale=motion.time_scale,
-            **dict(PiecesResult.of(motion.trajectory)),
+            **PiecesResult.of(motion.trajectory).values(),
         )
 
 
@@ -303,8 +311,8 @@ class PolishResult(StoredTable):
         """What is stored of a polish."""
         solution = polish.search.solution
         return cls(
-            before=PolishedMotion.model_validate(polish.before),
-            after=PolishedMotion.model_validate(polish.after),
+            before=PolishedMotion.like(polish.before),
+            after=PolishedMotion.like(polish.after),
             accepted=polish.accepted,
             starts=polish.search.iterations,
             iterations=solution.iterations,
@@ -325,7 +333,7 @@ class TimedMotion(PolishedMotion):
     @classmethod
     def of(cls, motion: Motion) -> Self:
         """What is stored of a motion before or after the last stage."""
-        return cls(**dict(PolishedMotion.model_validate(motion)), duration=motion.trajectory.duration)
+        return cls(**PolishedMotion.like(motion).values(), duration=motion.trajectory.duration)
 
 
 class PiecesResult(StoredTable):
@@ -364,11 +372,9 @@ class RetimingResult(StoredTable):
     seconds: Seconds
     motion: PiecesResult | None
 
-    @model_validator(mode="after")
-    def _with_motion(self) -> Self:
+    def check(self) -> None:
         if self.accepted != (self.motion is not None):
-            raise ValueError("motion: needed exactly where another motion was accepted")
-        return self
+            raise InvalidTable("needed exactly where another motion was accepted", "motion")
 
     @classmethod
     def of(cls, retiming: Retiming) -> Self:

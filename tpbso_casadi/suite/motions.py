@@ -91,7 +91,7 @@ def problems_of(problem: Problem[Any], form: str) -> list[Problem[Any]]:
 
 def problem_of(scenario: Scenario, suite: str) -> Problem[Any]:
     """The problem of a scenario as a suite has it, built once."""
-    return _problem(scenario.model_dump_json(), suite in INTEGRALS_AT_SAMPLES)
+    return _problem(scenario.as_text(), suite in INTEGRALS_AT_SAMPLES)
 
 
 @lru_cache(maxsize=CACHED_PROBLEMS)

@@ -351,10 +351,10 @@ class Suite:
         key = which.removeprefix(f"{self.name}/")
         found = next((each for each in self.problems if each.name in (key, f"{each.suite}/{key}")), None)
         if found is None:
-            from tpbso_casadi.plain import nearest  # noqa: PLC0415 (CasADi; for a mistake alone)
+            from problems.base import nearest_word  # noqa: PLC0415 (CasADi; for a mistake alone)
 
             names = {problem._key: problem.name for problem in self.problems}
-            near = nearest(key.rpartition("/")[2], [*names], cutoff=0.0)
+            near = nearest_word(key.rpartition("/")[2], [*names], cutoff=0.0)
             raise InvalidSuite(f"there is no problem {which!r:.80} in {self!r}; did you mean {names.get(near or '')}?")
         return found
 
@@ -422,10 +422,10 @@ def suite(
     chosen = [(owner, each) for owner, each in known if functions is None or {each.name, each.group} & wanted]
     foreign = wanted - {each.name for _, each in known} - {each.group for _, each in known}
     if foreign:
-        from tpbso_casadi.plain import nearest  # noqa: PLC0415 (CasADi; for a mistake alone)
+        from problems.base import nearest_word  # noqa: PLC0415 (CasADi; for a mistake alone)
 
         groups = list(dict.fromkeys(each.group for _, each in known))
-        near = nearest(min(foreign), [*groups, *(each.name for _, each in known)])
+        near = nearest_word(min(foreign), [*groups, *(each.name for _, each in known)])
         hint = f"did you mean {near}?" if near else f"the groups are {', '.join(groups)}"
         raise InvalidSuite(f"{name}: no function or group {min(foreign)!r:.60}; {hint}")
     most = min(each.instances for _, each in known)

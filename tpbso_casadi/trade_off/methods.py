@@ -273,7 +273,7 @@ def open_front(
         OutputError: the folder cannot be written, or holds another front.
     """
     chosen = method_named(method, objectives, points)
-    asked = {"scenario": objectives.scenario.model_dump(), "objectives": objectives.names}
+    asked = {"scenario": objectives.scenario.table(), "objectives": objectives.names}
     store = FrontStore.open(folder, asked, chosen.name, chosen.settings, overwrite)
     objectives.problems()  # what cannot be planned is said before anything is
     return chosen, store

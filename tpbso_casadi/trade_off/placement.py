@@ -193,7 +193,7 @@ class Objectives:
                 find_objective(name, self.scenario.task.own_objectives)
             except PluginError as error:
                 raise ScenarioError(f"--objectives: {error}") from error
-        if "objective" not in type(self.scenario.task).model_fields:
+        if "objective" not in self.scenario.task.schema():
             raise ScenarioError(f"task.kind: {self.scenario.task.kind!r} has no objective to choose")
         if self.scenario.solver.within is not None:
             raise ScenarioError("solver.within: a trade-off makes plans of so many evaluations; leave it out")
@@ -215,7 +215,7 @@ class Objectives:
         """Which of them is the duration, where the scenario can bound that; None where none is."""
         task, motion = self.scenario.task, self.scenario.model.motion
         foreign = {key for keys in task.keys_of.values() for key in keys} - set(task.keys_of.get(motion, ()))
-        if BOUND not in type(task).model_fields or BOUND in foreign:
+        if BOUND not in task.schema() or BOUND in foreign:
             return None
         return next((i for i, objective in enumerate(self.both) if objective.is_duration), None)
 
@@ -250,7 +250,7 @@ class Objectives:
         return parse_scenario(content)
 
     def _content(self, asked: Scalarisation, further: dict[str, Any]) -> dict[str, Any]:
-        content = self.scenario.model_dump()
+        content = self.scenario.table()
         content["model"] = self.scenario.model.stated()
         content["solver"] |= further
         content["task"]["objective"] = self._objective(asked.weights)

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
-from pydantic import TypeAdapter, ValidationError
-
 from problems import Trajectory
+from problems.base import InvalidTable, plain_value, reader
 from tpbso_casadi.figures.palette import FORMATS
 from tpbso_casadi.plain import NotJSON, as_json, parsed_json, plain, versions
 from tpbso_casadi.scenario import ScenarioError, read_text
@@ -34,7 +33,6 @@ FRONT, METHODS, FIGURE = "front.csv", "methods.csv", "front"  # the figure has a
 MANIFEST = "front.json"
 POINTS = "points"  # the folder of the run folders
 RESULT = "result.json"
-STORED_POINTS = TypeAdapter(list[Point])
 
 
 class FrontStore:
@@ -102,7 +100,8 @@ class FrontStore:
 
     def points(self, method: str) -> list[Point]:
         """The complete points of a method, in the order in which they were made."""
-        return STORED_POINTS.validate_python(self._content["methods"][method]["points"])
+        found: list[Point] = reader(list[Point])(self._content["methods"][method]["points"])
+        return found
 
     def trajectory(self, point: Point) -> Trajectory:
         """The motion of a point, as its run folder has it.
@@ -122,7 +121,7 @@ class FrontStore:
         Raises:
             OutputError: they cannot be written.
         """
-        self._content["methods"][method]["points"] += STORED_POINTS.dump_python(list(points), mode="json")
+        self._content["methods"][method]["points"] += plain_value(list(points))
         self._write()
 
     def _write(self) -> None:
@@ -143,8 +142,8 @@ def _read(path: Path) -> dict[str, Any]:
         content = parsed_json(read_text(path, LARGEST_RESULT))
         check_seal(content)
         for method in content["methods"].values():
-            STORED_POINTS.validate_python(method["points"])
-    except (ScenarioError, NotJSON, BrokenSeal, ValidationError, LookupError, TypeError, AttributeError) as error:
+            reader(list[Point])(method["points"])
+    except (ScenarioError, NotJSON, BrokenSeal, InvalidTable, LookupError, TypeError, AttributeError) as error:
         reason = "not of a trade-off" if not isinstance(error, BrokenSeal) else error
         raise OutputError(f"{path}: {reason}") from error
     return {key: content[key] for key in ("asked", "versions", "methods")}
@@ -156,7 +155,7 @@ def _remove(folder: Path, held: dict[str, Any]) -> None:
     Raises:
         OutputError: a folder holds anything but a run.
     """
-    points = [point for method in held["methods"].values() for point in STORED_POINTS.validate_python(method["points"])]
+    points = [point for method in held["methods"].values() for point in reader(list[Point])(method["points"])]
     runs = [folder / point.folder for point in points if point.folder and (folder / point.folder).exists()]
     for run in runs:
         check_run_folder(run)

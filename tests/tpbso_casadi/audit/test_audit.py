@@ -49,7 +49,7 @@ def planned(case: str, polish: bool = False, retime: bool = True) -> PlannedMoti
     """Of the paper's motions rotation-3 is retimed, and time-3 gives way to the closed form; a move; a given path."""
     if case == "path":
         return plan(parse_scenario(STATED[case]))
-    content = STATED.get(case) or builtin(case).model_dump()
+    content = STATED.get(case) or builtin(case).table()
     if case not in STATED:
         content["model"] |= {"retime": retime, "formulation": "reduced"}
     solver = {"name": "pso", "evaluations": 2000, "polish_starts": int(polish)}
@@ -391,7 +391,7 @@ def test_a_link_that_grazes_an_obstacle_is_caught(
     smallest = clearance.worst / 0.9  # what is proven gives a tenth away
     oval = solution.problem.obstacles[0]
     factor = (min(oval.semi_axes) + smallest + grown) / min(oval.semi_axes)
-    content = solution.scenario.model_dump()
+    content = solution.scenario.table()
     content["obstacles"][0]["semi_axes"] = [axis * factor for axis in oval.semi_axes]
     content["model"]["retime"] = False
     scenario = parse_scenario(content)

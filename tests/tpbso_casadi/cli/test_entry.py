@@ -112,7 +112,7 @@ def test_overview_version_and_mistakes_load_nothing_but_the_standard_library() -
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     names = {name.partition(".")[0] for name in json.loads(done.stdout)}
     assert "tpbso_casadi" in names
-    assert not {"numpy", "casadi", "pydantic", "rich", "scipy", "shtab", "solvers", "problems", "argparse"} & names
+    assert not {"numpy", "casadi", "rich", "scipy", "shtab", "solvers", "problems", "argparse"} & names
 
 
 @process

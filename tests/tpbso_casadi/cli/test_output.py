@@ -80,7 +80,7 @@ def test_the_best_known_is_that_of_the_same_statement() -> None:
     assert set(BEST_KNOWN) == set(TITLES)
     for name, best in BEST_KNOWN.items():
         assert best_known(builtin(name)) == best
-    content = builtin("time-3").model_dump()
+    content = builtin("time-3").table()
     assert best_known(parse_scenario(content | {"model": {"formulation": "reduced"}})) == BEST_KNOWN["time-3"]
     content["arm"]["max_speed"] = 5.0
     assert best_known(parse_scenario(content)) is None

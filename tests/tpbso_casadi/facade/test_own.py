@@ -149,7 +149,7 @@ def test_a_changed_run_is_refused(
 def test_own_constraints_and_objectives_have_short_names_and_are_written_where_there_are_any() -> None:
     assert repr(CEILING) == "<constraint 'ceiling': lower=0.2, upper=0.45, m>"
     assert repr(tp.Cost(lambda m: 1.0, name="clock", unit="s")) == "<objective 'clock', s>"
-    content = tp.builtin("time-3").model_dump()
+    content = tp.builtin("time-3").table()
     assert "constraints" not in content["model"] and "objectives" not in content["task"]
 
 

@@ -25,7 +25,7 @@ from tpbso_casadi.planning.motion import QUANTITIES
 
 @cache
 def searched(name: str = "bso") -> SearchedMotion:
-    content = builtin("rotation-3").model_dump()
+    content = builtin("rotation-3").table()
     content["model"]["retime"] = False
     content["solver"] |= {"name": name} | ({"iterations": 2} if name == "ipopt" else {"evaluations": 600})
     found = plan(parse_scenario(content)).searched

@@ -35,7 +35,7 @@ ZIGZAG = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.3, 0.2]])
 
 @cache
 def planned(case: str, solver: str = "pso") -> SearchedMotion:
-    content = builtin(case).model_dump()
+    content = builtin(case).table()
     content["model"] |= {"retime": False, "formulation": "reduced"}
     content["solver"] |= {"name": solver} | ({"iterations": 2} if solver == "ipopt" else {"evaluations": 1000})
     found = plan(parse_scenario(content)).searched
@@ -201,7 +201,7 @@ def test_a_path_offers_accuracy_and_redundancy(solver: str) -> None:
 
 
 def test_a_path_with_four_links_has_a_panel_for_each_redundant_one() -> None:
-    content = builtin("pentagram-time").model_dump()
+    content = builtin("pentagram-time").table()
     content["arm"] |= {"link_lengths": [0.75] * 4}
     content["solver"]["evaluations"] = 60
     [(_, figure)] = curve_figures(plan(parse_scenario(content))).values()

@@ -121,7 +121,7 @@ def test_failed_and_missing_runs_and_cases_without_a_plan_are_said() -> None:
 def test_budgets_and_seeds_in_words() -> None:
     scenario = builtin("time-2")
     table = {"evaluations": 100, "iterations": 1, "time_limit": 2.5}
-    limited = scenario.model_copy(update={"solver": scenario.solver.model_copy(update=table)})
+    limited = scenario.replaced(solver=scenario.solver.replaced(**table))
     rows = solver_rows([Run("x", "a", limited), Run("y", "a", scenario)])
     assert '<td class="words">polished from 2 candidates</td>' in page_of(
         results({("x", "bso+polish2"): final([1.0])}), grid({"x": scenario}, parse_solvers("bso+polish2"), (1,))

@@ -26,7 +26,7 @@ from tpbso_casadi.scenario import parse_scenario
 
 
 def run(seed: int = 1, **solver: object) -> Run:
-    content = builtin("time-2").model_dump()
+    content = builtin("time-2").table()
     content["solver"] |= {"seed": seed, "evaluations": 200, **solver}
     return Run("time-2", "bso", parse_scenario(content))
 
@@ -208,14 +208,14 @@ def test_after_a_kill_the_log_is_part_of_the_store(path: Path, tmp_path: Path) -
 
 VALUE, ANY = "UPDATE runs SET result = json_set(result, '$.objective.value', {})", "UPDATE runs SET {}"
 NO_RECORDS = {
-    ANY.format("seconds = 'fast'"): "seconds: Input should be a valid number, not 'fast'",
-    ANY.format("seconds = 9e999"): "seconds: Input should be a finite number, not inf",
-    ANY.format("error = x'00'"): "error: Input should be a valid string",
-    VALUE.format("'best'"): "objective: Input should be a valid",
+    ANY.format("seconds = 'fast'"): "seconds: a number is needed, not 'fast'",
+    ANY.format("seconds = 9e999"): "seconds: a finite number is needed, not inf",
+    ANY.format("error = x'00'"): "error: a word is needed",
+    VALUE.format("'best'"): "objective: a number is needed",
     VALUE.format("NULL"): "objective is missing",
-    ANY.format("result = json_set(result, '$.evaluations', 1.5)"): "evaluations: Input should be a valid",
-    ANY.format("result = json_set(result, '$.feasible', 'yes')"): "feasible: Input should be a valid boolean",
-    ANY.format("result = json_set(result, '$.unit', json('[]'), '$.cost', json('{}'))"): "cost: Input should",
+    ANY.format("result = json_set(result, '$.evaluations', 1.5)"): "evaluations: a whole number is needed",
+    ANY.format("result = json_set(result, '$.feasible', 'yes')"): "feasible: true or false is needed",
+    ANY.format("result = json_set(result, '$.unit', json('[]'), '$.cost', json('{}'))"): "cost: a number is needed",
     ANY.format("result = '{'"): "malformed JSON",
     ANY.format("result = NULL"): "feasible is missing",
     "DROP VIEW records": "no such table: records",
@@ -345,7 +345,7 @@ def search(**changes: Any) -> StoredSearch:
         "evaluations": 30,
         "history": {"evaluations": [10, 20, 30], "cost": [1e6, 3.0, 2.0]},
     }
-    return StoredSearch.model_validate_json(json.dumps(content | changes))
+    return StoredSearch.from_text(json.dumps(content | changes))
 
 
 def pairs(stored: StoredSearch) -> list[tuple[float, float]]:

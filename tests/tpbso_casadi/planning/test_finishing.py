@@ -23,7 +23,7 @@ SILENT = Progress()
 
 @cache
 def planned(case: str, *, retime: bool = False, **task: Any) -> SearchedMotion:
-    content = builtin(case).model_dump()
+    content = builtin(case).table()
     content["model"] |= {"retime": retime, "formulation": "reduced"}
     content["task"] |= task
     content["solver"] |= {"name": "pso", "evaluations": 1000}

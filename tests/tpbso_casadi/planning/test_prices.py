@@ -44,7 +44,7 @@ def by_gradients(content: dict[str, Any], starts: int) -> SearchedMotion:
 
 
 def stated(case: str) -> dict[str, Any]:
-    return tp.builtin(case).model_dump()
+    return tp.builtin(case).table()
 
 
 def with_limit(case: str, key: str, joint: int, starts: int) -> Callable[[float], SearchedMotion]:

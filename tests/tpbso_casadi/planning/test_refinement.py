@@ -33,7 +33,7 @@ from tpbso_casadi.scenario.cases import TITLES
 
 
 def scenario_with(case: str, edit: dict[str, dict[str, Any]] | None = None, **solver: object) -> Scenario:
-    content = builtin(case).model_dump()
+    content = builtin(case).table()
     for name, changes in ((edit or {}) | {"solver": solver}).items():
         content[name] = changes if isinstance(changes, list) else content[name] | changes
     return parse_scenario(content)

@@ -27,7 +27,7 @@ FAR = crossing((3.0, 3.0))
 IN_THE_WAY = crossing((1.55, 0.75))
 AT_REST = MotionState(np.array(START), np.zeros(3), np.zeros(3))
 STANDING = Trajectory.standing(np.array(START), EVERY)
-CONTENT = scenario().model_dump(exclude_none=True, exclude_defaults=True)
+CONTENT = scenario().table()
 
 
 def replanner(rate: float = 0.0, evaluations: int = 400, within: float | None = None) -> Replanner:

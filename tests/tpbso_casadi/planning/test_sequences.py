@@ -217,7 +217,7 @@ def test_stages_that_end_at_other_times_are_refused(picked: tp.Plan, stage: int,
     result = picked.result
     quantities = dict(result.solution.quantities)
     quantities["stage_ends"] = [end + by * (number == stage) for number, end in enumerate(quantities["stage_ends"])]
-    other = result.model_copy(update={"solution": result.solution.model_copy(update={"quantities": quantities})})
+    other = result.replaced(solution=result.solution.replaced(quantities=quantities))
     with pytest.raises((ValueError, tp.ScenarioError), match=line):
         checked(other)
 

@@ -88,7 +88,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def obstacles(folder: Path, *tables: dict[str, Any], **keys: Any) -> tuple[Obstacle, ...]:
     content = {"robot": ROBOT, "task": TASK, "obstacles": list(tables), **keys}
     scenario = parse_scenario(content, InputFolder(folder))
-    again = parse_scenario(scenario.model_dump(mode="json"))  # complete without the files
+    again = parse_scenario(scenario.table())  # complete without the files
     assert again == scenario
     found = scenario.criteria().obstacles
     assert again.criteria().obstacles == found

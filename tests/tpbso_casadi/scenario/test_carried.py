@@ -28,7 +28,7 @@ TABLE = {"shape": "box", "center": [0.45, 0.2, 0.2], "size": [0.5, 0.8, 0.1], "n
 def scenario(folder: Path | None = None, **keys: Any) -> Scenario:
     content = {"robot": {"model": "panda"}, "task": {"kind": "point-to-point", **ENDS}, **keys}
     found = parse_scenario(content, None if folder is None else InputFolder(folder))
-    assert parse_scenario(found.model_dump(mode="json")) == found
+    assert parse_scenario(found.table()) == found
     return found
 
 
@@ -145,7 +145,7 @@ def test_what_is_refused(keys: dict[str, Any], reason: str) -> None:
 
 
 def test_in_the_plane_nothing_is_carried() -> None:
-    content: dict[str, Any] = tp.builtin("obstacle-3").model_dump(mode="json")
+    content: dict[str, Any] = tp.builtin("obstacle-3").table()
     with pytest.raises(ScenarioError, match="carried: of robots in space alone"):
         parse_scenario(content | {"carried": [BOX]}).problem()
     with pytest.raises(ScenarioError, match="may_touch: two bodies of the robot itself"):
@@ -153,7 +153,7 @@ def test_in_the_plane_nothing_is_carried() -> None:
 
 
 def test_a_link_in_the_plane_may_touch_an_obstacle() -> None:
-    content: dict[str, Any] = tp.builtin("obstacle-3").model_dump(mode="json")
+    content: dict[str, Any] = tp.builtin("obstacle-3").table()
     content["obstacles"][0]["name"] = "post"
     (before,) = (limit for limit in parse_scenario(content).problem().limits if isinstance(limit, Clearance))
     problem = parse_scenario(content | {"may_touch": [["link 2", "post"]]}).problem()

@@ -26,7 +26,7 @@ def scenario(**keys: Any) -> Scenario:
 def test_both_tables_are_one_and_are_stored_as_one() -> None:
     found = scenario(model={"constraints": [OWN]}, constraints=[SPEED])
     assert [limit.name for limit in found.problem().limits[-2:]] == ["floor", "tool speed"]
-    stored = found.model_dump()
+    stored = found.table()
     assert "constraints" not in stored
     assert stored["model"]["constraints"] == [
         {"name": "floor", "unit": "1", "lower": 0.0, "upper": None, "expression": "= tool[1]"},
@@ -47,10 +47,10 @@ def test_python_states_the_same() -> None:
     own = tp.Constraint(lambda m: m.tool[1], lower=0.0, name="floor")
     region = tp.ToolRegion(center=(0.5, 0.5), size=(2.0, 1.0), angle=0.1, name="room")
     made = tp.scenario_of(arm, start=[0.9, 0.1], goal=[0.4, 0.8], constraints=[own, region, tp.ToolSpeed(max=0.8)])
-    room, speed = made.model_dump()["model"]["constraints"][1:]
+    room, speed = made.table()["model"]["constraints"][1:]
     assert room == {"kind": "tool region", "center": [0.5, 0.5], "size": [2.0, 1.0], "angle": 0.1, "name": "room"}
     assert speed == {"kind": "tool speed", "max": 0.8, "name": "tool speed"}
-    assert parse_scenario(made.model_dump()) == made
+    assert parse_scenario(made.table()) == made
 
 
 @pytest.mark.parametrize(

@@ -110,7 +110,7 @@ def test_looks_change_neither_key_nor_motion(plan: tp.Plan, tmp_path: Path) -> N
     stored = json.loads((tmp_path / "run" / "result.json").read_text())["scenario"]
     with_looks, without = parse_scenario(stored), parse_scenario({**stored, "robot": dict(stored["robot"])})
     assert without.robot is not None
-    without = without.model_copy(update={"robot": without.robot.model_copy(update={"looks_text": None})})
+    without = without.replaced(robot=without.robot.replaced(looks_text=None))
     assert with_looks.robot is not None and with_looks.robot.build() == without.robot.build()
     assert with_looks.robot.build().looks and not without.robot.build().looks
     assert Run("case", "solver", with_looks).key == Run("case", "solver", without).key

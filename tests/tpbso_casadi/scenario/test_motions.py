@@ -50,7 +50,7 @@ def test_the_motion_follows_from_the_keys() -> None:
     for task, model, motion in MOTIONS:
         scenario = parsed(task, **model)
         assert scenario.model.motion == motion
-        assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+        assert parse_scenario(scenario.table()) == scenario
 
 
 RETIMED: list[tuple[dict[str, Any], dict[str, Any], bool]] = [
@@ -153,7 +153,7 @@ def test_places_of_all_kinds_are_read_and_written_back() -> None:
         "via": [[0.9, 0.2], {"joints": [0.2, 0.3, 0.4]}],
     }
     scenario = parsed(task)
-    content = scenario.model_dump(mode="json")
+    content = scenario.table()
     assert {key: content["task"][key] for key in ("start", "goal", "via")} == {
         key: task[key] for key in ("start", "goal", "via")
     }
@@ -210,9 +210,9 @@ def weighed(objective: Any, task: dict[str, Any] | None = None, **arm: Any) -> A
 @pytest.mark.parametrize("motion", ["paper", "spline"])
 def test_a_table_of_weights_is_a_sum(task: dict[str, Any], motion: str) -> None:
     stated = weighed({"time": 1.0, "energy": 0.02}, task)
-    problem = stated.model_copy(update={"model": stated.model.model_copy(update={"motion": motion})}).problem()
+    problem = stated.replaced(model=stated.model.replaced(motion=motion)).problem()
     assert [(weight, each.name) for weight, each in problem.objective.terms] == [(1.0, "time"), (0.02, "energy")]
-    assert stated.model_dump(mode="json")["task"]["objective"] == {"time": 1.0, "energy": 0.02}
+    assert stated.table()["task"]["objective"] == {"time": 1.0, "energy": 0.02}
 
 
 def test_one_entry_of_weight_one_is_the_objective_itself() -> None:

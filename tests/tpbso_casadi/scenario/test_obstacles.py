@@ -14,13 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Rectangle
-from problems.base import InvalidProblem
+from problems.base import InvalidProblem, InvalidTable
 from problems.scene import Tabulated
 from problems.scene.moving import MovingObstacle
 from problems.scene.tabulated import as_numbers
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands import solve
-from tpbso_casadi.scenario import NestedError, ObstacleSection, read_scenario
+from tpbso_casadi.scenario import ObstacleSection, read_scenario
 from tpbso_casadi.scenario.input_files import MOST_MOTION_ROWS
 from tpbso_casadi.scenario.obstacles import build_obstacles, read_obstacle
 
@@ -113,10 +113,10 @@ def test_quaternions_of_a_table(tmp_path: Path) -> None:
 def test_what_is_stored_is_complete_without_files(tmp_path: Path) -> None:
     (tmp_path / "cart.csv").write_text(TABLE)
     scenario = read_scenario(plane(tmp_path, 'motion = "cart.csv"\nmargin_rate = 0.05', 'unit = "deg"'))
-    again = parse_scenario(json.loads(scenario.model_dump_json()))
+    again = parse_scenario(json.loads(scenario.as_text()))
     assert again.obstacles == scenario.obstacles
     assert again.problem().obstacles == scenario.problem().obstacles
-    stored = scenario.model_dump()["obstacles"]
+    stored = scenario.table()["obstacles"]
     assert set(stored[0]) == {"shape", "center", "semi_axes", "angle"}  # which stands still: nothing of a motion
     assert stored[1]["motion_rows"][1] == [1.0, 0.5, 0.0, pi / 2.0]
 
@@ -220,7 +220,7 @@ def test_too_many_rows(tmp_path: Path) -> None:
     assert f"cart.csv line {MOST_MOTION_ROWS + 2}: more than {MOST_MOTION_ROWS} rows" in message
     again = [[float(n), 0.0, 0.0] for n in range(MOST_MOTION_ROWS)]
     table = {"shape": "box", "center": [3.0, 0.0], "size": [0.1, 0.1], "motion_rows": again}
-    content = read_scenario(plane(tmp_path, "")).model_dump() | {"obstacles": [table] * 4}
+    content = read_scenario(plane(tmp_path, "")).table() | {"obstacles": [table] * 4}
     with pytest.raises(ScenarioError, match=r"obstacles\.3\.motion: more than 600 rows in all tables"):
         parse_scenario(content).problem()
 
@@ -234,7 +234,7 @@ def test_a_huge_file_and_what_is_no_file(tmp_path: Path) -> None:
 
 
 def test_a_file_cannot_be_named_where_there_is_no_folder(tmp_path: Path) -> None:
-    content: dict[str, Any] = read_scenario(plane(tmp_path, "")).model_dump()
+    content: dict[str, Any] = read_scenario(plane(tmp_path, "")).table()
     content["obstacles"][1]["motion"] = "cart.csv"
     with pytest.raises(ScenarioError, match=r"obstacles\.1\.motion: 'cart.csv' has not been read; only a scenario"):
         parse_scenario(content).problem()
@@ -251,7 +251,7 @@ class Round(ObstacleSection):
 
 
 def test_a_shape_of_a_plugin_moves_too(tmp_path: Path) -> None:
-    content = read_scenario(plane(tmp_path, "")).model_dump()
+    content = read_scenario(plane(tmp_path, "")).table()
     shape = f"{__name__}:Round"
     content["obstacles"] = [{"shape": shape, "radius": 0.1, "velocity": [0.5, 0.0]}]
     [obstacle] = parse_scenario(content).problem().obstacles
@@ -298,7 +298,7 @@ SHAPES: list[tuple[dict[str, Any], object]] = [
 def test_a_table_becomes_the_obstacle_that_it_states() -> None:
     for table, expected in SHAPES:
         section = read_obstacle(table)
-        again = read_obstacle(section.model_dump(mode="json", exclude_none=True))
+        again = read_obstacle(section.table())
         assert build_obstacles([section], 7) == build_obstacles([again], 7) == (expected,)
 
 
@@ -330,7 +330,7 @@ NO_SHAPES: list[tuple[dict[str, Any], str]] = [
 
 def test_a_table_that_fits_no_shape_is_named() -> None:
     for table, reason in NO_SHAPES:
-        with pytest.raises(NestedError, match=reason):
+        with pytest.raises(InvalidTable, match=reason):
             read_obstacle(table)
 
 

@@ -108,7 +108,7 @@ def test_a_file_is_planned_stored_and_audited(tmp_path: Path, capsys: pytest.Cap
 
 @pytest.mark.usefixtures("registered")
 def test_its_namesake_in_space_is_what_it_was() -> None:
-    content: dict[str, Any] = tp.builtin("time-3").model_dump()
+    content: dict[str, Any] = tp.builtin("time-3").table()
     in_space = {"shape": "capsule", "center": [0.5, 0.5, 0.5], "length": 0.3, "radius": 0.1}
     in_plane = {"shape": "capsule", "center": [0.5, 0.5], "length": 0.3, "radius": 0.1}
     scenario = tp.parse_scenario(content | {"obstacles": [in_space, in_plane]})
@@ -148,10 +148,10 @@ class NoDataclass(tp.Obstacle):
 
 
 def test_a_default_may_be_made() -> None:
-    content: dict[str, Any] = tp.builtin("time-3").model_dump()
+    content: dict[str, Any] = tp.builtin("time-3").table()
     scenario = tp.parse_scenario(content | {"obstacles": [{"shape": f"{__name__}:Disc", "center": [1.5, 1.5]}]})
     assert scenario.criteria().obstacles == (Disc((1.5, 1.5)),)
-    assert tp.parse_scenario(scenario.model_dump(mode="json")) == scenario
+    assert tp.parse_scenario(scenario.table()) == scenario
 
 
 @pytest.mark.parametrize(
@@ -159,7 +159,7 @@ def test_a_default_may_be_made() -> None:
     [f"{__name__}:{name}" for name in ("Taken", "Hidden", "NoDataclass")] + ["problems:MovingObstacle"],
 )
 def test_a_class_that_cannot_be_a_table_is_refused(path: str) -> None:
-    content: dict[str, Any] = tp.builtin("time-3").model_dump()
+    content: dict[str, Any] = tp.builtin("time-3").table()
     with pytest.raises(tp.ScenarioError, match=r"is not a complete frozen dataclass derived from problems\.Obstacle"):
         tp.parse_scenario(content | {"obstacles": [{"shape": path, "center": [0.5, 1.5], "semi_axes": [0.1, 0.1]}]})
 

@@ -36,7 +36,7 @@ def test_built_in_scenarios_survive_the_round_trip() -> None:
     for name in TITLES:
         scenario = builtin(name)
         assert isinstance(scenario, Scenario)
-        assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+        assert parse_scenario(scenario.table()) == scenario
 
 
 def test_defaults_are_filled_in() -> None:
@@ -102,10 +102,15 @@ WRONG: list[tuple[dict[str, Any], str, object, str]] = [
     (POINT, "task.start", [date(1979, 5, 27), 0.0], "task.start.0: a number is needed, not 1979-05-27"),
     (POINT, "task.start", [1e300, 0.0], "task.start.0: .*less than or equal to 1"),
     (POINT, "task.start", [10**400, 0.0], "task.start.0: "),
-    (POINT, "task.start", [10**5000], "a whole number of thousands of digits"),
-    (POINT, "task.start", nested(5000), "nested too deeply"),
-    (POINT, "task.start", nested(150), "task.start.0: a number is needed"),
-    (POINT, "task.elbow", "\udcff", "nested too deeply, or not text in UTF-8"),
+    (
+        POINT,
+        "task.start",
+        [10**5000, 0.0],
+        "task.start.0: .*not a number of thousands of digits",
+    ),
+    (POINT, "task.start", nested(5000), "task.start.1: missing key"),
+    (POINT, "task.start", [nested(150), 0.0], "task.start.0: a number is needed"),
+    (POINT, "task.elbow", "\udcff", "task.elbow: .*"),
     (POINT, "task.objective", "a" * 5000, "task.objective: a shorter word is needed, not 'aaa"),
     (POINT, "task.objective", "a{b}:c", "task.objective: cannot load objective 'a{b}:c'"),
     (POINT, "task.kind", "a{b}:c", "task: cannot load task 'a{b}:c'"),
@@ -210,7 +215,7 @@ def test_points_are_read_from_beside_the_scenario(tmp_path: Path, text: str) -> 
     (tmp_path / "way.csv").write_text(text)
     scenario = read_scenario(tmp_path / "mine.toml")
     assert scenario.task.points == [(1.0, 0.0), (1.0, 1.0), (0.0, 1.5)]
-    assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+    assert parse_scenario(scenario.table()) == scenario
 
 
 POINTS: list[tuple[str | None, str]] = [

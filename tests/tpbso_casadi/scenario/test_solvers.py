@@ -135,13 +135,13 @@ def test_the_same_seed_gives_the_same_scenarios_of_many_kinds(some: list[Scenari
 
 @pytest.mark.parametrize("number", slow_except(range(12), (3, 9)))
 def test_each_random_scenario_can_be_solved(number: int, some: list[Scenario]) -> None:
-    content = some[number].model_dump()
+    content = some[number].table()
     content["solver"] |= {"name": "abso", "evaluations": 6000}
     assert plan(parse_scenario(content)).feasible
 
 
 def test_every_solver_takes_them(some: list[Scenario]) -> None:
-    content = some[3].model_dump()
+    content = some[3].table()
     for name in SOLVERS:
         content["solver"] |= {"name": name, "evaluations": 300}
         assert plan(parse_scenario(content)).search.evaluations == 300

@@ -84,7 +84,7 @@ def test_poses_are_read_from_beside_the_scenario(folder: Path, heading: str) -> 
     (folder / "way.csv").write_text(heading + "\n".join(",".join(map(str, pose)) for pose in POSES))
     scenario = read_scenario(folder / "mine.toml")
     assert scenario.task.points == [tuple(pose) for pose in POSES]
-    assert parse_scenario(scenario.model_dump(mode="json")) == scenario
+    assert parse_scenario(scenario.table()) == scenario
 
 
 WRONG_FILES = [

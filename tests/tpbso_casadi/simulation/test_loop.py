@@ -156,7 +156,7 @@ def test_redundant_links_are_turned_until_they_are_clear_and_poses_become_postur
 
 def test_the_scenario_of_a_simulation_is_complete() -> None:
     made = setting(task={"goal": [1.0, 1.0]})
-    again = SimulationSetting.of(parse_scenario(made.scenario.model_dump(mode="json")))
+    again = SimulationSetting.of(parse_scenario(made.scenario.table()))
     assert again.scenario == made.scenario
     assert again.goals == made.goals
 
@@ -185,7 +185,7 @@ def test_without_a_table_a_scenario_has_none() -> None:
     stated = content()
     del stated["simulation"]
     scenario = parse_scenario(stated)
-    assert "simulation" not in scenario.model_dump()
+    assert "simulation" not in scenario.table()
     assert SimulationSetting.of(scenario).settings.ticks == 100
 
 

@@ -71,7 +71,7 @@ class Peculiar(Solver):
 
 @cache
 def result(kind: str, case: str = "time-2") -> RunResult:
-    content = builtin(case).model_dump()
+    content = builtin(case).table()
     content["model"]["formulation"] = "reduced"
     content["solver"] |= KINDS[kind]
     return result_of(plan(parse_scenario(content)))
@@ -103,11 +103,11 @@ def test_settings_of_any_solver_fit() -> None:
 
 
 def test_a_number_that_is_not_finite_is_null() -> None:
-    content = result("search").model_dump()
+    content = result("search").table()
     content["cost"] = float("inf")
     content["history"]["cost"][0] = float("nan")
     content["constraints"][0]["worst"] = float("-inf")
-    odd = RunResult.model_validate(content)
+    odd = RunResult.from_table(content)
     assert (odd.cost, odd.history.cost[0], odd.constraints[0].worst) == (None, None, None)
     assert '"cost": null' in odd.to_json() and "NaN" not in odd.to_json() and "Infinity" not in odd.to_json()
     assert RunResult.from_json(odd.to_json()) == odd
@@ -154,7 +154,7 @@ def edited(path: str, value: object, seal: bool = False) -> str:
         ("constraints.0.status", "certain", "input should be 'certified', 'violated' or 'undecided', not 'certain'"),
         ("stop_reason", "bored", "input should be 'evaluations',"),
         ("solution.breakpoints.0", None, "a number is needed, not None"),
-        ("solution.breakpoints", [0.0], "list should have at least 2 items"),
+        ("solution.breakpoints", [0.0], "a list of at least 2 items"),
         ("solution.coefficients", "none", "a list is needed, not 'none'"),
         ("solution.coefficients.0.0", [1.0], "an array (order, pieces, joints) is needed"),
         ("solution.coefficients.0.0.0", float("nan"), "a finite number is needed, not nan"),
@@ -269,14 +269,14 @@ def test_every_key_that_is_edited_or_removed_is_refused_by_name() -> None:
 
 @cache
 def planned() -> PlannedMotion:
-    return plan(parse_scenario(builtin("time-2").model_dump() | {"solver": {"evaluations": 500}}))
+    return plan(parse_scenario(builtin("time-2").table() | {"solver": {"evaluations": 500}}))
 
 
 def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
     solution = planned()
     write_run(tmp_path, solution, plots=False)
     run = read_run(tmp_path)
-    assert run.result.model_copy(update={"files": {}}) == result_of(solution)
+    assert run.result.replaced(files={}) == result_of(solution)
     assert set(run.result.files) == {"trajectory.csv"}
     assert run.scenario == solution.scenario
     np.testing.assert_array_equal(run.motion.trajectory.coefficients, solution.trajectory.coefficients)

@@ -173,7 +173,7 @@ PLACED = (*ENDS, (1.0, 0.5))
     ],
 )
 def test_points_of_a_front_are_timed_alike(objectives: tuple[str, str], stated: dict[str, Any], anew: bool) -> None:
-    content = tp.builtin("time-2").model_dump()
+    content = tp.builtin("time-2").table()
     content["model"] = stated
     if "motion" in stated:
         content["task"]["elbow"] = "free"

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import get_args
 
 from problems import CertificateStatus
+from problems.base import in_words
 from problems.motions import RowInterpolation
 from tpbso_casadi.cli.certificates import TABLE, CertificateTable, add_row, print_certificates
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, run_command
@@ -35,7 +36,7 @@ from tpbso_casadi.facade.repairing import repair
 from tpbso_casadi.facade.surroundings import given_keys
 from tpbso_casadi.plain import as_json
 from tpbso_casadi.planning import plan
-from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, in_words, is_folder, named
+from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, is_folder, named
 from tpbso_casadi.storage import OutputError, check_run_folder
 
 

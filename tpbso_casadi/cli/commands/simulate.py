@@ -156,7 +156,7 @@ def _evaluations() -> str:
 
 
 def _default(key: str) -> str:
-    return f"{SCENARIOS}, else {SimulationSection.model_fields[key].default:g}"
+    return f"{SCENARIOS}, else {SimulationSection.schema()[key].default:g}"
 
 
 def simulate(options: argparse.Namespace) -> int:

@@ -289,7 +289,7 @@ def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     if options.links is not None:
         if scenario.arm is None:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
-        arm = scenario.arm.with_links(options.links).model_dump()
+        arm = scenario.arm.with_links(options.links).table()
     search = stated(
         options, "population", "iterations", "evaluations", "time_limit", "within", "first", "seed", "polish_starts"
     )
