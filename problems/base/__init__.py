@@ -59,25 +59,10 @@ from problems.base.polynomials import (
     product,
     unproven_part,
 )
+from problems.base.readers import Checked, Key, Range, ReadBy, keys_of_fields, reader
+from problems.base.refusals import InvalidTable, at, did_you_mean, flat, in_words, nearest_word, not_among, shown_value
 from problems.base.relaxation import STEP, Relaxation, entry_changed
-from problems.base.tables import (
-    Checked,
-    InvalidTable,
-    Key,
-    Range,
-    ReadBy,
-    Table,
-    at,
-    did_you_mean,
-    flat,
-    in_words,
-    keys_of_fields,
-    nearest_word,
-    not_among,
-    plain_value,
-    reader,
-    shown_value,
-)
+from problems.base.tables import Table, plain_value
 
 __all__ = [
     "ACCELERATIONS",
