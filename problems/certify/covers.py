@@ -23,8 +23,8 @@ POSITION_ROUNDING = 1e-9  # m
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
-    """Cells of time of a motion.
+class CoverCells:
+    """Cells of time of a motion in which covers are proven to be clear.
 
     Attributes:
         travel: of the motion.
@@ -56,7 +56,7 @@ def prove_covers(
     """Bound the clearance of covers for all t."""
     margin, travel = limit.margin, Travel(limit.robot, trajectory)
     edges = np.union1d(trajectory.times(settings.initial_cells), trajectory.breakpoints)
-    cells = Cells(travel, np.column_stack([edges[:-1], edges[1:]]))
+    cells = CoverCells(travel, np.column_stack([edges[:-1], edges[1:]]))
     times = trajectory.times(limit.looks)
     start = limit.nearest(trajectory.at(times), times, each=False)
     least = _LeastClearance(limit, float(start.clearance[0]), float(times[start.items.row[0]]), start.items)
@@ -82,11 +82,11 @@ def prove_covers(
     return least.succeeded(margin)
 
 
-def _halved(cells: Cells, items: Items) -> tuple[Cells, Items]:
+def _halved(cells: CoverCells, items: Items) -> tuple[CoverCells, Items]:
     """The cells of items cut in halves, and the items in both."""
     used, rows = np.unique(items.row, return_inverse=True)
     both = [Items(rows + side * len(used), items.node, items.other) for side in (0, 1)]
-    return Cells(cells.travel, halves(cells.edges[used])), Items.joined(both)
+    return CoverCells(cells.travel, halves(cells.edges[used])), Items.joined(both)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ class _LeastClearance:
         """The clearance that is to be proven, m."""
         return margin + (self.clearance - margin) * (1.0 - self.limit.proof_gap)
 
-    def improved(self, gaps: FloatArray, sizes: FloatArray, items: Items, cells: Cells) -> _LeastClearance:
+    def improved(self, gaps: FloatArray, sizes: FloatArray, items: Items, cells: CoverCells) -> _LeastClearance:
         """The smallest of this clearance and those of balls themselves, among items."""
         ends = np.flatnonzero(sizes == 0.0)
         nearest = ends[np.argmin(gaps[ends])] if ends.size else None
@@ -123,7 +123,7 @@ class _LeastClearance:
         where = self.limit.described(self.item)
         return ClearanceProof(self.proven(margin), self.clearance, self.time, where, broken=False)
 
-    def failed(self, margin: float, cells: Cells, items: Items) -> ClearanceProof:
+    def failed(self, margin: float, cells: CoverCells, items: Items) -> ClearanceProof:
         """The failed proof; broken where a link is too near for certain, not only a ball of its cover.
 
         Args:

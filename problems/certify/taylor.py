@@ -213,9 +213,9 @@ class TimeCells:
         parts = (np.split(values, edges) for values in (self.pieces, self.middles, self.halves))
         return [TimeCells(self.trajectory, *part) for part in zip(*parts, strict=True)] if len(self) else []
 
-    def moments(self, shares: FloatArray) -> Moments:
+    def moments(self, shares: FloatArray) -> PieceTimes:
         """A time in each cell, (n,): -1 at its start, 1 at its end."""
-        return Moments(self.trajectory, self.pieces, self.middles + shares * self.halves)
+        return PieceTimes(self.trajectory, self.pieces, self.middles + shares * self.halves)
 
     def models(self) -> FloatArray:
         """Angles, speeds and accelerations of all k joints as Taylor models, (3 k ENTRIES, n), joint by joint."""
@@ -242,7 +242,7 @@ class TimeCells:
 
 
 @dataclass(frozen=True, eq=False)
-class Moments:
+class PieceTimes:
     """Times of a motion, each seen from the piece that it is in.
 
     Args:
@@ -256,7 +256,7 @@ class Moments:
     offsets: FloatArray
 
     @classmethod
-    def at(cls, trajectory: Trajectory, times: FloatArray) -> Moments:
+    def at(cls, trajectory: Trajectory, times: FloatArray) -> PieceTimes:
         """Times (n,) in s, and both sides of every breakpoint."""
         last = trajectory.breakpoints.size - 2
         pieces = np.clip(np.searchsorted(trajectory.breakpoints, times, side="right") - 1, 0, last)
@@ -273,14 +273,14 @@ class Moments:
         """The times of all moments, (n,), s."""
         return np.asarray(self.trajectory.breakpoints[self.pieces] + self.offsets)
 
-    def chosen(self, some: NDArray[np.intp]) -> Moments:
+    def chosen(self, some: NDArray[np.intp]) -> PieceTimes:
         """Some of the moments, by their numbers."""
-        return Moments(self.trajectory, self.pieces[some], self.offsets[some])
+        return PieceTimes(self.trajectory, self.pieces[some], self.offsets[some])
 
-    def together(self, other: Moments) -> Moments:
+    def together(self, other: PieceTimes) -> PieceTimes:
         """The moments of this and another object, of one motion."""
         pieces = np.concatenate([self.pieces, other.pieces])
-        return Moments(self.trajectory, pieces, np.concatenate([self.offsets, other.offsets]))
+        return PieceTimes(self.trajectory, pieces, np.concatenate([self.offsets, other.offsets]))
 
     def derivatives(self) -> FloatArray:
         """Angles, speeds and accelerations of all k joints, (3 k, n)."""

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray, as_array, bernstein, kept_function
 from problems.certify.settings import DEFAULT_TORQUE_PROOF, TorqueProofSettings
-from problems.certify.taylor import DEGREE, ENTRIES, ROUNDING, Moments, TimeCells, modelled
+from problems.certify.taylor import DEGREE, ENTRIES, ROUNDING, PieceTimes, TimeCells, modelled
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.limits import TorqueLimit
 from problems.motions import Trajectory
@@ -103,14 +103,14 @@ class MovingArm:
         curves = bernstein(np.asarray(self.trajectory.derivative(1).c), np.diff(self.trajectory.breakpoints))
         return np.asarray(STILL_SPEED * np.abs(curves).max(axis=(0, 1))[:, None])
 
-    def first_moments(self, at_least: int) -> Moments:
+    def first_moments(self, at_least: int) -> PieceTimes:
         """So many times at least, both sides of breakpoints, and turning points of joints with Coulomb friction."""
         times = [self.trajectory.times(at_least)]
         if self.torques.friction.any():
             times.append(self.trajectory.extreme_times(0))
-        return Moments.at(self.trajectory, np.concatenate(times))
+        return PieceTimes.at(self.trajectory, np.concatenate(times))
 
-    def parts(self, moments: Moments) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def parts(self, moments: PieceTimes) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Torques of inertia, viscous friction, gravity and, least and most, of Coulomb friction.
 
         Returns:
@@ -124,13 +124,13 @@ class MovingArm:
         most = np.where(speeds < -self.still, -friction, friction)
         return inertial, viscous, gravity, np.stack([least, most])
 
-    def at(self, moments: Moments) -> FloatArray:
+    def at(self, moments: PieceTimes) -> FloatArray:
         """The torques of largest size, (k, n), N m or N."""
         inertial, viscous, gravity, friction = self.parts(moments)
         low, high = inertial + viscous + gravity + friction
         return np.asarray(np.where(high >= -low, high, low))
 
-    def holds(self, moments: Moments, least_left: float = -TOLERANCE) -> NDArray[np.bool_]:
+    def holds(self, moments: PieceTimes, least_left: float = -TOLERANCE) -> NDArray[np.bool_]:
         """Whether motors hold each joint where it is, however friction acts, (k, n).
 
         Args:
@@ -140,17 +140,17 @@ class MovingArm:
         _, _, gravity, friction = self.parts(moments)
         return np.asarray((np.abs(gravity + friction) <= self.bounds * (1.0 - least_left)).all(axis=0))
 
-    def time_scales(self, moments: Moments) -> FloatArray:
+    def time_scales(self, moments: PieceTimes) -> FloatArray:
         """The least factors by which time has to be multiplied, (k, n); 0 where any will do.
 
-        Run s times slower, torques are inertial / s^2 + viscous / s + held.
+        Run s times slower, torques are inertial / s^2 + viscous / s + gravity and Coulomb friction.
         """
         inertial, viscous, gravity, friction = self.parts(moments)
         low, high = gravity + friction
         above = time_scales_of_arrays(inertial, viscous, self.bounds - high)
         return np.asarray(np.maximum(above, time_scales_of_arrays(-inertial, -viscous, self.bounds + low)))
 
-    def over(self, cells: TimeCells) -> tuple[FloatArray, Moments]:
+    def over(self, cells: TimeCells) -> tuple[FloatArray, PieceTimes]:
         """Bounds of the torques' sizes in cells, (k, n), N m or N; and when they are likely to be largest, (n,)."""
         k, inputs = len(self.bounds), cells.models()
         outputs = as_array(self.torques.models(inputs)).reshape(k, ENTRIES, -1)
@@ -197,7 +197,7 @@ class TorqueProof:
             larger by more than the proof gap, unless undecided.
         joint: of that, from 0 on.
         time: of that, s.
-        held: whether the motor could hold the joint where it is then.
+        can_be_held: whether the motor could hold the joint where it is then.
         broken: times at which a limit was seen to be broken.
         cell: start and end of one, s, that is left undecided; None where none is.
     """
@@ -207,8 +207,8 @@ class TorqueProof:
     worst: float
     joint: int
     time: float
-    held: bool
-    broken: Moments
+    can_be_held: bool
+    broken: PieceTimes
     cell: tuple[float, float] | None = None
 
     @property
@@ -223,7 +223,7 @@ class TorqueProof:
             bound=bound if self.worst >= 0.0 else -bound,
             unit=robot.torque_units[self.joint],
             status=self.status,
-            where=where if self.held else f"{where}, however slowly",
+            where=where if self.can_be_held else f"{where}, however slowly",
             time=self.time,
         )
         return outcome.undecided_in(self.cell) if self.status is CertificateStatus.UNDECIDED else outcome
@@ -268,14 +268,14 @@ class _Seen:
     """Torques at single times: (k, n), N m or N, at n moments."""
 
     arm: MovingArm
-    moments: Moments
+    moments: PieceTimes
     torques: FloatArray
 
     @classmethod
-    def at(cls, arm: MovingArm, moments: Moments) -> _Seen:
+    def at(cls, arm: MovingArm, moments: PieceTimes) -> _Seen:
         return cls(arm, moments, arm.at(moments))
 
-    def and_at(self, moments: Moments) -> _Seen:
+    def and_at(self, moments: PieceTimes) -> _Seen:
         """The torques at these and more moments."""
         torques = np.concatenate([self.torques, self.arm.at(moments)], axis=1)
         return _Seen(self.arm, self.moments.together(moments), torques)
@@ -295,10 +295,10 @@ class _Seen:
         """The torque of that share, its joint, its time in s, and whether the joint can be held there."""
         joint, moment = np.unravel_index(np.argmax(self._shares), self._shares.shape)
         when = self.moments.chosen(np.array([moment]))
-        held = bool(self.arm.holds(when)[joint, 0])
-        return float(self.torques[joint, moment]), int(joint), float(when.times[0]), held
+        can_be_held = bool(self.arm.holds(when)[joint, 0])
+        return float(self.torques[joint, moment]), int(joint), float(when.times[0]), can_be_held
 
-    def broken(self, allowed: float) -> Moments:
+    def broken(self, allowed: float) -> PieceTimes:
         """The moments at which a torque is a larger share of its limit."""
         return self.moments.chosen(np.flatnonzero((self._shares > allowed).any(axis=0)))
 
@@ -325,7 +325,7 @@ def torque_time_scale(
         if proof.status is CertificateStatus.CERTIFIED:
             break
         needed = _scale_at(
-            arm, Moments(trajectory, proof.broken.pieces, proof.broken.offsets / scale), settings.least_left
+            arm, PieceTimes(trajectory, proof.broken.pieces, proof.broken.offsets / scale), settings.least_left
         )
         if np.isinf(needed):
             return 0.0
@@ -335,7 +335,7 @@ def torque_time_scale(
     return scale
 
 
-def _scale_at(arm: MovingArm, moments: Moments, least_left: float) -> float:
+def _scale_at(arm: MovingArm, moments: PieceTimes, least_left: float) -> float:
     """The largest factor that a time needs; infinite where the motors can hardly hold the arm."""
     can_hold = arm.holds(moments, least_left).all()
     return float(arm.time_scales(moments).max(initial=0.0)) if can_hold else np.inf

@@ -7,7 +7,7 @@ from problems.polish.goals import postures_around
 from problems.polish.nearby import faster_nearby
 from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages, postures_on_the_way
-from problems.polish.refinement import Refinement, gentler_limits, joint_box
+from problems.polish.refinement import PathRefinement, gentler_limits, joint_box
 from problems.polish.rephasing import at_the_bound, everywhere
 from problems.polish.settings import (
     DeviationSettings,
@@ -33,10 +33,10 @@ __all__ = [
     "ObjectiveSettings",
     "PassageSettings",
     "Passages",
+    "PathRefinement",
     "PolishObjective",
     "PolishSettings",
     "Rates",
-    "Refinement",
     "RefinementSettings",
     "RephasingSettings",
     "at_the_bound",

@@ -14,7 +14,7 @@ from problems.polish.deviation import Deviations
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages
-from problems.polish.refinement import Refinement, joint_box
+from problems.polish.refinement import PathRefinement, joint_box
 from problems.polish.settings import DEFAULT_NEARBY, NearbySettings
 from problems.polish.spline import PIECES
 from problems.scene import Obstacle
@@ -61,7 +61,7 @@ def faster_nearby(
         return
     motions = Deviations(start, goal, robot.limits, around=known, pieces=pieces)
     duration = motions.direct.duration
-    polished = Refinement(
+    polished = PathRefinement(
         world=world,
         motions=motions,
         objective=PolishObjective(motions, integrand, (0.0, duration)),

@@ -114,7 +114,7 @@ class Flaws:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Refinement:
+class PathRefinement:
     """The refinement of motions between two postures, past given places.
 
     Args:

@@ -10,7 +10,7 @@ from problems.programs.program import (
     replace_with_symbols,
     slack_constraints,
 )
-from problems.programs.starts import Displacement, Postures, displacement_of
+from problems.programs.starts import Displacement, PointPostures, displacement_of
 
 __all__ = [
     "MAX_ANGLE_CHANGE",
@@ -18,7 +18,7 @@ __all__ = [
     "MotionProgram",
     "NonlinearProgram",
     "Optimality",
-    "Postures",
+    "PointPostures",
     "composed_hessian",
     "displacement_of",
     "equality",

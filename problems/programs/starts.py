@@ -40,7 +40,7 @@ def displacement_of(objective: Objective) -> Displacement:
     return LONGEST if np.isinf(objective.norm) else SUM
 
 
-class Postures:
+class PointPostures:
     """Inverse kinematics of a robot at n points.
 
     Args:

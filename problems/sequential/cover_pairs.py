@@ -24,7 +24,7 @@ from problems.limits import (
 )
 from problems.robots import Body, SpatialArm, Sphere
 from problems.scene import Obstacle
-from problems.sequential.nearness import Nearness
+from problems.sequential.nearness import PairClearances
 
 OWN_SHARE = 0.25  # of the proof margin of obstacles, for own links: many are near each other in every posture
 
@@ -79,10 +79,10 @@ class CoverPairs:
         return replace(self, near=tuple(every))
 
     @cached_property
-    def nearness(self) -> Nearness:
+    def nearness(self) -> PairClearances:
         """The clearances of all these pairs."""
         limits = zip(self._limits, self.near, strict=True)
-        return Nearness(self._arm, tuple(self._of(limit, near.tolist()) for limit, near in limits), OWN_SHARE)
+        return PairClearances(self._arm, tuple(self._of(limit, near.tolist()) for limit, near in limits), OWN_SHARE)
 
     def _of(self, limit: CoverLimit, near: list[list[int]]) -> Proximity:
         robot, balls = self.robot, self._balls

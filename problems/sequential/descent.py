@@ -13,7 +13,7 @@ from problems.base import FloatArray
 from problems.core import TrustRegion, minimizer
 from problems.robots import JointLimits
 from problems.sequential.kept_limits import KeptLimits, LinearLimits
-from problems.sequential.nearness import Nearness, NearPairs
+from problems.sequential.nearness import NearPairs, PairClearances
 from problems.sequential.path_speed import DELAY_COST, RESTING, Clock, Freedom, Grid, MotionSpace, PathSpeed, TimeShift
 
 CLEARANCE_PRICE = 100.0  # s/m, what a program pays for missing clearance
@@ -205,7 +205,7 @@ class PathIterate:
 
 
 @dataclass(frozen=True)
-class Descent:
+class PathSpeedDescent:
     """A descent by sequential linear programs over path and speed.
 
     Args:
@@ -221,7 +221,7 @@ class Descent:
     space: MotionSpace
     limits: KeptLimits
     freedom: Freedom
-    nearness: Nearness
+    nearness: PairClearances
     margin: float
     proof_margin: float
     clearance_samples: int = CLEARANCE_SAMPLES

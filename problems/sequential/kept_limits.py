@@ -45,7 +45,7 @@ class LimitRows:
         return np.concatenate([first, self.by_speeds], axis=1)
 
 
-def limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -> LimitRows:
+def derivative_limit_rows(motion: PathSpeed, grid: Grid, every: int, limits: JointLimits) -> LimitRows:
     """Velocities, accelerations and jerks at every so many samples of a grid, and wherever they are extreme."""
     parts: list[tuple[FloatArray, FloatArray, FloatArray, NDArray[np.intp]]] = []
     q1, q2, q3 = (matrix @ motion.controls for matrix in grid.path[1:])
@@ -87,7 +87,7 @@ def _peaks(sizes: FloatArray) -> NDArray[np.bool_]:
     return (sizes >= padded[:-2]) & (sizes >= padded[2:]) & (sizes > LARGE_SHARE)
 
 
-def torque_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> LimitRows:
+def torque_limit_rows(motion: PathSpeed, grid: Grid, every: int, torques: JointTorques) -> LimitRows:
     """Torques at every so many samples of a grid, and wherever they are extreme."""
     state = motion.state(grid)
     shares = torques.shares(state)
@@ -148,5 +148,7 @@ class KeptLimits:
 
     def linear(self, motion: PathSpeed, grid: Grid, every: int) -> LinearLimits:
         """The limits linearised around a motion, at every so many samples of a grid and wherever one is extreme."""
-        rows = limit_rows(motion, grid, every, self.joints)
-        return LinearLimits((rows,) if self.torques is None else (rows, torque_rows(motion, grid, every, self.torques)))
+        rows = derivative_limit_rows(motion, grid, every, self.joints)
+        if self.torques is None:
+            return LinearLimits((rows,))
+        return LinearLimits((rows, torque_limit_rows(motion, grid, every, self.torques)))

@@ -74,7 +74,7 @@ class _Group:
 
 
 @dataclass(frozen=True)
-class Nearness:
+class PairClearances:
     """The clearances of a robot, from obstacles and between its own bodies.
 
     Args:
@@ -151,7 +151,7 @@ class Nearness:
         return any(pair.is_time_dependent for pair in self.pairs)
 
     @property
-    def standing(self) -> Nearness:
+    def standing(self) -> PairClearances:
         """The clearances of the pairs alone that do not move by themselves."""
         pairs = [tuple(pair for pair in limit.pairs if not pair.is_time_dependent) for limit in self.limits]
         return replace(self, limits=tuple(replace(one, pairs=p) for one, p in zip(self.limits, pairs, strict=True)))

@@ -13,9 +13,9 @@ from problems.base import FloatArray
 from problems.limits import Limit, Proximity, TorqueLimit
 from problems.motions import Trajectory
 from problems.sequential.cover_pairs import CoverPairs
-from problems.sequential.descent import Descent, PathIterate
+from problems.sequential.descent import PathIterate, PathSpeedDescent
 from problems.sequential.kept_limits import KeptLimits
-from problems.sequential.nearness import Nearness
+from problems.sequential.nearness import PairClearances
 from problems.sequential.path_speed import RESTING, Clock, Freedom, MotionSpace, PathSpeed
 from problems.sequential.torques import JointTorques
 from problems.tasks import Move
@@ -90,7 +90,7 @@ JOINT_ORDERS = range(4)  # derivatives of the joint angles whose limits are kept
 
 
 @dataclass(frozen=True)
-class Polish:
+class PathSpeedPolish:
     """The polish of motions of a task by sequential programs over path and speed.
 
     Args:
@@ -102,8 +102,8 @@ class Polish:
     limits: tuple[Limit, ...]
 
     @cached_property
-    def _nearness(self) -> Nearness:
-        return Nearness(self.task.robot, tuple(limit for limit in self.limits if isinstance(limit, Proximity)))
+    def _nearness(self) -> PairClearances:
+        return PairClearances(self.task.robot, tuple(limit for limit in self.limits if isinstance(limit, Proximity)))
 
     @cached_property
     def _kept(self) -> KeptLimits:
@@ -159,7 +159,7 @@ class Polish:
         starts = islice(self._starts_among_moving(start, standing), most)
         return self._best_of(starts, self._nearness, NEAR_BOUND * standing.duration)
 
-    def _best_of(self, starts: Iterator[PathSpeed], nearness: Nearness, bound: float) -> PathIterate:
+    def _best_of(self, starts: Iterator[PathSpeed], nearness: PairClearances, bound: float) -> PathIterate:
         """The best motion that starts lead to, until it is as fast as a bound in s, or clear after a few of them."""
         best: PathIterate | None = None
         for number, motion in enumerate(starts, start=1):
@@ -177,10 +177,10 @@ class Polish:
         first, last = start.at(start.breakpoints[[0, -1]])
         return rest_to_rest(first, last, self.task.robot.limits)
 
-    def _descent(self, motion: PathSpeed, proof_margin: float, nearness: Nearness) -> Descent:
+    def _descent(self, motion: PathSpeed, proof_margin: float, nearness: PairClearances) -> PathSpeedDescent:
         robot = self.task.robot
         freedom = Freedom(robot, self.task.start, self.task.reached_goal(motion.controls[-1]))
-        return Descent(motion.space, self._kept, freedom, nearness, robot.margin, proof_margin)
+        return PathSpeedDescent(motion.space, self._kept, freedom, nearness, robot.margin, proof_margin)
 
     def _starts(self, start: Trajectory) -> Iterator[PathSpeed]:
         """The motion itself, the free one between its ends, and that bent at random; the same ones every time."""

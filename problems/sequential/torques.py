@@ -114,17 +114,17 @@ class CoreTorques(JointTorques):
         return np.array(self.limit.bounds)
 
     def shares(self, state: FloatArray) -> FloatArray:
-        inertial, held = self._torques(state)
-        return np.asarray((inertial + held + self._viscous(state)) / self._bounds)
+        inertial, holding = self._torques(state)
+        return np.asarray((inertial + holding + self._viscous(state)) / self._bounds)
 
     def slopes(self, state: FloatArray) -> FloatArray:
         return np.asarray(self.dynamics.slopes(state) / self._bounds[:, None, None])
 
     def time_scale(self, state: FloatArray) -> float:
-        (inertial, held), viscous, bounds = self._torques(state), self._viscous(state), self._bounds
+        (inertial, holding), viscous, bounds = self._torques(state), self._viscous(state), self._bounds
         least = LEAST_ROOM * bounds
-        above = time_scales_of_arrays(inertial, viscous, np.maximum(bounds - held, least))
-        below = time_scales_of_arrays(-inertial, -viscous, np.maximum(bounds + held, least))
+        above = time_scales_of_arrays(inertial, viscous, np.maximum(bounds - holding, least))
+        below = time_scales_of_arrays(-inertial, -viscous, np.maximum(bounds + holding, least))
         return float(np.maximum(above, below).max())
 
     def _torques(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:

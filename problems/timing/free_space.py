@@ -237,7 +237,7 @@ class JointMove:
     """The part of one joint in a move.
 
     Attributes:
-        way: displacement, rad.
+        distance: displacement from start to goal, rad.
         first: velocity at the start, rad/s.
         last: velocity at the goal, rad/s.
         speed: limit, no smaller than either of them, rad/s.
@@ -245,7 +245,7 @@ class JointMove:
         jerk: limit, rad/s^3; infinite where there is none.
     """
 
-    way: float
+    distance: float
     first: float
     last: float
     speed: float
@@ -255,7 +255,7 @@ class JointMove:
     @property
     def mirrored(self) -> JointMove:
         """The move in the other direction."""
-        return replace(self, way=-self.way, first=-self.first, last=-self.last)
+        return replace(self, distance=-self.distance, first=-self.first, last=-self.last)
 
     def change_time(self, change: float) -> float:
         """The least time in s for a change of velocity in rad/s, from acceleration zero to acceleration zero."""
@@ -289,7 +289,7 @@ class JointMove:
         turning = max(base, 0.0)
 
         def missing(peak: float) -> float:
-            return self.way - self.displacement(peak)
+            return self.distance - self.displacement(peak)
 
         if missing(turning) <= 0.0:
             return None
@@ -346,7 +346,7 @@ def least_time_move(
     """
     states = _states(limits, start=start, goal=goal, start_velocity=start_velocity, goal_velocity=goal_velocity)
     moves = [_joint_move(limits, joint, *state) for joint, state in enumerate(states.T)]
-    duration = least_duration(moves)
+    duration = common_duration(moves)
     if not duration > 0.0:
         raise InvalidProblem("goal", "the same posture at the same velocity as the start: there is nothing to time")
     return side_by_side([_between(move, duration) for move in moves], duration).trajectory(states[0], states[2])
@@ -367,7 +367,7 @@ def _states(limits: JointLimits, **values: FloatArray) -> FloatArray:
 def _joint_move(limits: JointLimits, joint: int, start: float, goal: float, first: float, last: float) -> JointMove:
     used = 1.0 - ALLOWANCE
     return JointMove(
-        way=float(goal - start),
+        distance=float(goal - start),
         first=float(first),
         last=float(last),
         speed=max(used * limits.speed[joint], abs(float(first)), abs(float(last))),
@@ -377,10 +377,10 @@ def _joint_move(limits: JointLimits, joint: int, start: float, goal: float, firs
 
 
 def _between(move: JointMove, duration: float) -> AccelerationPieces:
-    """The weighted mean, of the motions of largest and smallest displacement, that has the move's own."""
+    """The weighted mean, of the motions of largest and smallest displacement, that has the move's own one."""
     highest, most = move.highest(duration)
     mirrored, least = move.mirrored.highest(duration)
-    share = min(1.0, max(0.0, (move.way + least) / (most + least))) if most + least > 0.0 else 1.0
+    share = min(1.0, max(0.0, (move.distance + least) / (most + least))) if most + least > 0.0 else 1.0
     times = breakpoints([highest, mirrored], duration)
     high, low = highest.split_at(times), mirrored.split_at(times)
     accelerations = share * high.accelerations - (1.0 - share) * low.accelerations
@@ -393,7 +393,7 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     return float(scipy.optimize.brentq(function, low, high, xtol=rounding * max(abs(low), abs(high)), rtol=rounding))
 
 
-def least_duration(joints: Iterable[JointMove]) -> float:
+def common_duration(joints: Iterable[JointMove]) -> float:
     """The least duration in s in which all joints can do their parts."""
     moves = list(joints)
     blocked = [move.too_short() for each in moves for move in (each, each.mirrored)]

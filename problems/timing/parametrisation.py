@@ -107,8 +107,8 @@ class Parametrisation:
         inside = np.stack([np.zeros_like(steps), *local])[..., None]
         scaled = composition(Intervals.of(path, nodes).local, inside)
         spans = (steps * duration) ** np.arange(len(scaled))[:, None]
-        kept = spans > LEAST_SPAN  # terms beyond turn a joint by rounding at most: a law hardly bends in an interval
-        coefficients = np.where(kept[..., None], scaled, 0.0) / np.where(kept, spans, 1.0)[..., None]
+        matters = spans > LEAST_SPAN  # terms beyond turn a joint by rounding at most: a law hardly bends in an interval
+        coefficients = np.where(matters[..., None], scaled, 0.0) / np.where(matters, spans, 1.0)[..., None]
         return Trajectory(tau * duration, coefficients[::-1])
 
 

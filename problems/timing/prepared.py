@@ -203,13 +203,13 @@ class PathTorques:
         bound = np.array(limits.torque) * (1.0 - settings.margin)
         curve = PiecewisePolynomial((scaled / powers[..., None, None])[::-1], starts)
         made = cls(path, curve, bound, viscous, coulomb, settings)
-        made._check_held(np.union1d(u, starts))
+        made._check_holding(np.union1d(u, starts))
         return made
 
     def at(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, FloatArray, FloatArray]:
         """m, c and g, or derivatives of them, (..., k) at parameters (...)."""
-        inertia, bend, held = np.moveaxis(np.asarray(self.curve(u, derivative)), -2, 0)
-        return inertia, bend, held
+        inertia, bend, gravity = np.moveaxis(np.asarray(self.curve(u, derivative)), -2, 0)
+        return inertia, bend, gravity
 
     def time_scale(self, u: FloatArray, rate: FloatArray, change: FloatArray) -> float:
         """How many times slower a motion has to be run, at samples in order; below 1 where time can be saved.
@@ -219,13 +219,14 @@ class PathTorques:
             rate: du/dt, (n,).
             change: d2u/dt2, (n,).
         """
-        inertia, bend, held = self.at(u)
+        inertia, bend, gravity = self.at(u)
         velocity = self.path.at(u, 1) * rate[:, None]
         inertial = inertia * change[:, None] + bend * rate[:, None] ** 2
         viscous = self.viscous * velocity
         sign, either = self.friction(velocity)
-        held, bound = held + sign, self.bound - either
-        over, under = (np.maximum(left, self.settings.least_left * self.bound) for left in (bound - held, bound + held))
+        holding, bound = gravity + sign, self.bound - either
+        least = self.settings.least_left * self.bound
+        over, under = (np.maximum(left, least) for left in (bound - holding, bound + holding))
         above = time_scales_of_arrays(inertial, viscous, over)
         return float(np.maximum(above, time_scales_of_arrays(-inertial, -viscous, under)).max())
 
@@ -236,7 +237,7 @@ class PathTorques:
         sure = (sign == padded[:-2]) & (sign == padded[2:]) & (sign != 0.0)
         return np.where(sure, sign, 0.0) * self.coulomb, np.where(sure, 0.0, 1.0) * self.coulomb
 
-    def _check_held(self, u: FloatArray) -> None:
+    def _check_holding(self, u: FloatArray) -> None:
         """Whether the motors can run the chain along the path slowly."""
         torque = np.abs(self.at(u)[2] + self.coulomb * np.sign(self.path.at(u, 1)))
         where, joint = np.unravel_index(np.argmax(torque / self.bound), torque.shape)

@@ -191,11 +191,11 @@ def torque_rows(
         most_viscous: share of what is left of a limit that viscous friction takes, at most, where b is zero.
     """
     u = intervals.nodes[:-1] + NODE_SHARES[:, None] * intervals.lengths
-    inertia, bend, held = motors.at(u)
+    inertia, bend, gravity = motors.at(u)
     viscous = motors.viscous * motors.path.at(u, 1)
     high, low = _friction(motors, intervals, resting)
-    above = _one_sided(motors, intervals, expected, (inertia, bend, held + high, viscous), most_viscous)
-    below = _one_sided(motors, intervals, expected, (-inertia, -bend, -held - low, -viscous), most_viscous)
+    above = _one_sided(motors, intervals, expected, (inertia, bend, gravity + high, viscous), most_viscous)
+    below = _one_sided(motors, intervals, expected, (-inertia, -bend, -gravity - low, -viscous), most_viscous)
     return np.concatenate([above, below]).transpose(1, 0, 2, 3).reshape(len(intervals.lengths), -1, 2)
 
 
@@ -207,9 +207,9 @@ def _one_sided(
     most_viscous: float,
 ) -> FloatArray:
     """Rows (n, N, k, 2) with which torques stay below their bounds; m, c, g and viscous friction at the nodes."""
-    inertia, bend, held, viscous = terms
+    inertia, bend, holding, viscous = terms
     least = motors.settings.least_left * motors.bound
-    left = np.maximum(motors.bound - held, least)
+    left = np.maximum(motors.bound - holding, least)
     if motors.viscous.any():
         smallest = motors.settings.least_left * expected.max()
         slope, taken = _viscous(viscous, np.maximum(expected, smallest), left, most_viscous)

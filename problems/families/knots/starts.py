@@ -25,7 +25,7 @@ from problems.families.knots.encoding import KnotsEncoding
 from problems.limits import proximity_limits
 from problems.motions import Samples
 from problems.objectives import Objective
-from problems.programs import Displacement, Postures, displacement_of
+from problems.programs import Displacement, PointPostures, displacement_of
 from problems.robots import Robot
 from problems.scene import Obstacle, standing
 
@@ -45,7 +45,7 @@ class RedundancyGrid:
         exponent: p.
     """
 
-    postures: Postures
+    postures: PointPostures
     elbows: tuple[float, ...]
     obstacles: tuple[Obstacle, ...]
     weights: FloatArray
@@ -160,9 +160,9 @@ class PathStarts:
         return displacement_of(self.objective)
 
     @cached_property
-    def postures(self) -> Postures:
+    def postures(self) -> PointPostures:
         """The postures at the knots."""
-        return Postures(self.robot, [tuple(point) for point in self.encoding.knot_points.tolist()])
+        return PointPostures(self.robot, [tuple(point) for point in self.encoding.knot_points.tolist()])
 
     @cached_property
     def grid(self) -> RedundancyGrid:

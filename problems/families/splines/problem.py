@@ -38,9 +38,9 @@ from problems.polish import (
     Deviations,
     ExpressionLimits,
     Passages,
+    PathRefinement,
     PolishObjective,
     Rates,
-    Refinement,
     RefinementSettings,
     at_the_bound,
     everywhere,
@@ -50,7 +50,7 @@ from problems.polish import (
     postures_around,
     postures_on_the_way,
 )
-from problems.sequential import JointTorques, Polish, can_be_polished, limits_can_be_polished
+from problems.sequential import JointTorques, PathSpeedPolish, can_be_polished, limits_can_be_polished
 from problems.tasks import Milestone, Move, Surroundings, check_at_least
 from problems.timing import least_durations, retime
 
@@ -358,7 +358,7 @@ class MoveProblem(SplineProblem):
             if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
             box = joint_box(self.robot, start, *through, goal)
-            found = Refinement(
+            found = PathRefinement(
                 world=world,
                 motions=motions,
                 objective=self._polish_objective(motions),
@@ -423,8 +423,8 @@ class MoveProblem(SplineProblem):
         return everywhere if self._own is None else self._own.allow
 
     @cached_property
-    def _polish(self) -> Polish:
-        return Polish(self.task, self.limits)
+    def _polish(self) -> PathSpeedPolish:
+        return PathSpeedPolish(self.task, self.limits)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""

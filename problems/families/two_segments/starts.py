@@ -26,7 +26,7 @@ import numpy as np
 from problems.base import FloatArray, as_array, repeated, total
 from problems.families.two_segments.motion import QUARTIC, QUINTIC, Quantities
 from problems.objectives import Objective
-from problems.programs import MAX_ANGLE_CHANGE, Displacement, Postures, displacement_of
+from problems.programs import MAX_ANGLE_CHANGE, Displacement, PointPostures, displacement_of
 from problems.robots import Robot
 from problems.tasks import Elbow, PointToPoint, narrow_elbow
 
@@ -133,9 +133,9 @@ class EndPostures:
     profile: Profile
 
     @cached_property
-    def postures(self) -> Postures:
+    def postures(self) -> PointPostures:
         """The postures at start and goal."""
-        return Postures(self.robot, [self.start, self.goal])
+        return PointPostures(self.robot, [self.start, self.goal])
 
     @cached_property
     def _solve(self) -> ca.Function:

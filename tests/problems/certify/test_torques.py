@@ -21,7 +21,7 @@ from benchmarks.torque_certificates import check, planar_arm, random_motion, sam
 from problems import CertificateStatus, PlanarArm, Trajectory, Verdict
 from problems.base import FloatArray, as_array
 from problems.certify import TorqueProofSettings, limit_verdicts
-from problems.certify.taylor import DEGREE, ENTRIES, Moments, TimeCells, modelled
+from problems.certify.taylor import DEGREE, ENTRIES, PieceTimes, TimeCells, modelled
 from problems.certify.torque import extremes, prove_torques, torque_time_scale
 from problems.limits import TorqueLimit
 from problems.robots import BUILT_IN, Payload, built_in, read_urdf
@@ -327,7 +327,7 @@ def test_cells_cross_no_breakpoint_and_leave_no_gap() -> None:
 
 def test_moments_are_what_a_motion_is_then_on_both_sides_of_breakpoints() -> None:
     moving = motion(5)
-    found = Moments.at(moving, np.array([0.1, 0.5, 1.7]))
+    found = PieceTimes.at(moving, np.array([0.1, 0.5, 1.7]))
     assert found.times == pytest.approx([0.1, 0.5, 1.7, 0.0, 0.3, 0.5, 0.3, 0.5, 2.0])
     before = np.nextafter(moving.breakpoints[1:], 0.0)
     seen_from = np.concatenate([[0.1, 0.5, 1.7], moving.breakpoints[:-1], before])

@@ -13,7 +13,7 @@ from helpers.slow import slow_except
 import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import SingleRows, WholeRows, World
-from problems.polish import Deviations, Rates, Refinement, joint_box
+from problems.polish import Deviations, PathRefinement, Rates, joint_box
 from problems.robots import JointLimits
 from problems.scene import Box
 from problems.timing import MotionState, fastest_move
@@ -91,7 +91,7 @@ def test_a_moving_arm_is_led_around_a_wall() -> None:
     assert world is not None
     assert world.prove(between.direct).status is False
     objective, box = polish_objective(between, arm), joint_box(arm, START, GOAL)
-    found = Refinement(world=world, motions=between, objective=objective, box=box).best_motion(1)
+    found = PathRefinement(world=world, motions=between, objective=objective, box=box).best_motion(1)
     assert found is not None and world.prove(found).status
     ends = np.array([0.0, found.duration])
     np.testing.assert_allclose(found.at(ends, 1), [LEAVING, ARRIVING], atol=1e-10)

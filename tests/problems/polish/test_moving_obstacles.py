@@ -9,7 +9,7 @@ from helpers.polish_objective import polish_objective
 from problems import Joints, Move, move
 from problems.core import World
 from problems.motions import Trajectory
-from problems.polish import Deviations, Refinement, joint_box
+from problems.polish import Deviations, PathRefinement, joint_box
 from problems.robots import SpatialArm
 from problems.scene import Box, ConstantVelocity, MovingObstacle, Obstacle
 
@@ -20,12 +20,12 @@ CRATE = Box(center=(0.2, 1.2, 1.1), size=(0.3, 0.1, 0.3))
 COMING = MovingObstacle(CRATE, ConstantVelocity((0.0, -0.4, 0.0)))  # at the goal from 2.2 s to 3.8 s
 
 
-def refinement(arm: SpatialArm, *obstacles: Obstacle, stay: float = 0.0, at_least: float = 0.0) -> Refinement:
+def refinement(arm: SpatialArm, *obstacles: Obstacle, stay: float = 0.0, at_least: float = 0.0) -> PathRefinement:
     world = World.of(arm, obstacles)
     assert world is not None
     motions = Deviations(START, GOAL, arm.limits, at_least=at_least)
     objective, box = polish_objective(motions, arm), joint_box(arm, START, GOAL)
-    return Refinement(world=world, motions=motions, objective=objective, box=box, stay=stay)
+    return PathRefinement(world=world, motions=motions, objective=objective, box=box, stay=stay)
 
 
 def is_clear(world: World, trajectory: Trajectory, after: float = 0.0) -> bool:

@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import World
-from problems.polish import Deviations, Passages, Refinement, joint_box
+from problems.polish import Deviations, Passages, PathRefinement, joint_box
 from problems.scene import Box
 from problems.tasks import Joints, Pose
 from problems.tasks.place import Place
@@ -113,7 +113,7 @@ def test_ways_around_a_wall_lead_through_stops(goal: FloatArray) -> None:
     world, motions = World.of(arm, (WALL,)), Deviations(START, goal, arm.limits)
     assert world is not None
     box, through = joint_box(arm, START, ASIDE, goal), ASIDE[None]
-    trajectory = Refinement(
+    trajectory = PathRefinement(
         world=world,
         motions=motions,
         objective=polish_objective(motions, arm),

@@ -10,7 +10,7 @@ from helpers.polish_objective import polish_objective
 
 from problems.core import World
 from problems.limits import TorqueLimit, limits_of
-from problems.polish import DeviationPolish, Deviations, Refinement, RefinementSettings, gentler_limits, joint_box
+from problems.polish import DeviationPolish, Deviations, PathRefinement, RefinementSettings, gentler_limits, joint_box
 from problems.robots import SpatialArm
 from problems.scene import Box
 from problems.sequential import JointTorques
@@ -20,11 +20,11 @@ START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6
 WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 
 
-def refinement(arm: SpatialArm, *obstacles: Box) -> Refinement:
+def refinement(arm: SpatialArm, *obstacles: Box) -> PathRefinement:
     world, motions = World.of(arm, obstacles), Deviations(START, GOAL, arm.limits)
     assert world is not None
     objective, box = polish_objective(motions, arm), joint_box(arm, START, GOAL)
-    return Refinement(world=world, motions=motions, objective=objective, box=box)
+    return PathRefinement(world=world, motions=motions, objective=objective, box=box)
 
 
 def test_a_way_around_a_wall_is_proven_and_found_again() -> None:
@@ -87,7 +87,7 @@ def test_motors_that_are_too_weak_for_the_bound_are_given_time() -> None:
     assert eased is not None and max(eased.acceleration) < max(arm.limits.acceleration)
     motions = Deviations(start, goal, arm.limits, gentler=eased)
     objective, box = polish_objective(motions, arm), joint_box(arm, start, goal)
-    found = Refinement(world=world, motions=motions, objective=objective, box=box, torques=torques)
+    found = PathRefinement(world=world, motions=motions, objective=objective, box=box, torques=torques)
     trajectory = found.best_motion(1)
     assert trajectory is not None and trajectory.duration > motions.bound
     times = trajectory.times(500)

@@ -20,7 +20,7 @@ from problems.families.knots import starts
 from problems.families.knots.starts import RedundancyGrid, evenly_spread
 from problems.families.two_segments.starts import PROFILES, SKEWED, EndPostures, Ends, PointToPointStarts, Profile
 from problems.limits import limits_of
-from problems.programs.starts import LONGEST, SUM, Displacement, Postures
+from problems.programs.starts import LONGEST, SUM, Displacement, PointPostures
 from problems.tasks import Elbow
 
 ARM = PlanarArm((0.6, 0.6, 0.5, 0.3), (4.0, 2.0, 4.0, 4.0), (20.0, 20.0, 40.0, 20.0))
@@ -134,7 +134,7 @@ def test_joint_limits_hold_at_both_ends() -> None:
 
 FOUR_LINKS = PlanarArm((0.7, 0.5, 0.6, 0.2), (4.0,) * 4, (20.0,) * 4)
 PLACES = [(1.0, 0.0), (0.5, 1.5), (-0.3, -0.8)]
-POSTURES = Postures(FOUR_LINKS, PLACES)
+POSTURES = PointPostures(FOUR_LINKS, PLACES)
 RNG = np.random.default_rng(0)
 
 
@@ -204,7 +204,7 @@ WEIGHTS = np.array([1.0, 0.5, 2.0])
 
 def grid(elbows: tuple[float, ...] = (1.0,), limited: bool = False, exponent: float = 3.0) -> RedundancyGrid:
     arm = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, LIMITS if limited else None)
-    return RedundancyGrid(Postures(arm, POINTS), elbows, (), WEIGHTS, exponent)
+    return RedundancyGrid(PointPostures(arm, POINTS), elbows, (), WEIGHTS, exponent)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from problems.limits import Clearance, CoverClearance, cover_limits
 from problems.robots import SpatialArm
 from problems.scene.solids import Box
 from problems.sequential.cover_pairs import CoverPairs
-from problems.sequential.nearness import Nearness
+from problems.sequential.nearness import PairClearances
 from problems.tasks import Joints, Move
 from problems.timing.free_space import rest_to_rest
 
@@ -74,7 +74,7 @@ def test_a_gap_too_narrow_for_the_spheres_of_a_search_is_passed(arm: SpatialArm)
     problem, line = move(Move(arm, first, (last,), obstacles=plates), pieces=4), rest_to_rest(*level, arm.limits)
     (spheres,) = (limit for limit in problem.limits if limit.name == "clearance")
     assert isinstance(spheres, Clearance)
-    assert Nearness(arm, (spheres,)).near(line.at(line.times(50)), line.times(50), 0.1).clearances.min() < -0.005
+    assert PairClearances(arm, (spheres,)).near(line.at(line.times(50)), line.times(50), 0.1).clearances.min() < -0.005
     motion = next(problem.polished(line))
     motion = motion.time_scaled(problem.safe_time_scale(motion))
     assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.verify(motion))

@@ -10,7 +10,7 @@ from problems.base import FloatArray, as_array
 from problems.limits import Clearance, clearances
 from problems.limits.proximity import SelfClearance
 from problems.robots import Sphere
-from problems.sequential.nearness import Nearness, NearPairs
+from problems.sequential.nearness import NearPairs, PairClearances
 from tests.helpers.space import small_arm
 
 SPHERES = tuple(Sphere(i, (0.02, 0.0, 0.1), 0.06, f"ball {i}") for i in range(2, 8))
@@ -26,20 +26,20 @@ PLANAR = PlanarArm((0.6, 0.5, 0.4), (4.0,) * 3, (20.0,) * 3, link_radius=(0.02,)
 OVAL = Ellipse(center=(0.9, 0.8), semi_axes=(0.2, 0.1))
 
 
-def made(robot: Robot, *room: Obstacle) -> tuple[Robot, Nearness]:
+def made(robot: Robot, *room: Obstacle) -> tuple[Robot, PairClearances]:
     limits = [Clearance.for_robot(robot, room), SelfClearance.for_robot(robot, room)]
-    return robot, Nearness(robot, tuple(limit for limit in limits if limit is not None))
+    return robot, PairClearances(robot, tuple(limit for limit in limits if limit is not None))
 
 
-def space() -> tuple[Robot, Nearness]:
+def space() -> tuple[Robot, PairClearances]:
     return made(ARM, *ROOM)
 
 
-def plane() -> tuple[Robot, Nearness]:
+def plane() -> tuple[Robot, PairClearances]:
     return made(PLANAR, OVAL)
 
 
-def moving_space() -> tuple[Robot, Nearness]:
+def moving_space() -> tuple[Robot, PairClearances]:
     rises = Tabulated.through(
         (0.0, 0.4, 1.0),
         np.array([[-0.2, 0.3, 0.0], [0.1, 0.3, 0.2], [0.3, -0.2, 0.4]]),
@@ -49,7 +49,7 @@ def moving_space() -> tuple[Robot, Nearness]:
     return made(ARM, ROOM[0], rising)
 
 
-def moving_plane() -> tuple[Robot, Nearness]:
+def moving_plane() -> tuple[Robot, PairClearances]:
     return made(PLANAR, MovingObstacle(OVAL, ConstantVelocity((-0.4, 0.1))))
 
 
@@ -57,8 +57,8 @@ CASES = (space, plane, moving_space, moving_plane)
 
 
 @pytest.fixture(params=CASES, ids=[make.__name__ for make in CASES])
-def case(request: pytest.FixtureRequest) -> tuple[Robot, Nearness]:
-    made: tuple[Robot, Nearness] = request.param()
+def case(request: pytest.FixtureRequest) -> tuple[Robot, PairClearances]:
+    made: tuple[Robot, PairClearances] = request.param()
     return made
 
 
@@ -67,12 +67,12 @@ def path(robot: Robot) -> FloatArray:
     return np.asarray(first + np.linspace(0.0, 1.0, 101)[:, None] ** 2 * (last - first))
 
 
-def all_clearances(robot: Robot, near: Nearness, theta: FloatArray, times: FloatArray = TIMES) -> FloatArray:
+def all_clearances(robot: Robot, near: PairClearances, theta: FloatArray, times: FloatArray = TIMES) -> FloatArray:
     return as_array(clearances(near.pairs, robot.positions(ca.DM(theta)), ca.DM(times)))
 
 
 @pytest.mark.parametrize("cutoff", [0.05, 0.2, 10.0])
-def test_all_pairs_nearer_than_the_cutoff_are_found(case: tuple[Robot, Nearness], cutoff: float) -> None:
+def test_all_pairs_nearer_than_the_cutoff_are_found(case: tuple[Robot, PairClearances], cutoff: float) -> None:
     robot, nearness = case
     theta = path(robot)
     expected = all_clearances(robot, nearness, theta)
@@ -83,7 +83,7 @@ def test_all_pairs_nearer_than_the_cutoff_are_found(case: tuple[Robot, Nearness]
     assert near.clearances == pytest.approx(expected[near.samples, near.pairs], abs=1e-12)
 
 
-def test_gradients_are_finite_differences(case: tuple[Robot, Nearness]) -> None:
+def test_gradients_are_finite_differences(case: tuple[Robot, PairClearances]) -> None:
     robot, nearness = case
     theta = path(robot)
     near = nearness.near(theta, TIMES, 1.0)
@@ -99,7 +99,7 @@ def test_gradients_are_finite_differences(case: tuple[Robot, Nearness]) -> None:
     assert by_time.any() == nearness.is_time_dependent
 
 
-def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, Nearness]) -> None:
+def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, PairClearances]) -> None:
     robot, nearness = case
     theta = np.repeat(path(robot)[60:61], 101, axis=0)
     expected = all_clearances(robot, nearness, theta)
@@ -118,7 +118,7 @@ def test_pairs_that_stand_are_told_from_those_that_move() -> None:
 
 def test_nothing_to_keep_clear_of_is_no_pair() -> None:
     robot = small_arm()
-    nearness = Nearness(robot, ())
+    nearness = PairClearances(robot, ())
     assert nearness.near(path(robot), TIMES, 1.0).samples.size == 0
 
 

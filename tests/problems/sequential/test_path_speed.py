@@ -14,7 +14,7 @@ from problems.limits import TorqueLimit
 from problems.robots import JointLimits
 from problems.robots.planar import MassiveLinks
 from problems.sequential.descent import at_best_speed
-from problems.sequential.kept_limits import JointTorques, KeptLimits, limit_rows, torque_rows
+from problems.sequential.kept_limits import JointTorques, KeptLimits, derivative_limit_rows, torque_limit_rows
 from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed, TimeShift
 from problems.sequential.polish import delayed, fitted, with_timing
 from problems.timing.free_space import rest_to_rest
@@ -100,14 +100,14 @@ def moved(motion: PathSpeed, make: Callable[[PathSpeed], Any]) -> Iterator[tuple
 
 def test_slopes_of_the_rows_are_finite_differences(motion: PathSpeed) -> None:
     grid = SPACE.grid(SPACE.even(4))
-    for found, expected in moved(motion, lambda each: limit_rows(each, grid, 1, LIMITS)):
+    for found, expected in moved(motion, lambda each: derivative_limit_rows(each, grid, 1, LIMITS)):
         assert found == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
 
 
 def test_a_peak_between_the_samples_of_rows_is_a_row(motion: PathSpeed) -> None:
     grid = SPACE.grid(SPACE.even(16))
     fast = motion.time_scaled(motion.time_scale(grid, LIMITS))
-    assert np.abs(limit_rows(fast, grid, 10_000, LIMITS).values).max() == pytest.approx(1.0)
+    assert np.abs(derivative_limit_rows(fast, grid, 10_000, LIMITS).values).max() == pytest.approx(1.0)
 
 
 def test_a_motion_that_the_splines_hold_is_fitted_closely() -> None:
@@ -222,7 +222,7 @@ def test_shares_are_torques_over_their_limits(gentle: PathSpeed, torques: JointT
 
 def test_slopes_of_the_rows_of_torques_are_finite_differences(gentle: PathSpeed, torques: JointTorques) -> None:
     grid = SPACE.grid(SPACE.even(4))
-    for found, expected in moved(gentle, lambda each: torque_rows(each, grid, 1, torques)):
+    for found, expected in moved(gentle, lambda each: torque_limit_rows(each, grid, 1, torques)):
         keeps_sign = np.abs(expected) < 1e3  # Coulomb friction jumps where a joint turns back
         assert keeps_sign.sum() > 0.9 * expected.size
         scale = np.abs(expected[keeps_sign]).max()
@@ -232,7 +232,7 @@ def test_slopes_of_the_rows_of_torques_are_finite_differences(gentle: PathSpeed,
 def test_a_peak_of_a_torque_between_the_samples_of_rows_is_a_row(gentle: PathSpeed, torques: JointTorques) -> None:
     grid = SPACE.grid(SPACE.even(16))
     fast = gentle.time_scaled(torques.time_scale(gentle.state(grid)))
-    rows = torque_rows(fast, grid, 10_000, torques)
+    rows = torque_limit_rows(fast, grid, 10_000, torques)
     assert rows.values.size < 50
     assert np.abs(rows.values).max() == pytest.approx(1.0)
 

@@ -15,9 +15,9 @@ from problems.robots import Payload, SpatialArm, Sphere, built_in
 from problems.scene import Polygon
 from problems.scene.solids import Ball, Box
 from problems.sequential import can_be_polished
-from problems.sequential.descent import Descent
+from problems.sequential.descent import PathSpeedDescent
 from problems.sequential.kept_limits import KeptLimits
-from problems.sequential.nearness import Nearness
+from problems.sequential.nearness import PairClearances
 from problems.sequential.path_speed import Freedom, MotionSpace
 from problems.sequential.polish import delayed, fitted
 from problems.tasks import Joints, Move, Pose
@@ -125,8 +125,8 @@ def test_a_descent_never_returns_what_is_slower_or_nearer() -> None:
     problem = case(PILLAR)
     robot, space = problem.robot, MotionSpace(12, 24)
     freedom = Freedom(robot, problem.task.start, problem.task.goals[0])
-    nearness = Nearness(robot, tuple(limit for limit in problem.limits if limit.name == "clearance"))  # type: ignore[misc]
-    descent = Descent(space, KeptLimits(robot.limits), freedom, nearness, 0.0, 6e-3)
+    nearness = PairClearances(robot, tuple(limit for limit in problem.limits if limit.name == "clearance"))  # type: ignore[misc]
+    descent = PathSpeedDescent(space, KeptLimits(robot.limits), freedom, nearness, 0.0, 6e-3)
     first = descent(fitted(line(problem), space))
     assert first.missing == 0.0
     second = descent(first.motion)

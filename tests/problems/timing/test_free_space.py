@@ -193,7 +193,7 @@ def possible(move: JointMove, duration: float, pieces: int = 120) -> bool:
     before = np.vstack([np.zeros((1, pieces)), accelerations[:-1]]), np.vstack([np.zeros((1, pieces)), speeds[:-1]])
     way = (h * before[1] + h**2 * before[0] / 2.0 + h**3 * np.eye(pieces) / 6.0).sum(axis=0)
     ends = np.array([accelerations[-1], speeds[-1], way])
-    targets = [0.0, move.last - move.first, move.way - move.first * duration]
+    targets = [0.0, move.last - move.first, move.distance - move.first * duration]
     rows = np.vstack([accelerations, -accelerations, speeds, -speeds])
     bounds = np.repeat([move.acceleration] * 2 + [move.speed - move.first, move.speed + move.first], pieces)
     scale = np.abs(ends).max(axis=1)
@@ -209,7 +209,7 @@ def test_no_shorter_duration_is_possible() -> None:
     counts = {True: 0, False: 0}
     for _ in range(12):
         way, first, last = rng.uniform(-0.5, 0.5), *rng.uniform(-1.0, 1.0, 2)
-        move = JointMove(way=way, first=first, last=last, speed=1.0, acceleration=2.0, jerk=10.0)
+        move = JointMove(distance=way, first=first, last=last, speed=1.0, acceleration=2.0, jerk=10.0)
         blocked = [interval for interval in (move.too_short(), move.mirrored.too_short()) if interval is not None]
         for duration in np.linspace(1.1, 8.0, 8) * move.change_time(last - first):
             spare = min(move.highest(duration)[1] - way, move.mirrored.highest(duration)[1] + way)
