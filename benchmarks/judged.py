@@ -30,12 +30,13 @@ from benchmarks.suite import refined
 from solvers import Box, Budget, Solver, minimize
 from tpbso_casadi.cli.commands.suite import main as suite_command
 from tpbso_casadi.cli.commands.suite import numbers
-from tpbso_casadi.judging.grid import parse_solver, parse_solvers
+from tpbso_casadi.judging.grid import parse_solver, parse_solvers, suite_grid
+from tpbso_casadi.judging.page import RUNS
 from tpbso_casadi.judging.referee import BEATEN, Referee, on_common_problems
+from tpbso_casadi.judging.results import recordings
+from tpbso_casadi.judging.searches import SuiteRun
 from tpbso_casadi.judging.statistics import holm, p_text, ranking, signed_rank
 from tpbso_casadi.judging.store import STORE, Store
-from tpbso_casadi.judging.suite_page import RUNS
-from tpbso_casadi.judging.suite_runs import SuiteRun, recordings, suite_grid
 from tpbso_casadi.scenario import find_solver
 from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 

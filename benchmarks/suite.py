@@ -30,7 +30,7 @@ from benchmarks.freeze.definitions import DEFINITIONS, MENDED, NEWEST, Definitio
 from benchmarks.freeze.freezing import frozen, has_postures, lower_bound
 from solvers import LSHADE, Box, Budget, Solver, minimize
 from tpbso_casadi.cli.commands.suite import numbers
-from tpbso_casadi.judging.front_search import search_front
+from tpbso_casadi.judging.searches import search_front
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import SolverSection, find_solver
 from tpbso_casadi.suite import SUITE, SUITES, SuiteProblem, suite

@@ -6,15 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tpbso_casadi.judging.results import Convergence, Results
+from tpbso_casadi.judging.results import Results
 from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.targets import Convergence
 
 Steps = Sequence[tuple[float, float]]  # evaluations, and the objective from then on; none for a run without a plan
 
 
 def convergence(steps: Steps, done: int = 100, case: str = "case", solver: str = "a", seed: int = 1) -> Convergence:
     evaluations, objectives = np.array(steps, dtype=np.float64).reshape(-1, 2).T
-    return Convergence(case=case, solver=solver, seed=seed, evaluations=evaluations, objectives=objectives, done=done)
+    return Convergence(case=case, solver=solver, seed=seed, evaluations=evaluations, values=objectives, done=done)
 
 
 def record(case: str, solver: str, seed: int, steps: Steps, done: int = 100, error: str = "") -> Record:

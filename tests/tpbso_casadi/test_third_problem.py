@@ -18,9 +18,9 @@ from tpbso_casadi.cli.commands.solve import main as solve
 from tpbso_casadi.judging.campaign import run_campaign
 from tpbso_casadi.judging.executors import ExecutorFactory
 from tpbso_casadi.judging.grid import grid, parse_solvers
+from tpbso_casadi.judging.page import write_comparison
 from tpbso_casadi.judging.results import best_runs, results_of
 from tpbso_casadi.judging.store import Store
-from tpbso_casadi.judging.tables import write_comparison
 from tpbso_casadi.planning import plan
 from tpbso_casadi.reproduction.page_figures import illustrate
 from tpbso_casadi.scenario import ScenarioError

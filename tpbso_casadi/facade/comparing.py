@@ -42,13 +42,13 @@ from tpbso_casadi.judging.grid import (
     parse_solver,
     parse_solvers,
 )
-from tpbso_casadi.judging.polishing import HEADER as POLISH_HEADER
-from tpbso_casadi.judging.results import Best, Results, best_runs, results_of
+from tpbso_casadi.judging.page import write_comparison
+from tpbso_casadi.judging.results import POLISH_HEADER, Best, Results, best_runs, results_of
 from tpbso_casadi.judging.run import AnyRun, Record
 from tpbso_casadi.judging.searches import PREFIX
 from tpbso_casadi.judging.statistics import Summary
 from tpbso_casadi.judging.store import STORE, Store
-from tpbso_casadi.judging.tables import HEADER, export, print_polish_gains, print_tables, rows, write_comparison
+from tpbso_casadi.judging.tables import HEADER, export, print_polish_gains, print_tables, rows
 from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import Scenario, ScenarioError
 from tpbso_casadi.storage import writing
@@ -159,7 +159,7 @@ class Comparison:
             ValueError: there is no such figure, or it makes no sense for these runs.
         """
         from tpbso_casadi.figures.notebook import notebook_figure  # noqa: PLC0415
-        from tpbso_casadi.judging.drawn_figures import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
+        from tpbso_casadi.judging.page_figures import drawing_of  # noqa: PLC0415 (matplotlib is slow to load)
 
         return notebook_figure(drawing_of(kind, self.results))
 

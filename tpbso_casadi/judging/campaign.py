@@ -14,8 +14,8 @@ from typing import TypeVar
 import numpy as np
 
 from solvers import AnySolver, Budget
-from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor
-from tpbso_casadi.judging.run import AnyRun, Outcome, failed, run_together
+from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor, run_together
+from tpbso_casadi.judging.run import AnyRun, Outcome, failed
 from tpbso_casadi.judging.run import AnyRunT as Run
 from tpbso_casadi.judging.store import Store
 

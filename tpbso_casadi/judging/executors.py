@@ -1,32 +1,99 @@
-"""Where runs are run: in this process, in processes, on a Dask cluster."""
+"""Where runs are done: in this process, in processes, on a Dask cluster; and what is done there."""
 
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 import os
 import re
 import signal
+import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import connection, get_context, parent_process, resource_tracker
-from threading import Thread
 from typing import Any, TypeVar
 
-from problems.evaluation import processors
+from threadpoolctl import threadpool_limits
+
+from problems.evaluation import EvaluationOptions, processors
 from solvers import Interruption
-from tpbso_casadi.judging.run import difference
+from tpbso_casadi.judging.run import Outcome, difference, failed, problem_of
+from tpbso_casadi.judging.searches import KEY, SUITE_KEY, search_text, suite_text
 from tpbso_casadi.plain import one_line, versions
+from tpbso_casadi.planning import SharedSearches, plan
+from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.storage import result_of
+
+RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
+
+
+class OtherVersions(RuntimeError):
+    """A worker has other versions of the packages that decide a result."""
+
+
+def run_together(scenarios: Sequence[str], expected: dict[str, str], backend: str | None = None) -> list[Outcome]:
+    """Do runs that differ in their polish alone: the search that they have in common is made once.
+
+    Each gives what it would give alone. Whatever is raised within one becomes its failed outcome, an exit by a plug-in
+    too; Ctrl-C passes. BLAS has one thread meanwhile: other runs have the other processors.
+
+    Args:
+        scenarios: JSON; or one statement of the search of a benchmark function or of a suite's problem.
+        expected: versions that the campaign is made with.
+        backend: evaluates populations; None for that of the environment. It changes no result.
+    """
+    with RUN_LOCK, threadpool_limits(1, user_api="blas"):
+        contents = [json.loads(scenario) for scenario in scenarios]
+        starts = [content.get("solver", {}).get("polish_starts", 0) for content in contents]
+        shared = SharedSearches(archived=max(starts) > 1)
+        return [_outcome(content, expected, backend, shared) for content in contents]
+
+
+def run_one(scenario: str, expected: dict[str, str], backend: str | None = None) -> Outcome:
+    """Do one run, as :func:`run_together` does."""
+    [outcome] = run_together([scenario], expected, backend)
+    return outcome
+
+
+def _outcome(content: dict[str, Any], expected: dict[str, str], backend: str | None, shared: SharedSearches) -> Outcome:
+    began, saved = time.perf_counter(), shared.seconds_saved
+    try:
+        result = _result(content, expected, backend, shared)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        return failed(error, time.perf_counter() - began)
+    saved = shared.seconds_saved - saved
+    return Outcome(result, time.perf_counter() - began + saved, seconds_saved=saved)
+
+
+def _result(content: dict[str, Any], expected: dict[str, str], backend: str | None, shared: SharedSearches) -> str:
+    ours = versions()
+    if ours != expected:
+        raise OtherVersions(f"{difference(ours, expected)} on this worker")
+    if KEY in content:
+        return search_text(content)
+    if SUITE_KEY in content:
+        return suite_text(content)
+    stated = parse_scenario(content)
+    problem = problem_of(stated)
+    evaluation = None if backend is None else EvaluationOptions(backend)
+    finished = plan(stated, evaluation=evaluation, problem=problem, shared=shared)
+    if finished.interrupted:
+        raise InterruptedError("the run was interrupted")
+    return result_of(finished).to_json(indent=None)
+
 
 WORKERS_PER_PROCESSOR = 8  # more only take memory
 
 
 class ExecutorError(ValueError):
-    """Workers that are not available; the message is one line."""
+    """The workers are not available; the message is one line."""
 
 
 class LostExecutor(RuntimeError):
@@ -59,7 +126,7 @@ class ExecutorFactory:
 
 
 def processes(workers: int, backend: str | None = None) -> ExecutorFactory:
-    """Processes of this machine.
+    """The executors of processes of this machine.
 
     Raises:
         ExecutorError: so many that they would only take memory.
@@ -105,7 +172,7 @@ def _sigint_blocked() -> Iterator[None]:
 
 
 def _stay_with_parent() -> None:
-    """In a worker: leave Ctrl-C to the parent process, and end when that has ended, for whatever reason."""
+    """Leave, in a worker, Ctrl-C to the parent process, and end when that has ended, for whatever reason."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None
@@ -114,11 +181,11 @@ def _stay_with_parent() -> None:
         connection.wait([parent.sentinel])
         os._exit(1)
 
-    Thread(target=watch, daemon=True).start()
+    threading.Thread(target=watch, daemon=True).start()
 
 
 class InProcess(Executor):
-    """Runs that need no worker: of classes that only this process knows, or where a process costs more than it saves.
+    """Executor in this process: for classes that only this process knows, or where a process costs more than it saves.
 
     Args:
         interruption: of the campaign; a run that Ctrl-C cut short is not handed out.
@@ -128,7 +195,7 @@ class InProcess(Executor):
         self._interruption = interruption
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
-        """Call it now.
+        """Call the function now.
 
         Raises:
             KeyboardInterrupt: Ctrl-C.
@@ -142,7 +209,7 @@ class InProcess(Executor):
 
 
 def in_process(interruption: Interruption, backend: str | None = None) -> ExecutorFactory:
-    """One run after the other, in this process."""
+    """The executors that do one run after the other in this process."""
     return ExecutorFactory(lambda: InProcess(interruption), lambda: InProcess(interruption), 1, backend=backend)
 
 
@@ -190,7 +257,7 @@ def cluster(address: str, backend: str | None = None) -> Iterator[ExecutorFactor
 
 
 def check_address(address: str) -> None:
-    """Make sure that it is one.
+    """Make sure that an address is one.
 
     Raises:
         ExecutorError: it is not.
@@ -261,7 +328,7 @@ def _versions_there(address: str, client: Any) -> Mapping[str, dict[str, str] | 
 
 
 def within(seconds: float, call: Callable[[], T]) -> T:
-    """What a call returns that knows no time limit of its own.
+    """The result of a call that knows no time limit of its own.
 
     Raises:
         TimeoutError: it takes longer; it goes on in a thread that does not keep the process alive.
@@ -274,7 +341,7 @@ def within(seconds: float, call: Callable[[], T]) -> T:
         except BaseException as error:
             future.set_exception(error)
 
-    Thread(target=work, daemon=True).start()
+    threading.Thread(target=work, daemon=True).start()
     return future.result(seconds)
 
 

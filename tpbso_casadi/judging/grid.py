@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
-from hashlib import sha256
-from math import inf
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from problems.base import FloatArray
-from solvers import Box
-from tpbso_casadi.judging.run import AnyRun, Run, RunFinding, problem_of
-from tpbso_casadi.judging.searches import KEY, PREFIX, StoredMinimum, find_function, section_of
-from tpbso_casadi.judging.targets import VALUES, Measure
-from tpbso_casadi.plain import settings_of, versions, visible
+from tpbso_casadi.judging.run import AnyRun, Run, problem_of
+from tpbso_casadi.judging.searches import PREFIX, FunctionRun, SuiteRun, find_function, section_of
+from tpbso_casadi.plain import visible
 from tpbso_casadi.scenario import (
     FAMILIES,
     Scenario,
@@ -27,8 +20,10 @@ from tpbso_casadi.scenario import (
     parse_scenario,
     plugin_failures_named,
 )
+from tpbso_casadi.suite import SuiteProblem
 
 USUAL_SOLVERS = ("bso", "pso", "ga", "abso", "abso+polish")  # that are compared where nothing is said
+FUNCTION_SOLVERS = ("bso", "pso", "ga", "abso")  # likewise on functions: there is nothing to polish
 USUAL_RUNS, USUAL_STARTS = 10, 5  # of each, and of a descent
 MOST_RUNS = 100_000  # of a campaign
 LARGEST_SEED = 2**63 - 1  # that a store can hold
@@ -170,88 +165,6 @@ def _named(place: str) -> Iterator[None]:
         raise ScenarioError(f"{place}: {error}") from error
 
 
-FUNCTION_SOLVERS = ("bso", "pso", "ga", "abso")  # by default: there is nothing to polish
-
-
-@dataclass(frozen=True)
-class FunctionRun:
-    """One search of one benchmark function.
-
-    Attributes:
-        case: name of the function.
-        solver: label of the solver and its settings, for tables.
-        section: solver, budget and seed.
-    """
-
-    case: str
-    solver: str
-    section: SolverSection
-
-    @property
-    def seed(self) -> int:
-        """Of the search."""
-        return self.section.seed
-
-    @property
-    def statement(self) -> dict[str, Any]:
-        """Everything that is needed to do it, plain data."""
-        return {KEY: self.case, "solver": self.section.table()}
-
-    @cached_property
-    def key(self) -> str:
-        """A digest of everything that decides the result, defaults filled in; the label does not count."""
-        content = self.statement
-        content["solver"] |= {"settings": settings_of(self.section.build()), "budget": asdict(self.section.budget())}
-        return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
-
-    @property
-    def task(self) -> tuple[str, dict[str, str]]:
-        """The arguments of :func:`tpbso_casadi.judging.run.run_one`."""
-        return json.dumps(self.statement), versions()
-
-    @property
-    def search(self) -> str:
-        """Its own key: nothing is polished."""
-        return self.key
-
-    @property
-    def measure(self) -> Measure:
-        """Values are measured from the minimum."""
-        return VALUES
-
-    @property
-    def least_infeasible_cost(self) -> float:
-        """Every finite value counts."""
-        return inf
-
-    @property
-    def plugins(self) -> list[str]:
-        """The solver, where it is not the package's own."""
-        return [self.section.name] if ":" in self.section.name else []
-
-    @property
-    def searched(self) -> str:
-        """The function."""
-        return PREFIX + self.case
-
-    def seconds_after(self, descent: float) -> float:
-        """None: what was found is not refined."""
-        return 0.0
-
-    @property
-    def box(self) -> Box:
-        """Where it searches."""
-        return find_function(self.case).box
-
-    def evaluator(self, backend: str | None) -> Callable[[FloatArray], object]:
-        """What evaluates a population (m, n), without any backend."""
-        return find_function(self.case).f
-
-    def found(self, text: str) -> RunFinding:
-        """The place of the lowest value."""
-        return RunFinding(words=StoredMinimum.from_text(text).words)
-
-
 def functions_of(cases: Sequence[object]) -> list[str]:
     """The benchmark functions among what is to be compared, without their prefix; none where these are scenarios.
 
@@ -281,8 +194,45 @@ def function_grid(names: Sequence[str], specs: Sequence[SolverSpec], seeds: Sequ
         if names.count(name) > 1:
             raise ScenarioError(f"{PREFIX}{name}: is there twice")
     return [
-        FunctionRun(name, spec.label, _section(name, spec, seed)) for seed in seeds for name in names for spec in specs
+        FunctionRun(name, spec.label, _section(f"{PREFIX}{name}: {spec.label}", spec, seed, spec.table))
+        for seed in seeds
+        for name in names
+        for spec in specs
     ]
+
+
+def suite_grid(
+    problems: Sequence[SuiteProblem], specs: Sequence[SolverSpec], seeds: int, budget: int, first_seed: int = 1
+) -> list[SuiteRun]:
+    """Every problem with every solver and seed, all of one seed before the next.
+
+    Args:
+        problems: of the suite.
+        specs: the solvers.
+        seeds: how many, of each.
+        budget: evaluations of a run for each variable.
+        first_seed: of each.
+
+    Raises:
+        ScenarioError: there are too many, or a solver cannot search.
+    """
+    check_size(len(problems) * len(specs), first_seed, seeds)
+    return [
+        SuiteRun(
+            problem.name, spec.label, _section(spec.label, spec, seed, {"evaluations": budget * problem.dimension})
+        )
+        for seed in range(first_seed, first_seed + seeds)
+        for problem in problems
+        for spec in specs
+    ]
+
+
+def _section(place: str, spec: SolverSpec, seed: int, further: Mapping[str, Any]) -> SolverSection:
+    """The section of a solver that can search a function; errors name the place."""
+    table = {"name": spec.name, "seed": seed, "polish_starts": spec.polish_starts, "settings": dict(spec.settings)}
+    with _named(place):
+        has_population = SolverSection(name=spec.name).kind().has_population
+        return section_of(table | dict(further) | ({} if has_population else {"population": None}))
 
 
 def campaign_of(
@@ -307,13 +257,3 @@ def campaign_of(
     check_size((len(functions) or len(scenarios)) * len(specs), first_seed, seeds)
     numbers = range(first_seed, first_seed + seeds)
     return function_grid(functions, specs, numbers) if functions else grid(scenarios, specs, numbers)
-
-
-def _section(name: str, spec: SolverSpec, seed: int) -> SolverSection:
-    table = {"name": spec.name, "seed": seed, "polish_starts": spec.polish_starts, "settings": dict(spec.settings)}
-    try:
-        section = SolverSection(name=spec.name)
-        population = spec.table if section.kind().has_population else {**spec.table, "population": None}
-        return section_of(table | dict(population))
-    except ScenarioError as error:
-        raise ScenarioError(f"{PREFIX}{name}: {spec.label}: {error}") from error

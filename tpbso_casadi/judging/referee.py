@@ -1,4 +1,4 @@
-"""Runs on a suite judged: targets, expected running times, shares of targets, ranks, constraints.
+"""The judge of runs on a suite: targets, expected running times, shares of targets, ranks, constraints.
 
 [1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
     Optimization Methods and Software 36, 2021: targets, expected running times and their distributions.
@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, inf, isfinite
 
@@ -16,9 +16,8 @@ import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray
 from tpbso_casadi.html import number
-from tpbso_casadi.judging.logs import Trace
 from tpbso_casadi.judging.statistics import FEWEST_SOLVERS, Ranking, cases_needed, ranking
-from tpbso_casadi.judging.targets import PLANS, expected_running_time, gap
+from tpbso_casadi.judging.targets import PLANS, Convergence, expected_running_time, gap, quantile, shares_reached
 from tpbso_casadi.suite import Recording, SuiteProblem
 
 TARGETS = PLANS.targets  # gaps to the reference, descending
@@ -31,7 +30,7 @@ BEATEN = 1e-6  # relative: what is lower than the best known by more than that i
 
 @dataclass(frozen=True, kw_only=True)
 class Tally:
-    """What a solver reached on some problems.
+    """The targets that a solver reached on some problems.
 
     Attributes:
         solver: its label.
@@ -65,17 +64,17 @@ class Referee:
 
     @cached_property
     def solvers(self) -> list[str]:
-        """Labels, in the order of the runs."""
+        """Labels of the solvers, in the order of the runs."""
         return list(dict.fromkeys(run.solver for run in self.runs))
 
     @cached_property
     def problems(self) -> list[SuiteProblem]:
-        """In the order of the runs."""
+        """The problems, in the order of the runs."""
         return list({run.problem.name: run.problem for run in self.runs}.values())
 
     @cached_property
     def references(self) -> dict[str, float]:
-        """By problem the merit that gaps are measured from: the best known, or that of a run that is better.
+        """The merit that gaps are measured from, by problem: the best known, or that of a run that is better.
 
         Where none is known the lowest of the runs; infinite where neither is feasible. Of fronts always 0.
         """
@@ -85,44 +84,43 @@ class Referee:
         if problem.best_front is not None:
             return 0.0
         known = inf if problem.best_merit is None else problem.best_merit
-        found = (run.merits[-1] for run in self.of(problem.name) if isfinite(run.feasible_from))
+        found = (float(run.values[-1]) for run in self.of(problem.name) if run.values.size)
         return min(known, min(found, default=inf))
 
-    def of(self, problem: str, solver: str | None = None) -> list[Recording]:
-        """The runs on a problem, of one solver or of all."""
+    def of(self, problem: str, solver: str | None = None) -> list[Convergence]:
+        """The runs on a problem, of one solver or of all: how the merit fell, all constraints kept."""
         return self._index.get((problem, solver), [])
 
+    def on(self, problems: Iterable[SuiteProblem], solver: str) -> list[Convergence]:
+        """The runs of a solver on some problems."""
+        return [run for problem in problems for run in self.of(problem.name, solver)]
+
     @cached_property
-    def _index(self) -> dict[tuple[str, str | None], list[Recording]]:
-        """By problem and solver, and by problem alone."""
-        found: dict[tuple[str, str | None], list[Recording]] = {}
+    def _index(self) -> dict[tuple[str, str | None], list[Convergence]]:
+        """The runs by problem and solver, and by problem alone."""
+        found: dict[tuple[str, str | None], list[Convergence]] = {}
         for run in self.runs:
+            convergence = convergence_of(run)
             for solver in (run.solver, None):
-                found.setdefault((run.problem.name, solver), []).append(run)
+                found.setdefault((run.problem.name, solver), []).append(convergence)
         return found
 
     @property
-    def traces(self) -> list[Trace]:
-        """The runs as logs for other tools have them: functions with instances, merits above the reference."""
+    def logged(self) -> list[Convergence]:
+        """The runs as logs for other tools have them: functions with instances, merits of any candidates."""
+        lowest = {problem.name: inf for problem in self.problems}
+        for run in self.runs:
+            lowest[run.problem.name] = min(lowest[run.problem.name], run.merits[-1])
         return [
-            Trace(
+            replace(
+                convergence_of(run, feasible_alone=False),
                 case=run.problem.function.name,
-                solver=run.solver,
                 seed=run.problem.instance,
-                dimension=run.problem.dimension,
-                evaluations=np.array(run.evaluations, dtype=np.float64),
-                values=np.array(run.merits),
-                done=run.done,
                 worst=run.merits[0],
-                optimum=min(self.references[run.problem.name], self.lowest[run.problem.name]),
+                optimum=min(self.references[run.problem.name], lowest[run.problem.name]),
             )
             for run in self.runs
         ]
-
-    @cached_property
-    def lowest(self) -> dict[str, float]:
-        """By problem the lowest merit of these runs, feasible or not."""
-        return {problem.name: min(run.merits[-1] for run in self.of(problem.name)) for problem in self.problems}
 
     @cached_property
     def unknown(self) -> list[str]:
@@ -134,26 +132,23 @@ class Referee:
         """Problems on which a run was better than the best known: their names, the solver, its merit, the known one."""
         found = []
         for problem in self.problems:
-            best = min(self.of(problem.name), key=lambda run: run.merits[-1])
-            known = problem.best_merit
-            if known is not None and best.merits[-1] < known - BEATEN * (abs(known) or 1.0):
-                found.append((problem.name, best.solver, best.merits[-1], known))
+            known, runs = problem.best_merit, [run for run in self.of(problem.name) if run.values.size]
+            best = min(runs, key=lambda run: float(run.values[-1]), default=None)
+            if best is not None and known is not None and best.values[-1] < known - BEATEN * (abs(known) or 1.0):
+                found.append((problem.name, best.solver, float(best.values[-1]), known))
         return found
 
-    def needed(self, run: Recording, targets: FloatArray = TARGETS) -> FloatArray:
-        """After how many evaluations a run first came within each gap (n,), with all constraints kept; inf if never."""
-        return evaluations_needed(run, self.references[run.problem.name], targets)
+    def needed(self, run: Convergence, targets: FloatArray = TARGETS) -> FloatArray:
+        """Evaluations after which a run first came within gaps (n,), (n,); inf where it never did."""
+        return run.needed(self.references[run.case], targets)
 
-    def final_gap(self, run: Recording) -> float:
-        """Of a run to the reference, not less than 0; inf where it never kept all constraints."""
-        reference = self.references[run.problem.name]
-        if not (isfinite(run.feasible_from) and isfinite(reference)):
-            return inf
-        return max(0.0, float(gap(np.array(run.merits[-1]), reference)))
+    def final_gap(self, run: Convergence) -> float:
+        """The gap of a run to the reference, not less than 0; inf where it never kept all constraints."""
+        return max(0.0, float(gap(run.values[-1], self.references[run.case]))) if run.values.size else inf
 
     @cached_property
     def quarters(self) -> dict[str, float]:
-        """By problem the gap within which the best quarter of all runs ends, at least one, or the least target.
+        """The gap within which the best quarter of all runs ends, by problem: at least one run, or the least target.
 
         Infinite where fewer end feasible: any feasible candidate is as near.
         """
@@ -169,10 +164,8 @@ class Referee:
         table = np.full((len(self.problems), len(self.solvers)), inf)
         for row, problem in enumerate(self.problems):
             for column, solver in enumerate(self.solvers):
-                gaps = sorted(self.final_gap(run) for run in self.of(problem.name, solver))
-                if gaps:
-                    middle = (gaps[(len(gaps) - 1) // 2], gaps[len(gaps) // 2])
-                    table[row, column] = middle[0] if middle[0] == middle[1] else sum(middle) / 2.0
+                if gaps := [self.final_gap(run) for run in self.of(problem.name, solver)]:
+                    table[row, column] = quantile(np.array(gaps), 0.5)
         return np.where(table <= PLANS.equal, 0.0, table)
 
     @cached_property
@@ -186,7 +179,7 @@ class Referee:
 
     @cached_property
     def joined(self) -> dict[str, str]:
-        """By solver the best one from which the next down to it show no significant difference; empty for the best."""
+        """The best solver from which the next down to a solver show no significant difference; empty for the best."""
         found = self.ranking
         places = {
             solver: min((first for first, last in found.groups if first < place <= last), default=place)
@@ -198,15 +191,15 @@ class Referee:
 
     @cached_property
     def budgets(self) -> dict[str, float]:
-        """By solver the evaluations of its median run, by the number of variables."""
-        spent: dict[str, list[float]] = {solver: [] for solver in self.solvers}
-        for run in self.runs:
-            spent[run.solver].append(run.done / run.problem.dimension)
-        return {solver: float(np.median(each)) for solver, each in spent.items()}
+        """Evaluations of the median run of each solver, by the number of variables."""
+        return {
+            solver: float(np.median([run.done / run.dimension for run in self.on(self.problems, solver)]))
+            for solver in self.solvers
+        }
 
     @property
     def unequal(self) -> str:
-        """Who has had the fewest evaluations, and who the most; empty where all have had about as many."""
+        """The solvers with the fewest and with the most evaluations; empty where all have had about as many."""
         fewest, most = (choose(self.budgets, key=self.budgets.__getitem__) for choose in (min, max))
         low, high = self.budgets[fewest], self.budgets[most]
         return f"{told(low)} of {fewest}, {told(high)} of {most}" if high > MOST_UNEQUAL * low else ""
@@ -229,20 +222,17 @@ class Referee:
             targets: the gap by problem.
         """
         runs = [(run, target) for problem, target in targets.items() for run in self.of(problem, solver)]
-        dimensions = np.array([run.problem.dimension for run, _ in runs], dtype=np.float64)
+        dimensions = np.array([run.dimension for run, _ in runs], dtype=np.float64)
         needed = np.array([self.needed(run, np.array([target]))[0] for run, target in runs])
         done = np.array([run.done for run, _ in runs])
         return expected_running_time(needed / dimensions, done / dimensions)
 
     def shares(self, solver: str, problems: Iterable[SuiteProblem]) -> tuple[FloatArray, FloatArray]:
         """The share of runs and targets reached, (n,), after so many evaluations by dimension, (n,)."""
-        runs = [run for problem in problems for run in self.of(problem.name, solver)]
-        every = np.concatenate([self.needed(run) / run.problem.dimension for run in runs] or [np.empty(0)])
-        evaluations, counts = np.unique(every[np.isfinite(every)], return_counts=True)
-        return evaluations, np.cumsum(counts) / max(1, every.size)
+        return shares_reached(self.needed(run) / run.dimension for run in self.on(problems, solver))
 
     def classes(self) -> dict[str, list[SuiteProblem]]:
-        """What shares are shown of: all problems, groups of them, dimensions."""
+        """The classes whose shares are shown: all problems, groups of them, dimensions."""
         found = {"all problems": self.problems}
         for group in dict.fromkeys(problem.group for problem in self.problems):
             found[group] = [problem for problem in self.problems if problem.group == group]
@@ -251,9 +241,9 @@ class Referee:
         return {name: problems for name, problems in found.items() if problems}
 
     def tally(self, solver: str, problems: Sequence[SuiteProblem]) -> Tally:
-        """What a solver reached on some problems."""
-        runs = [run for problem in problems for run in self.of(problem.name, solver)]
-        firsts = sorted(run.feasible_from / run.problem.dimension for run in runs)
+        """The targets that a solver reached on some problems, and what it took."""
+        runs = self.on(problems, solver)
+        firsts = sorted(run.first / run.dimension for run in runs)
         _, shares = self.shares(solver, problems)
         names = [problem.name for problem in problems]
         return Tally(
@@ -290,11 +280,16 @@ def told(value: float) -> str:
     return f"{value:,.0f}" if value >= MANY else number(value, 3)
 
 
-def evaluations_needed(run: Recording, reference: float, targets: FloatArray) -> FloatArray:
-    """After how many evaluations a run first had a feasible merit within each gap (n,) of a reference; inf if never."""
-    merits, evaluations = np.array(run.merits), np.array(run.evaluations, dtype=np.float64)
-    feasible = merits <= run.feasible_merit
-    gaps = gap(merits[feasible], reference) if isfinite(reference) else np.empty(0)
-    evaluations = evaluations[feasible][: gaps.size]
-    first = np.searchsorted(-gaps, -targets * (1.0 + 1e-12))
-    return np.append(evaluations, inf)[first]
+def convergence_of(run: Recording, feasible_alone: bool = True) -> Convergence:
+    """How the merit of a run fell; of candidates that keep all constraints alone, or of any."""
+    evaluations, merits = np.array(run.evaluations, dtype=np.float64), np.array(run.merits)
+    counts = merits <= (run.feasible_merit if feasible_alone else inf)
+    return Convergence(
+        case=run.problem.name,
+        solver=run.solver,
+        seed=run.run,
+        evaluations=evaluations[counts],
+        values=merits[counts],
+        done=run.done,
+        dimension=run.problem.dimension,
+    )

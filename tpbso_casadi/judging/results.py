@@ -1,57 +1,24 @@
-"""All results of a campaign: convergence of runs, references, gaps, targets, the best runs.
-
-[1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
-    Optimization Methods and Software 36, 2021.
-"""
+"""Results of a campaign: what is stored of runs, how their best values fell, what polishing gained, the best runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import inf
+from math import inf, isfinite
 
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import FloatArray, InvalidTable
-from tpbso_casadi.judging.polishing import PolishedRun, PolishGain, gains_of
 from tpbso_casadi.judging.run import AnyRun, Record, RunFinding
-from tpbso_casadi.judging.searches import StoredPart
+from tpbso_casadi.judging.searches import StoredPart, SuiteRun, find_problem
 from tpbso_casadi.judging.statistics import Summary, compare_summaries, summarise
 from tpbso_casadi.judging.store import Store, StoreError
-from tpbso_casadi.judging.targets import PLANS, Measure, expected_running_time, gap, quantile
+from tpbso_casadi.judging.targets import PLANS, Convergence, Measure, expected_running_time, gaps_of, quantile
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.storage import Contradiction, HistoryResult, InvalidResult
-
-
-@dataclass(frozen=True, kw_only=True)
-class Convergence:
-    """The objective of the best plan of a run so far, where it changed.
-
-    A run whose plan is not certified in the end, and one that failed, has no plan at any time. The costs of a search
-    are those at its samples; they are moved by the constant that makes the last one the certified objective of the
-    search's motion. A polish comes after the last evaluation of its search.
-
-    Attributes:
-        case: of the scenario.
-        solver: its label.
-        seed: of the run.
-        evaluations: after which the plan became better, (n,), ascending.
-        objectives: from then on, (n,), descending, in the unit of the objective.
-        done: evaluations of the whole run, those of a polish too; 0 where it failed.
-    """
-
-    case: str
-    solver: str
-    seed: int
-    evaluations: FloatArray
-    objectives: FloatArray
-    done: int
-
-    def at(self, evaluations: FloatArray) -> FloatArray:
-        """The objective after so many evaluations (m,), (m,); inf before the first plan."""
-        steps = np.searchsorted(self.evaluations, evaluations, side="right")
-        return np.concatenate([[np.inf], self.objectives])[steps]
+from tpbso_casadi.suite import Recording
 
 
 class _Motion(StoredPart):
@@ -80,12 +47,12 @@ class _Objective(StoredPart):
 
 
 class StoredSearch(StoredPart):
-    """What convergence needs of a ``result.json``."""
+    """The part of a stored result that says how its best value fell."""
 
     feasible: bool
     objective: _Objective
     evaluations: int
-    history: HistoryResult
+    history: HistoryResult = HistoryResult(evaluations=[], cost=[])
     improvements: HistoryResult | None = None
     polish: _PolishStage | None = None
     retiming: _Stage | None = None
@@ -97,8 +64,13 @@ class StoredSearch(StoredPart):
 
     @property
     def course(self) -> HistoryResult:
-        """Where the best so far changed: at each evaluation where that is stored, else at each iteration."""
+        """The best so far where it changed: at each evaluation where that is stored, else at each iteration."""
         return self.improvements or self.history
+
+    @property
+    def costs(self) -> FloatArray:
+        """Costs of :attr:`course`, (n,); inf where none is finite."""
+        return np.array([inf if cost is None else cost for cost in self.course.cost])
 
     @property
     def searched(self) -> _Motion:
@@ -123,24 +95,27 @@ def searches(runs: Iterable[AnyRun], store: Store) -> list[tuple[AnyRun, StoredS
     return found
 
 
-def polished_run(run: AnyRun, stored: StoredSearch | None) -> PolishedRun | None:
-    """What a polish did to a run; None where there was none."""
-    polish = None if stored is None else stored.polish
-    if polish is None or polish.after is None:
-        return None
-    return PolishedRun(
-        case=run.case,
-        solver=run.solver,
-        seed=run.seed,
-        before=polish.before.certified_objective,
-        after=polish.after.certified_objective,
-        kept=polish.accepted,
-        seconds=polish.seconds,
-    )
+def recordings(runs: Sequence[SuiteRun], store: Store) -> Iterator[Recording]:
+    """Recordings of the stored runs on a suite, without those that failed.
+
+    Raises:
+        StoreError: what is stored is not a result.
+    """
+    for run, stored in searches(runs, store):
+        if stored is not None:
+            course, problem = stored.course, find_problem(run.case)
+            yield Recording(
+                problem, run.solver, run.seed, course.evaluations, stored.costs.tolist(), stored.evaluations
+            )
 
 
 def convergence_of(run: AnyRun, stored: StoredSearch | None) -> Convergence:
-    """The convergence of a run; None is stored where it failed."""
+    """The objective of the best plan of a run so far; None is stored where it failed.
+
+    A run whose plan is not certified in the end, and one that failed, has no plan at any time. The costs of a search
+    are those at its samples; they are moved by the constant that makes the last one the certified objective of the
+    search's motion. A polish comes after the last evaluation of its search.
+    """
     evaluations, objectives = np.empty(0), np.empty(0)
     if stored is not None and stored.feasible and stored.objective.value is not None:
         evaluations, objectives = improvements(stored, run.least_infeasible_cost, stored.objective.value)
@@ -149,7 +124,7 @@ def convergence_of(run: AnyRun, stored: StoredSearch | None) -> Convergence:
         solver=run.solver,
         seed=run.seed,
         evaluations=evaluations,
-        objectives=objectives,
+        values=objectives,
         done=0 if stored is None else stored.done,
     )
 
@@ -163,8 +138,7 @@ def improvements(stored: StoredSearch, least_infeasible: float, objective: float
         objective: of the certified plan at the end, which no earlier value may undercut.
     """
     evaluations = np.array([*stored.course.evaluations, stored.done], dtype=np.float64)
-    cost = np.array([np.inf if c is None else c for c in stored.course.cost])
-    end = stored.searched
+    cost, end = stored.costs, stored.searched
     if end.feasible and end.objective is not None and cost.size:
         values = np.where(cost < least_infeasible, cost + (end.objective - cost[-1]), np.inf)
     else:
@@ -176,8 +150,99 @@ def improvements(stored: StoredSearch, least_infeasible: float, objective: float
     return evaluations[last], values[last]
 
 
+POLISH_HEADER = (
+    "case", "solver", "unit", "runs", "kept", "made_feasible", "median_before", "median_after", "median_gain",
+    "lower_quartile", "upper_quartile",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PolishGain:
+    """What polishing gained in the runs of one solver on one case; medians and quartiles are of them, seed by seed.
+
+    Attributes:
+        case: of the scenario.
+        solver: its label.
+        unit: of the objective.
+        before: objectives of the searches' motions, (n,); inf where one is not certified.
+        after: objectives of the refined motions, likewise.
+        kept: whether the refined motion is the plan, (n,).
+        seconds: that each polish took, with the compilation of its program, (n,).
+    """
+
+    case: str
+    solver: str
+    unit: str
+    before: FloatArray
+    after: FloatArray
+    kept: NDArray[np.bool_]
+    seconds: FloatArray
+
+    @classmethod
+    def all_of(cls, runs: Iterable[tuple[AnyRun, StoredSearch | None]], units: dict[str, str]) -> list[PolishGain]:
+        """The gain of each solver on each case, in the order of the runs; units by case."""
+        grouped: dict[tuple[str, str], list[tuple[_PolishStage, _Motion]]] = {}
+        for run, stored in runs:
+            polish = None if stored is None else stored.polish
+            if polish is not None and polish.after is not None:
+                grouped.setdefault((run.case, run.solver), []).append((polish, polish.after))
+        return [
+            cls(
+                case=case,
+                solver=solver,
+                unit=units.get(case, ""),
+                before=np.array([polish.before.certified_objective for polish, _ in each]),
+                after=np.array([after.certified_objective for _, after in each]),
+                kept=np.array([polish.accepted for polish, _ in each]),
+                seconds=np.array([polish.seconds for polish, _ in each]),
+            )
+            for (case, solver), each in grouped.items()
+        ]
+
+    @property
+    def final(self) -> FloatArray:
+        """Objectives of the motions that are kept, (n,)."""
+        return np.where(self.kept, self.after, self.before)
+
+    @property
+    def made_feasible(self) -> int:
+        """Runs whose search had no certified motion, and whose refined one is the plan."""
+        return int((self.kept & ~np.isfinite(self.before) & np.isfinite(self.after)).sum())
+
+    @property
+    def of_runs(self) -> FloatArray:
+        """The share of itself by which each objective fell, (n,): 0 where nothing is kept; inf from no plan."""
+        had, has = np.isfinite(self.before), self.kept & np.isfinite(self.final)
+        before, after = np.where(had, self.before, 1.0), np.where(has, self.after, 1.0)
+        fell = (before - after) / np.maximum(np.maximum(np.abs(before), np.abs(after)), np.finfo(float).tiny)
+        return np.where(has, np.where(had, fell, inf), 0.0)
+
+    @property
+    def gains(self) -> tuple[float, float, float]:
+        """Lower quartile, median and upper quartile of the gains."""
+        lower, median, upper = (float(quantile(self.of_runs, share)) for share in (0.25, 0.5, 0.75))
+        return lower, median, upper
+
+    @property
+    def medians(self) -> tuple[float, float]:
+        """Median objectives of the searches' motions, and of what is kept."""
+        return float(quantile(self.before, 0.5)), float(quantile(self.final, 0.5))
+
+    @property
+    def median_seconds(self) -> float:
+        """The median duration of a polish, s."""
+        return float(np.median(self.seconds))
+
+    @property
+    def row(self) -> list[object]:
+        """The row under ``POLISH_HEADER``; without times, so that it is the same however fast the machine is."""
+        lower, median, upper = self.gains
+        cells = [number if isfinite(number) else None for number in (*self.medians, median, lower, upper)]
+        return [self.case, self.solver, self.unit, self.before.size, int(self.kept.sum()), self.made_feasible, *cells]
+
+
 def references(summaries: Sequence[Summary]) -> dict[str, float | None]:
-    """By case the lowest objective: where it is known that of all, else that of a certified plan of any solver.
+    """The lowest objective by case: that of all where it is known, else that of a certified plan of any solver.
 
     None where there is no plan.
     """
@@ -189,72 +254,35 @@ def references(summaries: Sequence[Summary]) -> dict[str, float | None]:
     return {case: value if value is None or known[case] is None else known[case] for case, value in lowest.items()}
 
 
-def gaps_of(objectives: FloatArray, reference: float | None) -> FloatArray:
-    """The gaps of objectives; inf where there is no plan at all."""
-    return np.full(np.shape(objectives), np.inf) if reference is None else gap(objectives, reference)
-
-
-def evaluations_needed(run: Convergence, reference: float | None, targets: FloatArray) -> FloatArray:
-    """After how many evaluations a run first had a plan within each gap.
-
-    Args:
-        run: its convergence.
-        reference: the objective that gaps are measured from; None where no run has a plan.
-        targets: gaps (n,).
-
-    Returns:
-        Shape (n,); inf where it never had.
-    """
-    gaps = gaps_of(run.objectives, reference)
-    first = np.searchsorted(-gaps, -targets * (1.0 + 1e-12))
-    return np.append(run.evaluations, np.inf)[first]
-
-
-def shares_reached(needed: Sequence[FloatArray] | Iterable[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """The empirical distribution of evaluations needed: at each number (m,), the share of all targets reached (m,)."""
-    every = np.concatenate(list(needed))
-    evaluations, counts = np.unique(every[np.isfinite(every)], return_counts=True)
-    return evaluations, np.cumsum(counts) / every.size
-
-
 @dataclass(frozen=True)
 class Results:
-    """The runs of a campaign.
+    """The runs of a campaign, judged.
 
     Attributes:
         records: of all runs.
         convergences: of all runs.
         measure: that they are judged by.
-        polished: the runs whose searches were refined.
+        polish_gains: a solver on a case each; none where nothing was polished.
         summaries: one for each case and solver, made of the records.
     """
 
     records: Sequence[Record]
     convergences: Sequence[Convergence]
     measure: Measure = PLANS
-    polished: Sequence[PolishedRun] = ()
+    polish_gains: Sequence[PolishGain] = ()
     summaries: list[Summary] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "summaries", summarise(self.records, self.measure))
-        runs: dict[tuple[str, str], list[Convergence]] = {}
-        for run in self.convergences:
-            if run.done:
-                runs.setdefault((run.case, run.solver), []).append(run)
-        timed = [self._timed(each, runs.get((each.case, each.solver), [])) for each in self.summaries]
-        object.__setattr__(self, "summaries", timed)
+        object.__setattr__(self, "summaries", [self._timed(summary) for summary in self.summaries])
 
-    def _timed(self, summary: Summary, runs: Sequence[Convergence]) -> Summary:
-        """With the evaluations until a run is expected to be within the measure's aim, from runs that did not fail."""
+    def _timed(self, summary: Summary) -> Summary:
+        """The summary with its expected running time to the measure's aim, of the runs that did not fail."""
+        runs = [run for run in self.runs_of(summary.solver, summary.case) if run.done]
         aim, reference = np.array([self.measure.aim]), self.references[summary.case]
-        needed = np.array([evaluations_needed(run, reference, aim)[0] for run in runs])
+        needed = np.array([run.needed(reference, aim)[0] for run in runs])
         time = expected_running_time(needed, np.array([run.done for run in runs])) if runs else float("nan")
         return replace(summary, expected_running_time=time)
-
-    @cached_property
-    def polish_gains(self) -> list[PolishGain]:
-        """What polishing gains, a solver on a case each; none where nothing was polished."""
-        return gains_of(self.polished, {summary.case: summary.unit for summary in self.summaries})
 
     @property
     def cases(self) -> list[str]:
@@ -263,25 +291,33 @@ class Results:
 
     @property
     def solvers(self) -> list[str]:
-        """Labels of the solvers, likewise."""
+        """Labels of the solvers, in the order of the runs."""
         return list(dict.fromkeys(summary.solver for summary in self.summaries))
 
     @cached_property
     def references(self) -> dict[str, float | None]:
-        """By case the objective that gaps are measured from: a known lowest one, or the lowest of this campaign."""
+        """The objective that gaps are measured from, by case: a known lowest one, or the lowest of this campaign."""
         return references(self.summaries)
 
     def of_case(self, case: str) -> list[Summary]:
         """The summaries of a case, a solver each."""
         return [summary for summary in self.summaries if summary.case == case]
 
+    @cached_property
+    def _by_labels(self) -> dict[tuple[str, str | None], list[Convergence]]:
+        found: dict[tuple[str, str | None], list[Convergence]] = {}
+        for run in self.convergences:
+            for case in (run.case, None):
+                found.setdefault((run.solver, case), []).append(run)
+        return found
+
     def runs_of(self, solver: str, case: str | None = None) -> list[Convergence]:
         """The convergence of each run of a solver, on one case or on all."""
-        return [run for run in self.convergences if run.solver == solver and case in {None, run.case}]
+        return self._by_labels.get((solver, case), [])
 
     def needed(self, run: Convergence) -> FloatArray:
-        """After how many evaluations a run first reached each target, (n,); inf where it never did."""
-        return evaluations_needed(run, self.references[run.case], self.measure.targets)
+        """Evaluations after which a run first reached each target, (n,); inf where it never did."""
+        return run.needed(self.references[run.case], self.measure.targets)
 
     def scores(self) -> FloatArray:
         """The gap of each solver's median on each case, (cases, solvers); inf where the median run has no plan.
@@ -309,43 +345,10 @@ def results_of(runs: Sequence[AnyRun], store: Store) -> Results:
         StoreError: what is stored is not a result.
     """
     measure = runs[0].measure if runs else PLANS
-    found = searches(runs, store)
-    polished = [each for run, stored in found if (each := polished_run(run, stored)) is not None]
-    return Results(store.records(runs), [convergence_of(run, stored) for run, stored in found], measure, polished)
-
-
-GRID = 240  # numbers of evaluations at which quartiles are computed
-FEWEST_FOR_QUARTILES = 4  # runs; fewer have a median alone
-
-
-@dataclass(frozen=True, kw_only=True)
-class GapCurve:
-    """The runs of one solver on one case.
-
-    Attributes:
-        end: evaluations of its longest run.
-        evaluations: up to the end of the longest run of any solver, (n,).
-        lower: quartile of the gaps, (n,), inf where that run has no plan.
-        median: likewise.
-        upper: likewise.
-    """
-
-    end: int
-    evaluations: FloatArray
-    lower: FloatArray
-    median: FloatArray
-    upper: FloatArray
-
-
-def gap_curve(results: Results, case: str, solver: str) -> GapCurve:
-    """The curve of one solver; a run without a plan, or without one yet, is infinitely far from the best."""
-    longest = max(run.done for run in results.convergences if run.case == case)
-    evaluations = np.geomspace(1.0, max(2, longest), GRID)
-    runs = results.runs_of(solver, case)
-    gaps = gaps_of(np.array([run.at(evaluations) for run in runs]), results.references[case])
-    shares = (0.25, 0.5, 0.75) if len(runs) >= FEWEST_FOR_QUARTILES else (0.5, 0.5, 0.5)
-    lower, median, upper = (quantile(gaps, share) for share in shares)
-    return GapCurve(end=max(run.done for run in runs), evaluations=evaluations, lower=lower, median=median, upper=upper)
+    found, records = searches(runs, store), store.records(runs)
+    units = {record.case: record.unit for record in reversed(records) if not record.error}
+    convergences = [convergence_of(run, stored) for run, stored in found]
+    return Results(records, convergences, measure, PolishGain.all_of(found, units))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -353,7 +356,7 @@ class Best:
     """The run of the lowest objective on a case; of equal ones the first.
 
     Attributes:
-        run: itself.
+        run: of the campaign.
         record: of it.
         found: what it found.
     """
@@ -381,7 +384,7 @@ def best_runs(runs: Sequence[AnyRun], store: Store) -> list[Best]:
 
 
 def found_by(run: AnyRun, store: Store) -> RunFinding:
-    """What a run that did not fail found.
+    """The finding of a run that did not fail.
 
     Raises:
         StoreError: what is stored is no result, or not what a recomputation gives.

@@ -1,4 +1,4 @@
-"""What a campaign leaves: tables on a screen and in files, and the page."""
+"""Tables of a campaign, on a screen and in files."""
 
 from __future__ import annotations
 
@@ -10,21 +10,17 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-from markupsafe import Markup
 from rich.box import SIMPLE
 from rich.console import Console, RenderableType
 from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
-from tpbso_casadi.figures.palette import DEFAULT
-from tpbso_casadi.judging.page import ComparisonPicture, render
-from tpbso_casadi.judging.polishing import HEADER as POLISH_HEADER
-from tpbso_casadi.judging.polishing import PolishGain, percent
-from tpbso_casadi.judging.results import Best, Results, gaps_of, references
-from tpbso_casadi.judging.run import AnyRun, Record
+from tpbso_casadi.judging.results import PolishGain, references
+from tpbso_casadi.judging.run import Record
 from tpbso_casadi.judging.statistics import Judgement, Relation, Summary, against_first, p_text
-from tpbso_casadi.storage import OutputError, check_file, check_writable, write_csv, write_text, write_with, writing
+from tpbso_casadi.judging.targets import gaps_of, percent
+from tpbso_casadi.storage import OutputError, check_file, check_writable, write_csv, write_with, writing
 
 COUNTS = ("runs", "failed", "infeasible")
 NUMBERS = ("mean", "std", "best", "median", "evaluations")
@@ -81,10 +77,10 @@ def print_polish_gains(gains: Sequence[PolishGain], console: Console) -> None:
         table = _table(title, ("before", "after", "gain", "quartiles", "kept", "seconds"))
         for each in of_case:
             lower, median, upper = each.gains
-            objectives = _short(each.before, ".5g"), _short(each.after, ".5g")
-            kept = f"{each.kept} of {len(each.runs)}"
+            objectives = (_short(median_objective, ".5g") for median_objective in each.medians)
+            kept = f"{each.kept.sum()} of {each.kept.size}"
             spread = f"{percent(lower)} to {percent(upper)}"
-            table.add_row(_label(each.solver), *objectives, percent(median), spread, kept, f"{each.seconds:.2f}")
+            table.add_row(_label(each.solver), *objectives, percent(median), spread, kept, f"{each.median_seconds:.2f}")
         _print(table, console)
 
 
@@ -96,7 +92,7 @@ def _print(table: RenderableType, console: Console) -> None:
 
 
 def _numbers(summaries: Sequence[Summary]) -> Table:
-    """What the runs of each solver on one case gave."""
+    """The table of what the runs of each solver on one case gave."""
     unit = next((summary.unit for summary in summaries if summary.unit), "")
     measure = summaries[0].measure
     table = _table(f"{summaries[0].case} [{unit}]", ("median", f"{measure.result}s", "evals", "ERT", "seconds"))
@@ -146,9 +142,6 @@ def _short(number: float, digits: str) -> str:
 
 
 SUFFIXES = (".csv", ".parquet")
-PAGE = "comparison.html"
-FIGURES = ("comparison", "polish", "ecdf", "critical-difference", "effect-sizes")
-POLISH_TABLE = "polish.csv"
 
 
 def check_export(path: Path) -> None:
@@ -184,55 +177,3 @@ def _write_parquet(path: Path, records: Sequence[Record]) -> None:
 
     table = pyarrow.Table.from_pylist([asdict(record) for record in records])
     write_with(path, lambda temporary: parquet.write_table(table, temporary))
-
-
-def write_summary(folder: Path, summaries: Sequence[Summary]) -> None:
-    """Write ``summary.csv``.
-
-    Raises:
-        OutputError: it cannot be written.
-    """
-    with writing(folder):
-        write_csv(folder / "summary.csv", HEADER, rows(summaries))
-
-
-def write_comparison(
-    folder: Path,
-    results: Results,
-    runs: Sequence[AnyRun],
-    best: Sequence[Best],
-    command: str = "",
-    formats: Sequence[str] = DEFAULT,
-) -> None:
-    """Write ``summary.csv``, ``polish.csv`` where something was polished, figures, and ``comparison.html`` with all.
-
-    Args:
-        folder: to write to; it is made.
-        results: of the runs.
-        runs: all of the campaign.
-        best: run of each case.
-        command: that does the same runs again, for the page; empty for none.
-        formats: of the figures; none for no figures, on the page neither.
-
-    Raises:
-        OutputError: they cannot be written.
-    """
-    write_summary(folder, results.summaries)
-    pictures: list[ComparisonPicture] = []
-    plans: dict[str, Markup] = {}
-    with writing(folder):
-        if results.polish_gains:
-            write_csv(folder / POLISH_TABLE, POLISH_HEADER, [gain.row for gain in results.polish_gains])
-        else:
-            (folder / POLISH_TABLE).unlink(missing_ok=True)
-        if formats:
-            from tpbso_casadi.judging.drawn_figures import pictures_of, plans_of  # noqa: PLC0415 (matplotlib)
-
-            pictures, plans = pictures_of(folder, results, formats), plans_of(best)
-        text = render(results, runs, best, command, pictures, plans)
-        write_text(folder / PAGE, lambda file: file.write(text))
-
-
-def files_of(formats: Sequence[str]) -> list[str]:
-    """The names of the files that :func:`write_comparison` writes."""
-    return ["summary.csv", PAGE, *(f"{name}.{kind}" for name in FIGURES for kind in formats)]

@@ -1,4 +1,4 @@
-"""What is measured of runs: quantiles, gaps, expected running times, best values.
+"""How the best value fell in a run, and what is measured of it: gaps, targets, expected running times.
 
 [1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
     Optimization Methods and Software 36, 2021.
@@ -6,12 +6,61 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf, isfinite
 
 import numpy as np
 
 from problems.base import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Convergence:
+    """How the best value of a run fell.
+
+    Attributes:
+        case: what was searched.
+        solver: its label.
+        seed: of the run.
+        evaluations: after which the value fell, (n,), ascending.
+        values: from then on, (n,), descending; inf where none of a candidate counts.
+        done: evaluations of the whole run, those of a polish too; 0 where it failed.
+        dimension: number of variables that were searched.
+        worst: stands at the first evaluation of logs, whose readers need one, where its value is not known.
+        optimum: the lowest value that is known of the case, which logs measure from.
+    """
+
+    case: str
+    solver: str
+    seed: int
+    evaluations: FloatArray
+    values: FloatArray
+    done: int
+    dimension: int = 1
+    worst: float = inf
+    optimum: float = inf
+
+    @property
+    def first(self) -> float:
+        """The evaluation after which there was a value that counts; inf where there was none."""
+        return float(self.evaluations[0]) if self.evaluations.size else inf
+
+    def at(self, evaluations: FloatArray) -> FloatArray:
+        """The value after so many evaluations (m,), (m,); inf before the first one."""
+        steps = np.searchsorted(self.evaluations, evaluations, side="right")
+        return np.concatenate([[np.inf], self.values])[steps]
+
+    def needed(self, reference: float | None, targets: FloatArray) -> FloatArray:
+        """Evaluations after which the value first was within gaps (n,) of a reference, (n,); inf where it never was.
+
+        Args:
+            reference: that gaps are measured from; None, or inf, where there is none.
+            targets: gaps, descending.
+        """
+        gaps = gaps_of(self.values, reference)
+        first = np.searchsorted(-gaps, -targets * (1.0 + 1e-12))
+        return np.append(self.evaluations, np.inf)[first]
 
 
 def quantile(values: FloatArray, share: float) -> FloatArray:
@@ -39,6 +88,25 @@ def gap(values: FloatArray, reference: float) -> FloatArray:
     return (values - reference) / (abs(reference) or 1.0)
 
 
+def gaps_of(values: FloatArray, reference: float | None) -> FloatArray:
+    """Gaps of values to a reference; inf where there is none."""
+    if reference is None or not isfinite(reference):
+        return np.full(np.shape(values), np.inf)
+    return gap(values, reference)
+
+
+def percent(gain: float) -> str:
+    """A gain for a reader, who is told where there was nothing before."""
+    return f"{gain:.2%}" if isfinite(gain) else "a plan where there was none"
+
+
+def shares_reached(needed: Iterable[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """The empirical distribution of evaluations needed: at each number (m,), the share of all targets reached (m,)."""
+    every = np.concatenate([np.empty(0), *needed])
+    evaluations, counts = np.unique(every[np.isfinite(every)], return_counts=True)
+    return evaluations, np.cumsum(counts) / max(1, every.size)
+
+
 def expected_running_time(needed: FloatArray, done: FloatArray) -> float:
     """Evaluations of all runs until they reached a target, over how many did; inf where none did [1].
 
@@ -56,7 +124,7 @@ PRECISE = 1e-8  # above a minimum: values below count as equal to it, as COCO's 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Measure:
-    """How runs are judged.
+    """The measure that runs are judged by.
 
     Attributes:
         known: the objective that gaps are measured from; None for the best of the campaign itself.
@@ -100,16 +168,16 @@ class Measure:
 
     @property
     def drawn(self) -> float:
-        """Smaller gaps are drawn there."""
+        """The gap at which smaller ones are drawn."""
         return self.equal / 10.0
 
     @property
     def span(self) -> str:
-        """The targets, in words."""
+        """The first and the last target, in words."""
         return f"{self.written(self.targets[0])} to {self.written(self.targets[-1])}"
 
     def written(self, gap: float) -> str:
-        """A gap, exactly."""
+        """The text of a gap, exactly."""
         return f"{self.scale * gap:g}{self.unit}"
 
     def shown(self, gap: float) -> str:
@@ -123,7 +191,7 @@ class Measure:
         return f"gap to {reference:.5g} {unit}" if self.known is None else f"{self.so_far} {unit}"
 
     def ticked(self, gap: float) -> str:
-        """A gap for an axis; the least one stands for all below."""
+        """The text of a gap for an axis; the least one stands for all below."""
         return ("≤ " if gap <= 1.001 * self.drawn else "") + self.written(gap)
 
 

@@ -23,7 +23,7 @@ from tpbso_casadi.animation.player import player
 from tpbso_casadi.figures.curves import convergence_figure, curve_figures, joints_figure, progress_figures
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
 from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.judging.comparison_figures import draw_runs
+from tpbso_casadi.judging.figures import draw_runs
 from tpbso_casadi.judging.run import Run
 from tpbso_casadi.judging.store import Store
 from tpbso_casadi.planning import SearchedMotion, plan

@@ -15,9 +15,9 @@ from helpers.running import campaigns_here, line_of, refusal, status
 
 import tpbso_casadi as tp
 from tpbso_casadi.cli.commands.compare import main
+from tpbso_casadi.judging.executors import run_one
 from tpbso_casadi.judging.grid import function_grid, parse_solvers
 from tpbso_casadi.judging.results import results_of
-from tpbso_casadi.judging.run import run_one
 from tpbso_casadi.judging.searches import Recorder
 from tpbso_casadi.judging.store import Store
 from tpbso_casadi.plain import versions
@@ -93,7 +93,7 @@ def test_the_convergence_of_a_function_is_exact(tmp_path: Path) -> None:
         [convergence] = results_of(runs, store).convergences
     improvements = json.loads(text or "")["improvements"]
     assert convergence.evaluations.tolist() == improvements["evaluations"]
-    assert convergence.objectives.tolist() == improvements["cost"]
+    assert convergence.values.tolist() == improvements["cost"]
     assert convergence.done == 200
 
 

@@ -16,10 +16,8 @@ import tpbso_casadi as tp
 from tpbso_casadi.cli.campaign import INTERRUPTED
 from tpbso_casadi.cli.commands import suite as command
 from tpbso_casadi.cli.commands.suite import main, numbers
-from tpbso_casadi.judging.front_search import search_front
-from tpbso_casadi.judging.grid import parse_solvers
-from tpbso_casadi.judging.searches import suite_text
-from tpbso_casadi.judging.suite_runs import suite_grid
+from tpbso_casadi.judging.grid import parse_solvers, suite_grid
+from tpbso_casadi.judging.searches import search_front, suite_text
 from tpbso_casadi.suite import Recording, read_runs
 
 pytestmark = [pytest.mark.usefixtures("in_an_empty_folder"), needs_compiler]

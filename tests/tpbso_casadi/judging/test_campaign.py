@@ -27,9 +27,9 @@ from tpbso_casadi.judging.campaign import (
     run_campaign,
     seconds_of,
 )
-from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor, in_process, processes
+from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor, in_process, processes, run_one
 from tpbso_casadi.judging.grid import SolverSpec, grid, parse_solver, parse_solvers
-from tpbso_casadi.judging.run import PLAN_SECONDS, Outcome, Run, run_one
+from tpbso_casadi.judging.run import PLAN_SECONDS, Outcome, Run
 from tpbso_casadi.judging.store import Store
 
 LIMIT = {"evaluations": 100}
@@ -405,7 +405,7 @@ def test_a_run_has_one_thread_of_blas(monkeypatch: pytest.MonkeyPatch) -> None:
         threads.update(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
         return "{}"
 
-    monkeypatch.setattr("tpbso_casadi.judging.run._result", told)
+    monkeypatch.setattr("tpbso_casadi.judging.executors._result", told)
     with threadpool_limits(2, user_api="blas"):
         assert run_one("{}", {}).result == "{}"
     assert threads == {1}

@@ -24,9 +24,9 @@ from tpbso_casadi.cli.commands.compare import main  # noqa: E402
 from tpbso_casadi.judging.executors import (  # noqa: E402
     ExecutorError,
     check_versions,
+    run_one,
     within,
 )
-from tpbso_casadi.judging.run import run_one  # noqa: E402
 from tpbso_casadi.plain import versions  # noqa: E402
 
 pytestmark = pytest.mark.process

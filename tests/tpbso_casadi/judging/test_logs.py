@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tpbso_casadi.judging.logs import Trace, check_coco, folder_names, grouped, write_coco, write_ioh
+from tpbso_casadi.judging.logs import check_coco, entries_of, falls_of, folder_names, grouped, write_coco, write_ioh
+from tpbso_casadi.judging.targets import Convergence
 from tpbso_casadi.storage import OutputError
 
 
-def trace(solver: str = "bso", case: str = "sphere-2", seed: int = 1, **changes: object) -> Trace:
+def trace(solver: str = "bso", case: str = "sphere-2", seed: int = 1, **changes: object) -> Convergence:
     values = {
         "dimension": 2,
         "evaluations": np.array([30.0, 60.0, 90.0, 120.0]),
@@ -25,7 +26,7 @@ def trace(solver: str = "bso", case: str = "sphere-2", seed: int = 1, **changes:
         "worst": 7.0,
         "optimum": 0.5,
     }
-    return Trace(**({"case": case, "solver": solver, "seed": seed} | values | changes))  # type: ignore[arg-type]
+    return Convergence(**({"case": case, "solver": solver, "seed": seed} | values | changes))  # type: ignore[arg-type]
 
 
 TRACES = [
@@ -37,11 +38,11 @@ TRACES = [
 
 
 def test_entries_by_hand() -> None:
-    assert trace().entries == [(1, 7.0), (60, 5.0), (90, 5.0), (120, 2.5), (130, 2.5)]
-    assert trace().improvements == [(1, 7.0), (60, 5.0), (120, 2.5), (130, 2.5)]
+    assert entries_of(trace()) == [(1, 7.0), (60, 5.0), (90, 5.0), (120, 2.5), (130, 2.5)]
+    assert falls_of(trace()) == [(1, 7.0), (60, 5.0), (120, 2.5), (130, 2.5)]
     exact = trace(evaluations=np.array([1.0, 3.0]), values=np.array([4.0, 1.0]), done=3)
-    assert exact.entries == exact.improvements == [(1, 4.0), (3, 1.0)]
-    assert trace(values=np.full(4, np.inf)).entries == []
+    assert entries_of(exact) == falls_of(exact) == [(1, 4.0), (3, 1.0)]
+    assert entries_of(trace(values=np.full(4, np.inf))) == []
     assert grouped([trace(values=np.full(4, np.inf))]) == {}
 
 
@@ -70,7 +71,7 @@ def test_coco(tmp_path: Path) -> None:
     }
     assert comment == "% time-3 (mine)"
     assert runs == "data_f2/bbobexp_f2_DIM6.dat, 1:130|2.0e+00, 2:130|2.0e+00"
-    for suffix, expected in (("dat", trace().improvements), ("tdat", trace().entries)):
+    for suffix, expected in (("dat", falls_of(trace())), ("tdat", entries_of(trace()))):
         blocks = re.split(r"^%.*\n", (folder / f"data_f2/bbobexp_f2_DIM6.{suffix}").read_text(), flags=re.MULTILINE)
         assert blocks[0] == ""
         assert len(blocks) == 3

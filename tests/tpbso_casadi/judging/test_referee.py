@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.judging.referee import Referee, evaluations_needed
-from tpbso_casadi.judging.suite_page import PAGE, RANKS, SUMMARY, render, summary_rows, write_report
+from tpbso_casadi.judging.page import RANKS, SUITE_PAGE, SUMMARY, suite_page, suite_rows, write_suite
+from tpbso_casadi.judging.referee import Referee, convergence_of
 from tpbso_casadi.suite import Recording, SuiteProblem
 from tpbso_casadi.suite.problem import BestKnown
 
@@ -65,11 +65,11 @@ def two() -> Referee:
 
 
 def test_evaluations_needed() -> None:
-    first = two().runs[0]
+    first, _ = two().of(two().problems[0].name, "a")
     targets = np.array([1.5, 1.0, 0.5, 0.1, 1e-4])
-    assert evaluations_needed(first, 2.0, targets).tolist() == [16, 16, 32, 32, 80]
-    assert evaluations_needed(first, inf, targets).tolist() == [inf] * 5
-    assert two().needed(two().runs[2], targets).tolist() == [inf] * 5
+    assert first.needed(2.0, targets).tolist() == [16, 16, 32, 32, 80]
+    assert first.needed(inf, targets).tolist() == [inf] * 5
+    assert two().needed(convergence_of(two().runs[2]), targets).tolist() == [inf] * 5
 
 
 def test_expected_running_times_are_all_evaluations_over_successes() -> None:
@@ -132,7 +132,7 @@ def test_where_nothing_is_known_the_best_run_is_the_reference_and_that_is_said()
     assert referee.scores.tolist() == [[0.25, 0.0]]
     lost = Referee([run("a", [(1, BOUND + 5)], 9, of)])
     assert lost.references == {of.name: inf} and lost.scores.tolist() == [[inf]]
-    assert "no best value is known" in render(referee, [], "tpbso suite")
+    assert "no best value is known" in suite_page(referee, [], "tpbso suite")
 
 
 def test_better_than_the_best_known_is_said() -> None:
@@ -141,8 +141,8 @@ def test_better_than_the_best_known_is_said() -> None:
     assert referee.improved == [(of.name, "a", 1.9, 2.0)]
     assert referee.references == {of.name: 1.9}
     assert referee.scores.tolist() == [[0.0, pytest.approx(0.1 / 1.9)]]  # they do not share a rank
-    assert [row[3] for row in summary_rows(referee)] == ["best of these runs"] * 2
-    assert "a found 1.9, better than 2, the best known" in render(referee, [], "tpbso suite")
+    assert [row[3] for row in suite_rows(referee)] == ["best of these runs"] * 2
+    assert "a found 1.9, better than 2, the best known" in suite_page(referee, [], "tpbso suite")
     assert not Referee([run("a", [(3, 2.0 - 1e-7)], 9, of)]).improved
 
 
@@ -161,8 +161,8 @@ def test_the_page_says_what_was_judged(tmp_path: Path) -> None:
     runs = [run(s, [(4, 2.0 + gap)], 9, p) for p in problems for s, gap in (("a", 0.0), ("b<i>", 0.2), ("c", 1.0))]
     referee = Referee(runs)
     assert referee.too_few == "" and referee.ranking.p < 0.05
-    write_report(tmp_path, referee, "tpbso suite report here")
-    text = (tmp_path / PAGE).read_text()
+    write_suite(tmp_path, referee, "tpbso suite report here")
+    text = (tmp_path / SUITE_PAGE).read_text()
     assert "24 runs" in text and "tpbso suite report here" in text and text.count("<svg") == 2
     assert "b&lt;i&gt;" in text and "b<i>" not in text
     lines = (tmp_path / SUMMARY).read_text().splitlines()
@@ -171,7 +171,7 @@ def test_the_page_says_what_was_judged(tmp_path: Path) -> None:
     assert [of.times[1] for _, of in referee.overall] == [4 / 16, 4 / 16, inf]
     named = re.findall(r'<th scope="row">([^<]+)</th><td>8</td>', text)
     assert named == [name for name in ("all problems", "spline", "11 to 30 variables") for _ in range(3)]
-    assert len(summary_rows(replace(referee))) == 24
+    assert len(suite_rows(replace(referee))) == 24
 
 
 def test_unequal_budgets_are_said() -> None:
@@ -180,7 +180,7 @@ def test_unequal_budgets_are_said() -> None:
     assert equal.budgets == {"a": 10.0, "b": 170 / 16} and equal.unequal == ""
     referee = Referee([run("a", [(1, 3.0)], 1600, of), run("b", [(1, 4.0)], 160, of)])
     assert referee.unequal == "10 of b, 100 of a"
-    assert "ranks compare budgets too: 10 of b, 100 of a" in render(referee, [], "tpbso suite")
+    assert "ranks compare budgets too: 10 of b, 100 of a" in suite_page(referee, [], "tpbso suite")
 
 
 def test_who_a_solver_is_joined_with(tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ def test_who_a_solver_is_joined_with(tmp_path: Path) -> None:
     runs = [run(s, [(1, 2.0 + g)], 9, p) for p in problems for s, g in gaps.items()]
     referee = Referee(runs)
     assert referee.joined == {"first": "", "as good": "first", "behind": "", "last": ""}
-    write_report(tmp_path, referee, "tpbso suite", pictures=False)
+    write_suite(tmp_path, referee, "tpbso suite", pictures=False)
     lines = (tmp_path / RANKS).read_text().splitlines()
     assert lines[0].startswith("solver,mean rank,joined with,evaluations by variables,runs,targets reached,expected")
     assert [line.split(",")[:3] for line in lines[1:3]] == [["first", "1.5", ""], ["as good", "1.5", "first"]]

@@ -24,21 +24,20 @@ from tpbso_casadi import builtin
 from tpbso_casadi.cli.commands.compare import main
 from tpbso_casadi.figures.palette import SERIES, colour_of
 from tpbso_casadi.judging import page
-from tpbso_casadi.judging.comparison_figures import (
+from tpbso_casadi.judging.executors import run_one
+from tpbso_casadi.judging.figures import (
     comparison_figure,
     critical_difference_figure,
     ecdf_figure,
     effect_sizes_figure,
 )
-from tpbso_casadi.judging.drawn_figures import FIGURES, Drawing, drawing_of, inline_svg, write_figures
 from tpbso_casadi.judging.grid import grid, parse_solvers
-from tpbso_casadi.judging.page import render, seeds, solver_rows
-from tpbso_casadi.judging.polishing import PolishedRun
-from tpbso_casadi.judging.results import Results, best_runs, results_of
-from tpbso_casadi.judging.run import Run, run_one
+from tpbso_casadi.judging.page import FIGURES as NAMES
+from tpbso_casadi.judging.page import comparison_page, seeds, solver_rows, write_comparison
+from tpbso_casadi.judging.page_figures import FIGURES, drawing_of, inline_svg, pictures_of
+from tpbso_casadi.judging.results import PolishGain, Results, best_runs, results_of
+from tpbso_casadi.judging.run import Run
 from tpbso_casadi.judging.store import Store
-from tpbso_casadi.judging.tables import FIGURES as NAMES
-from tpbso_casadi.judging.tables import write_comparison
 from tpbso_casadi.judging.targets import PLANS
 
 
@@ -105,7 +104,7 @@ def test_the_key_on_the_page_leads_to_the_best_plan(folder: Path) -> None:
 
 def page_of(found: Results, runs: list[Run] | None = None) -> str:
     runs = grid({"x": builtin("time-2")}, parse_solvers("bso,pso"), (1,)) if runs is None else runs
-    return render(found, runs, [], "", [], {})
+    return comparison_page(found, runs, [], "", [], {})
 
 
 def test_failed_and_missing_runs_and_cases_without_a_plan_are_said() -> None:
@@ -126,7 +125,7 @@ def test_budgets_and_seeds_in_words() -> None:
     assert '<td class="words">polished from 2 candidates</td>' in page_of(
         results({("x", "bso+polish2"): final([1.0])}), grid({"x": scenario}, parse_solvers("bso+polish2"), (1,))
     )
-    assert [row.budget for row in rows] == ["100 evaluations or 1 iteration or 2.5 s; 30000 evaluations"]
+    assert [row["budget"] for row in rows] == ["100 evaluations or 1 iteration or 2.5 s; 30000 evaluations"]
     assert [
         seeds(grid({"x": scenario}, parse_solvers("bso"), s)) for s in ((), (3,), (1, 2), (1, 2, 3), (1, 3, 5))
     ] == [
@@ -155,7 +154,7 @@ def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
     assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 3
 
 
-STYLE = Path(page.__file__).with_name("comparison.css").read_text()
+STYLE = Path(page.__file__).with_name("page.css").read_text()
 
 
 def palettes() -> list[list[str]]:
@@ -181,19 +180,14 @@ def test_no_two_series_look_alike_on_a_dark_ground(vision: str) -> None:
 INF = np.inf
 
 
-def polished_runs() -> list[PolishedRun]:
+def polished() -> list[PolishGain]:
     """Of two cases: refined, discarded, and with a plan only after the polish."""
-    ends = ((2.0, 1.5, True), (2.0, 2.5, False), (inf, 1.6, True))
-    return [
-        PolishedRun(
-            case=f"case-{case}", solver="solver-0", seed=seed, before=before, after=after, kept=kept, seconds=1.0
-        )
-        for case in range(2)
-        for seed, (before, after, kept) in enumerate(ends, start=1)
-    ]
+    before, after, kept = np.array([2.0, 2.0, inf]), np.array([1.5, 2.5, 1.6]), np.array([True, False, True])
+    ends = {"before": before, "after": after, "kept": kept, "seconds": np.ones(3)}
+    return [PolishGain(case=f"case-{case}", solver="solver-0", unit="s", **ends) for case in range(2)]
 
 
-FULL = replace(random_results(cases=7, solvers=3, runs=4), polished=polished_runs())
+FULL = replace(random_results(cases=7, solvers=3, runs=4), polish_gains=polished())
 
 
 def texts(axes: object) -> list[str]:
@@ -274,8 +268,17 @@ def boxes(figure: Figure) -> dict[tuple[str, int], Bbox]:
     return {(text.get_text(), number): Text.get_window_extent(text) for number, text in enumerate(drawn)}
 
 
-@pytest.mark.parametrize("cases", [("time-3",), (CASE,), ("time-3", CASE, f"{CASE}-2")], ids=["one", "long", "three"])
-@pytest.mark.parametrize("solvers", [LONG[:2], LONG], ids=["two", "six"])
+@pytest.mark.parametrize(
+    ("solvers", "cases"),
+    [
+        pytest.param(LONG, (CASE,), id="six-long"),
+        *(
+            pytest.param(solvers, cases, id=f"{len(solvers)}-{len(cases)}", marks=pytest.mark.slow)
+            for solvers in (LONG[:2], LONG)
+            for cases in (("time-3",), ("time-3", CASE, f"{CASE}-2"))
+        ),
+    ],
+)
 def test_no_title_is_cut_and_no_label_covers_another(solvers: tuple[str, ...], cases: tuple[str, ...]) -> None:
     plans = {solver: final([1.0 + rank, 1.1, 1.2, None]) for rank, solver in enumerate(solvers)}
     found = results({(case, solver): plans[solver] for case in cases for solver in solvers}, done=30_000)
@@ -322,10 +325,11 @@ def test_effect_sizes_are_written_in_the_cells() -> None:
 
 
 def test_files_are_written_and_old_ones_of_what_is_left_out_removed(tmp_path: Path) -> None:
-    write_figures(tmp_path, [Drawing(kind, Figure(), "") for kind in FIGURES], ["svg"])
-    assert {path.name for path in tmp_path.iterdir()} == {f"{name}.svg" for name in NAMES}
+    few = random_results(cases=1, solvers=2, runs=1)
+    pictures_of(tmp_path, few, ["svg"])
+    assert {path.name for path in tmp_path.iterdir()} == {"comparison.svg", "ecdf.svg"}
     (tmp_path / "ecdf.png").touch()
-    write_figures(tmp_path, [Drawing(kind, None, "too few") for kind in FIGURES], ["svg"])
+    pictures_of(tmp_path, replace(few, records=[replace(each, feasible=False) for each in few.records]), ["svg"])
     assert [path.name for path in tmp_path.iterdir()] == ["ecdf.png"]  # of a format that was not asked for
 
 

@@ -17,7 +17,8 @@ from rich.console import Console
 from scipy.stats import binomtest, false_discovery_control, rankdata, wilcoxon
 from scipy.stats import f as f_distribution
 
-from tpbso_casadi.judging.results import Results, evaluations_needed, gap_curve, shares_reached
+from tpbso_casadi.judging.figures import gap_curve
+from tpbso_casadi.judging.results import Results
 from tpbso_casadi.judging.run import Record
 from tpbso_casadi.judging.statistics import (
     Relation,
@@ -35,7 +36,15 @@ from tpbso_casadi.judging.statistics import (
     with_ties,
 )
 from tpbso_casadi.judging.tables import HEADER, print_tables, rows
-from tpbso_casadi.judging.targets import PLANS, TIE_TOLERANCE, VALUES, expected_running_time, gap, quantile
+from tpbso_casadi.judging.targets import (
+    PLANS,
+    TIE_TOLERANCE,
+    VALUES,
+    expected_running_time,
+    gap,
+    quantile,
+    shares_reached,
+)
 
 INF = np.inf
 
@@ -231,10 +240,10 @@ def test_gaps_of_values_are_absolute_and_measured_from_the_known_minimum() -> No
 def test_evaluations_needed_by_hand() -> None:
     run = convergence([(5, 3.0), (20, 1.5), (40, 1.0)])
     targets = np.array([5.0, 2.0, 1.0, 0.5, 0.1, 0.0])  # gaps of the run: 2, 0.5, 0
-    assert evaluations_needed(run, 1.0, targets).tolist() == [5.0, 5.0, 20.0, 20.0, 40.0, 40.0]
-    assert evaluations_needed(run, 0.5, targets).tolist() == [5.0, 20.0, 40.0, INF, INF, INF]
-    assert evaluations_needed(convergence([]), 1.0, targets).tolist() == [INF] * 6
-    assert evaluations_needed(convergence([]), None, targets).tolist() == [INF] * 6
+    assert run.needed(1.0, targets).tolist() == [5.0, 5.0, 20.0, 20.0, 40.0, 40.0]
+    assert run.needed(0.5, targets).tolist() == [5.0, 20.0, 40.0, INF, INF, INF]
+    assert convergence([]).needed(1.0, targets).tolist() == [INF] * 6
+    assert convergence([]).needed(None, targets).tolist() == [INF] * 6
 
 
 def test_shares_by_hand() -> None:
@@ -253,7 +262,7 @@ def test_needed_agrees_with_the_convergence_itself(steps: list[tuple[int, float]
     run = convergence(list(zip(evaluations, objectives, strict=False)))
     everywhere = np.arange(1.0, 101.0)
     gaps = run.at(everywhere) - 1.0
-    for target, needed in zip(PLANS.targets, evaluations_needed(run, 1.0, PLANS.targets), strict=True):
+    for target, needed in zip(PLANS.targets, run.needed(1.0, PLANS.targets), strict=True):
         reached = everywhere[gaps <= target * (1.0 + 1e-12)]
         assert needed == (reached[0] if reached.size else INF)
 
@@ -263,12 +272,13 @@ def test_a_curve_of_gaps_counts_runs_without_a_plan_as_the_worst() -> None:
     found = results({("x", "a"): steps, ("x", "b"): final([2.0, 2.0, 2.0])})
     curve = gap_curve(found, "x", "a")
     assert curve.end == 100 and curve.evaluations[[0, -1]].tolist() == [1.0, 100.0]
+    lower, median, upper = curve.quartiles
     before, early, last = (curve.evaluations.searchsorted(number) for number in (9.0, 15.0, 99.0))
-    assert (curve.lower[before], curve.median[before]) == (INF, INF)
-    assert (curve.lower[early], curve.median[early]) == (INF, INF)  # one of four
-    assert curve.lower[last] == 0.0 and curve.median[last] == 0.5 and curve.upper[last] == INF  # gaps 0, 0, 1, inf
+    assert (lower[before], median[before]) == (INF, INF)
+    assert (lower[early], median[early]) == (INF, INF)  # one of four
+    assert lower[last] == 0.0 and median[last] == 0.5 and upper[last] == INF  # gaps 0, 0, 1, inf
     few = gap_curve(found, "x", "b")
-    assert (few.lower == few.median).all() and (few.upper == few.median).all()
+    assert (few.quartiles == few.quartiles[1]).all()
 
 
 AUC = np.array(  # Table 6 of J. Demsar, JMLR 7, 2006: C4.5, C4.5+m, C4.5+cf, C4.5+m+cf on 14 data sets

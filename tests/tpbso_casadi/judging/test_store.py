@@ -18,9 +18,10 @@ import pytest
 from helpers.slow import slow_except
 
 from tpbso_casadi import builtin
+from tpbso_casadi.judging.executors import run_one
 from tpbso_casadi.judging.grid import grid, parse_solvers
 from tpbso_casadi.judging.results import Results, StoredSearch, best_runs, convergence_of, improvements, results_of
-from tpbso_casadi.judging.run import Outcome, Run, run_one
+from tpbso_casadi.judging.run import Outcome, Run
 from tpbso_casadi.judging.store import Store, StoreError
 from tpbso_casadi.scenario import parse_scenario
 
@@ -286,10 +287,10 @@ def test_every_run_ends_with_its_certified_objective(searched: Path) -> None:
         if record.error:
             assert run.evaluations.size == 0 and run.done == 0
         else:
-            assert record.feasible and run.objectives[-1] == record.objective
+            assert record.feasible and run.values[-1] == record.objective
             assert record.evaluations is not None and run.evaluations[-1] <= run.done
             assert run.done == record.evaluations
-            assert (np.diff(run.objectives) < 0.0).all() and (np.diff(run.evaluations) > 0.0).all()
+            assert (np.diff(run.values) < 0.0).all() and (np.diff(run.evaluations) > 0.0).all()
             assert run.at(np.array([run.evaluations[0] - 1, 10.0**9])).tolist() == [np.inf, record.objective]
 
 

@@ -13,8 +13,7 @@ import tpbso_casadi as tp
 from solvers import EXTERNAL, IPOPT, SOLVERS, Solver
 from tpbso_casadi import Scenario, find_solver, parse_scenario
 from tpbso_casadi.cli.commands.solve import parser
-from tpbso_casadi.judging.grid import function_grid, parse_solvers
-from tpbso_casadi.judging.suite_runs import suite_grid
+from tpbso_casadi.judging.grid import function_grid, parse_solvers, suite_grid
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import PluginError, ScenarioError, named_solver
 from tpbso_casadi.scenario.cases import random_scenario, random_scenarios

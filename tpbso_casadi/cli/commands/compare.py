@@ -52,9 +52,10 @@ from tpbso_casadi.judging.grid import (
     functions_of,
     parse_solvers,
 )
-from tpbso_casadi.judging.logs import check_logs, traces_of, write_logs
+from tpbso_casadi.judging.logs import check_logs, logged, write_logs
+from tpbso_casadi.judging.page import files_of, write_comparison
 from tpbso_casadi.judging.run import AnyRun
-from tpbso_casadi.judging.tables import export, files_of, print_polish_gains, print_tables, write_comparison
+from tpbso_casadi.judging.tables import export, print_polish_gains, print_tables
 from tpbso_casadi.scenario import load_all
 
 DEFAULT_SOLVERS = ",".join(USUAL_SOLVERS)
@@ -125,7 +126,7 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
         run_with_progress(runs, store, options)
         comparison = Comparison.of(runs, store)
         if options.format:
-            write_logs(options.format, options.out, traces_of(runs, store))
+            write_logs(options.format, options.out, logged(runs, store))
     with phase("writing tables, figures and the page", options.quiet):
         write_comparison(options.out, comparison.results, runs, comparison.best, command, formats)
         if options.table is not None:

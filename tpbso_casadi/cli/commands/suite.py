@@ -37,12 +37,12 @@ from tpbso_casadi.cli.options import (
     search_group,
 )
 from tpbso_casadi.cli.progress import phase
-from tpbso_casadi.judging.grid import parse_solvers
+from tpbso_casadi.judging.grid import parse_solvers, suite_grid
 from tpbso_casadi.judging.logs import check_logs, write_logs
+from tpbso_casadi.judging.page import RANKS, RUNS, SUITE_PAGE, SUMMARY, write_recordings, write_suite
 from tpbso_casadi.judging.referee import Referee, on_common_problems
+from tpbso_casadi.judging.results import recordings
 from tpbso_casadi.judging.store import STORE
-from tpbso_casadi.judging.suite_page import PAGE, RANKS, RUNS, SUMMARY, write_report, write_table
-from tpbso_casadi.judging.suite_runs import SuiteRun, recordings, suite_grid
 from tpbso_casadi.suite import SUITE, SUITES, InvalidSuite, Suite, read_runs, suite
 
 USUAL_SOLVERS = "bso,pso,ga,abso,lshade"
@@ -204,9 +204,9 @@ def check(options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace, command: str) -> int:
     """Run the campaign of the options and judge it; returns the exit status."""
-    prepare(options, PAGE, RUNS, SUMMARY, RANKS)
+    prepare(options, SUITE_PAGE, RUNS, SUMMARY, RANKS)
     problems = chosen(options).problems
-    runs: list[SuiteRun] = suite_grid(problems, parse_solvers(options.solvers), options.repeat, options.budget)
+    runs = suite_grid(problems, parse_solvers(options.solvers), options.repeat, options.budget)
     with phase("building the kernels", options.quiet):
         for problem in {problem.function.name: problem for problem in problems}.values():
             problem.is_intact()
@@ -214,7 +214,7 @@ def run(options: argparse.Namespace, command: str) -> int:
         run_with_progress(runs, store, options)
         records, found = store.records(runs), list(recordings(runs, store))
     if found:
-        write_table(options.out, found)
+        write_recordings(options.out, found)
         judge(Referee(found), options.out, options, command)
     return failures(records)
 
@@ -247,7 +247,7 @@ def report(options: argparse.Namespace, command: str) -> int:
     if left_out:
         print(f"{len(left_out)} problems are left out, which not all of the solvers have searched, as {left_out[0]}")
     judge(referee, options.folder, options, command)
-    write_logs(options.format, options.folder, referee.traces)
+    write_logs(options.format, options.folder, referee.logged)
     return Exit.FEASIBLE
 
 
@@ -267,7 +267,7 @@ def judge(referee: Referee, folder: Path, options: argparse.Namespace, command: 
     """Write the page and print the ranks."""
     quiet = getattr(options, "quiet", False)
     with phase("writing the page", quiet):
-        write_report(folder, referee, command, pictures=not options.no_plots)
+        write_suite(folder, referee, command, pictures=not options.no_plots)
     if quiet:
         return
     table = Table(title=f"{len(referee.runs)} runs on {len(referee.problems)} problems")

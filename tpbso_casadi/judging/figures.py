@@ -1,4 +1,4 @@
-"""Figures of a comparison: gaps, ECDF, critical differences, effect sizes.
+"""Figures of runs that are judged: gaps, shares of targets, mean ranks, effect sizes, what polishing gains.
 
 [1] A. Vargha, H. D. Delaney, "A critique and improvement of the CL common language effect size statistics of McGraw
     and Wong", Journal of Educational and Behavioral Statistics 25, 2000.
@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil, floor
 
 import numpy as np
@@ -30,23 +31,23 @@ from tpbso_casadi.figures.style import (
     title_figure,
     width_of,
 )
-from tpbso_casadi.judging.polishing import PolishGain, percent
-from tpbso_casadi.judging.results import FEWEST_FOR_QUARTILES, GapCurve, Results, gap_curve, gaps_of, shares_reached
+from tpbso_casadi.judging.referee import Referee
+from tpbso_casadi.judging.results import PolishGain, Results
 from tpbso_casadi.judging.statistics import Ranking, Summary, p_text, ranking
-from tpbso_casadi.judging.targets import Measure, quantile
+from tpbso_casadi.judging.targets import Measure, gaps_of, percent, quantile, shares_reached
 from tpbso_casadi.plain import one_line
 
 
 def draw_points(
     axes: Axes, place: float, values: FloatArray, colour: str, marker: str = "o", width: float = 0.5
 ) -> None:
-    """Points at a place of the x axis, beside each other so that equal ones can be seen."""
+    """Draw points at a place of the x axis, beside each other so that equal ones can be seen."""
     spread = place + width * (np.arange(values.size) % 5 - 2) / 8.0
     axes.plot(spread, values, marker, color=colour, alpha=0.5, markersize=4, markeredgewidth=0.0, linestyle="none")
 
 
 def draw_runs(axes: Axes, place: float, summary: Summary, colour: str, width: float = 0.5, marker: str = "o") -> None:
-    """The objectives of one solver's plans, their mean a line; how many runs have no plan stands above."""
+    """Draw the objectives of a solver's plans, their mean a line; how many runs have no plan stands above."""
     objectives = summary.feasible_objectives
     draw_points(axes, place, objectives, colour, marker, width)
     if objectives.size:
@@ -58,6 +59,36 @@ def draw_runs(axes: Axes, place: float, summary: Summary, colour: str, width: fl
         )
 
 
+GRID = 240  # numbers of evaluations at which quartiles are computed
+FEWEST_FOR_QUARTILES = 4  # runs; fewer have a median alone
+
+
+@dataclass(frozen=True, kw_only=True)
+class GapCurve:
+    """The gaps of the runs of one solver on one case.
+
+    Attributes:
+        end: evaluations of its longest run.
+        evaluations: up to the end of the longest run of any solver, (n,).
+        quartiles: lower quartile, median and upper quartile of the gaps, (3, n), inf where that run has no plan.
+    """
+
+    end: int
+    evaluations: FloatArray
+    quartiles: FloatArray
+
+
+def gap_curve(results: Results, case: str, solver: str) -> GapCurve:
+    """The curve of one solver; a run without a plan, or without one yet, is infinitely far from the best."""
+    longest = max(run.done for run in results.convergences if run.case == case)
+    evaluations = np.geomspace(1.0, max(2, longest), GRID)
+    runs = results.runs_of(solver, case)
+    gaps = gaps_of(np.array([run.at(evaluations) for run in runs]), results.references[case])
+    shares = (0.25, 0.5, 0.75) if len(runs) >= FEWEST_FOR_QUARTILES else (0.5, 0.5, 0.5)
+    quartiles = np.array([quantile(gaps, share) for share in shares])
+    return GapCurve(end=max(run.done for run in runs), evaluations=evaluations, quartiles=quartiles)
+
+
 COLUMNS = 2
 COURSE, FINAL, PER_SOLVER, AROUND = 2.7, 1.3, 0.36, 1.1  # inches: of a left and a right panel; of axes around both
 PANEL, LEGEND_LINE, LONGEST_LABEL = 2.5, 0.16, 3.2  # inches: of a case; of the legend
@@ -67,7 +98,7 @@ ROOM = 2.5  # factor of the y axis above the largest gap, for runs without a pla
 
 @in_print
 def comparison_figure(results: Results) -> Figure:
-    """A pair of panels a case: the median gap of each solver over evaluations with its quartiles, and final plans."""
+    """The figure with two panels a case: median gaps over evaluations with their quartiles, and final plans."""
     columns = min(COLUMNS, len(results.cases))
     rows = ceil(len(results.cases) / columns)
     final = max(FINAL, PER_SOLVER * len(results.solvers))
@@ -90,7 +121,7 @@ def comparison_figure(results: Results) -> Figure:
 
 
 def draw_case(left: Axes, right: Axes, results: Results, case: str) -> None:
-    """The two panels of a case."""
+    """Draw the two panels of a case."""
     reference, summaries, measure = results.references[case], results.of_case(case), results.measure
     left.set_title(fitted(case, COURSE, RC["axes.titlesize"]), loc="left", parse_math=False)
     if reference is None:
@@ -108,12 +139,12 @@ def draw_case(left: Axes, right: Axes, results: Results, case: str) -> None:
 
 
 def set_scales(axes: Axes, curves: list[GapCurve], finals: list[FloatArray], measure: Measure) -> None:
-    """Logarithmic axes from the first plan of a median run on, and from the least gap up to the largest."""
-    values = np.concatenate([*(curve.median for curve in curves), *finals])
+    """Set logarithmic axes from the first plan of a median run on, and from the least gap up to the largest."""
+    values = np.concatenate([*(curve.quartiles[1] for curve in curves), *finals])
     shown = np.maximum(values[np.isfinite(values)], measure.drawn)
     largest = float(shown.max(initial=measure.drawn))
     least = float(shown.min(initial=largest))
-    starts = [curve.evaluations[np.isfinite(curve.lower)] for curve in curves]
+    starts = [curve.evaluations[np.isfinite(curve.quartiles[0])] for curve in curves]
     first = min((float(evaluations[0]) for evaluations in starts if evaluations.size), default=1.0)
     axes.set(xscale="log", yscale="log")
     axes.set_xlim(first / 1.1, float(curves[0].evaluations[-1]))
@@ -121,12 +152,12 @@ def set_scales(axes: Axes, curves: list[GapCurve], finals: list[FloatArray], mea
 
 
 def draw_curve(axes: Axes, index: int, curve: GapCurve, least: float) -> None:
-    """One solver: its median a line, the half of its runs in the middle a band; thin once all runs have ended.
+    """Draw one solver: its median a line, the half of its runs in the middle a band; thin once all runs have ended.
 
     Gaps below the least are drawn there.
     """
     top = 10.0 * axes.get_ylim()[1]
-    lower, median, upper = (np.maximum(gaps, least) for gaps in (curve.lower, curve.median, curve.upper))
+    lower, median, upper = np.maximum(curve.quartiles, least)
     some = np.isfinite(lower)
     axes.fill_between(
         curve.evaluations[some], lower[some], np.minimum(upper[some], top), color=colour_of(index), alpha=0.15, lw=0.0
@@ -140,7 +171,7 @@ def draw_curve(axes: Axes, index: int, curve: GapCurve, least: float) -> None:
 
 
 def draw_final(axes: Axes, index: int, gaps: FloatArray, summary: Summary) -> None:
-    """The final plans of one solver: each run a point, median and quartiles lines; runs without a plan at the top."""
+    """Draw the final plans of a solver: runs are points, median and quartiles lines, runs without a plan at the top."""
     top, colour = axes.get_ylim()[1] / ROOM**0.5, colour_of(index)
     draw_points(axes, index, gaps[np.isfinite(gaps)], colour, marker_of(index))
     missing, runs = summary.infeasible + summary.failed, summary.objectives.size + summary.failed
@@ -158,7 +189,7 @@ def draw_final(axes: Axes, index: int, gaps: FloatArray, summary: Summary) -> No
 
 
 def finish(left: Axes, right: Axes, summaries: list[Summary], gap: str) -> None:
-    """Axes, grids and names."""
+    """Set axes, grids and names of both panels."""
     measure = summaries[0].measure
     left.set_xlabel("evaluations")
     left.set_ylabel(gap)
@@ -183,13 +214,13 @@ BAR, BAR_STEP = 0.35, 0.3  # the first bar below the axis, and from one to the n
 
 
 def critical_difference_figure(results: Results) -> Figure:
-    """The solvers of a campaign on an axis of mean ranks."""
+    """The figure of the solvers of a campaign on an axis of mean ranks."""
     return rank_figure(ranking(results.solvers, results.scores()), results.solvers)
 
 
 @in_print
 def rank_figure(found: Ranking, solvers: Sequence[str]) -> Figure:
-    """Solvers on an axis of mean ranks, the best on the left; a thick bar joins those that do not differ.
+    """The figure of solvers on an axis of mean ranks, the best left; a thick bar joins those that do not differ.
 
     Args:
         found: their ranking.
@@ -220,7 +251,7 @@ def short_name(solver: str) -> str:
 
 
 def equals(p: float) -> str:
-    """P behind its name."""
+    """The text of p as it stands behind its name."""
     text = p_text(p)
     return text if text.startswith("<") else f"= {text}"
 
@@ -231,7 +262,7 @@ def limits(found: Ranking) -> tuple[int, int]:
 
 
 def draw_axis(axes: Axes, found: Ranking) -> None:
-    """The line of ranks at the top, with its ticks and numbers."""
+    """Draw the line of ranks at the top, with its ticks and numbers."""
     low, high = limits(found)
     margin = 0.45 * (high - low)
     axes.set_axis_off()
@@ -243,7 +274,7 @@ def draw_axis(axes: Axes, found: Ranking) -> None:
 
 
 def draw_solver(axes: Axes, found: Ranking, index: int, name: str, rank: float, left: bool, y: float) -> None:
-    """A solver's mark on the axis, and its name on the side where it is nearer."""
+    """Draw a solver's mark on the axis, and its name on the side where it is nearer."""
     low, high = limits(found)
     side = low - 0.05 * (high - low) if left else high + 0.05 * (high - low)
     axes.plot([rank, rank, side], [0.0, y, y], color=colour_of(index), linewidth=1.0)
@@ -258,7 +289,7 @@ LONGEST_END = 2.2  # inches of a label behind a line
 
 @in_print
 def ecdf_figure(results: Results) -> Figure:
-    """A line a solver over all cases, runs and targets; a cross where its longest run ended."""
+    """The figure with a line a solver over all cases, runs and targets; a cross where its longest run ended."""
     figure = Figure(figsize=(TWO_COLUMNS, 3.8), layout="constrained")
     axes = figure.subplots()
     axes.set_title(
@@ -274,7 +305,9 @@ def ecdf_figure(results: Results) -> Figure:
         reached = [results.needed(run) for run in runs]
         evaluations, shares = shares_reached(reached)
         first = min([first, *evaluations[:1]])
-        last = draw_shares(axes, index, evaluations, shares, max(run.done for run in runs), longest)
+        end = max(run.done for run in runs)
+        last = draw_shares(axes, index, evaluations, shares, 1.0, end)
+        axes.plot([end, longest], [last, last], color=colour_of(index), linewidth=0.7, alpha=0.7)
         ends.append(EndLabel(fitted(solver, LONGEST_END), last, colour_of(index)))
     axes.set_xlim(max(1.0, first / 1.1), longest)
     figure.draw_without_rendering()  # the panel gets its place, which labels need
@@ -282,14 +315,55 @@ def ecdf_figure(results: Results) -> Figure:
     return figure
 
 
-def draw_shares(axes: Axes, index: int, evaluations: FloatArray, shares: FloatArray, end: int, longest: int) -> float:
-    """One solver's line, thin behind the end of its longest run; returns the height of its end."""
+def draw_shares(axes: Axes, index: int, evaluations: FloatArray, shares: FloatArray, first: float, end: float) -> float:
+    """Draw the line of a solver with a cross at its end; returns the height of its end.
+
+    Args:
+        axes: to draw into.
+        index: of the solver.
+        evaluations: at which its share grows, (n,).
+        shares: from then on, (n,).
+        first: evaluations at which the line begins.
+        end: evaluations of its longest run.
+    """
     last = float(shares[-1]) if shares.size else 0.0
-    x, y = np.concatenate([[1.0], evaluations, [end]]), np.concatenate([[0.0], shares, [last]])
+    x, y = np.concatenate([[first], evaluations, [end]]), np.concatenate([[0.0], shares, [last]])
     axes.plot(x, y, **line_of(index), linewidth=1.5, drawstyle="steps-post")
-    axes.plot([end, longest], [last, last], color=colour_of(index), linewidth=0.7, alpha=0.7)
     axes.plot(end, last, "x", color=colour_of(index), markersize=7)
     return last
+
+
+PANELS = 3  # beside each other
+LEGEND, LINE = 125, 8  # characters that a row of the legend has room for, and that a line in it takes
+FEWEST = 0.01  # evaluations by dimension, where lines begin
+
+
+@in_print
+def shares_figure(referee: Referee) -> Figure:
+    """The figure with a panel a class of problems, a line a solver; a cross where its longest run ended."""
+    classes = referee.classes()
+    rows = ceil(len(classes) / PANELS)
+    labels = [short_name(solver) for solver in referee.solvers]
+    columns = min(len(labels), max(1, LEGEND // (max(map(len, labels)) + LINE)))
+    height = 2.3 * rows + 0.3 + 0.2 * ceil(len(labels) / columns)
+    figure = Figure(figsize=(3.4 * PANELS, height), layout="constrained")
+    panels = figure.subplots(rows, PANELS, sharey=True, squeeze=False).ravel()
+    longest = max(run.done / run.problem.dimension for run in referee.runs)
+    for axes, (name, problems) in zip(panels, classes.items(), strict=False):
+        axes.set_title(f"{name} ({len(problems)})", loc="left")
+        axes.set(xscale="log", ylim=(-0.02, 1.02), xlim=(0.1, 1.1 * max(2.0, longest)))
+        for index, solver in enumerate(referee.solvers):
+            if ends := [run.done / run.dimension for run in referee.on(problems, solver)]:
+                draw_shares(axes, index, *referee.shares(solver, problems), FEWEST, max(ends))
+    for axes in panels[len(classes) :]:
+        axes.set_axis_off()
+    for axes in panels[max(0, len(classes) - PANELS) : len(classes)]:
+        axes.set_xlabel("evaluations / variables")
+    for axes in panels[::PANELS]:
+        axes.set_ylabel("share of targets")
+    lines = [panels[0].plot([], [], **line_of(index), label=label)[0] for index, label in enumerate(labels)]
+    figure.legend(handles=lines, loc="outside upper center", ncols=columns)
+    return figure
 
 
 MATRIX_COLUMNS = 3
@@ -302,7 +376,7 @@ ON_LIGHT = "#000001"  # the others, whatever colour letters have elsewhere
 
 @in_print
 def effect_sizes_figure(results: Results) -> Figure:
-    """A matrix over all cases, and where there are more of them one for each."""
+    """The figure with a matrix over all cases, and where there are more of them one for each."""
     by_case = {case: results.effect_sizes(case) for case in results.cases}
     matrices = by_case if len(by_case) == 1 else {"mean over cases": np.mean(list(by_case.values()), axis=0), **by_case}
     columns = min(MATRIX_COLUMNS, len(matrices))
@@ -323,7 +397,7 @@ def effect_sizes_figure(results: Results) -> Figure:
 
 
 def draw_matrix(axes: Axes, title: str, matrix: FloatArray, solvers: list[str]) -> None:
-    """One matrix (k, k), its numbers in the cells; blue where the row is better, vermillion where it is worse."""
+    """Draw a matrix (k, k), its numbers in the cells; blue where the row is better, vermillion where it is worse."""
     shown = np.ma.masked_array(matrix, np.eye(len(matrix), dtype=bool))
     edges = np.arange(len(matrix) + 1) - 0.5
     axes.pcolormesh(edges, edges, shown, cmap=WORSE_TO_BETTER, vmin=0.0, vmax=1.0)
@@ -346,8 +420,8 @@ DISCARDED = "0.6"  # of a refined motion that is not kept
 
 @in_print
 def polish_figure(results: Results) -> Figure:
-    """A panel a case: from the search's motion to the refined one, a line a run, the solvers side by side."""
-    gains = results.polish_gains
+    """The figure with a panel a case: a line a run, from the search's motion to the refined one."""
+    gains = list(results.polish_gains)
     cases = list(dict.fromkeys(gain.case for gain in gains))
     columns = min(POLISH_COLUMNS, len(cases))
     rows = ceil(len(cases) / columns)
@@ -364,16 +438,15 @@ def polish_figure(results: Results) -> Figure:
 
 
 def draw_gains(axes: Axes, gains: list[PolishGain]) -> None:
-    """The runs of each solver on one case, before and after."""
+    """Draw the runs of each solver on one case, before and after."""
     for place, gain in enumerate(gains):
         colour, ends = colour_of(place), np.array([place - 0.28, place + 0.28])
-        for run in gain.runs:
-            values = np.array([run.before, run.after])
+        for values, kept in zip(np.column_stack([gain.before, gain.after]), gain.kept, strict=True):
             drawn = np.isfinite(values)
-            shade = colour if run.kept else DISCARDED
+            shade = colour if kept else DISCARDED
             axes.plot(ends[drawn], values[drawn], marker_of(place), linestyle="-", color=shade, alpha=0.7, markersize=4)
         less = f"{percent(gain.gains[1])}{' less' * bool(np.isfinite(gain.gains[1]))}"
-        words = fitted(f"kept {gain.kept} of {len(gain.runs)}\n{less}", PER_GAIN)
+        words = fitted(f"kept {gain.kept.sum()} of {gain.kept.size}\n{less}", PER_GAIN)
         axes.annotate(
             words,
             (place, 1.0),

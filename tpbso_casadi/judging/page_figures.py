@@ -1,4 +1,4 @@
-"""Which figures of a comparison make sense, drawn for a folder and for a page."""
+"""The figures of runs that make sense, drawn for a folder and for a page."""
 
 from __future__ import annotations
 
@@ -17,19 +17,22 @@ from matplotlib.figure import Figure
 from tpbso_casadi.figures.palette import SERIES
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.figures.style import METADATA, RC, write_figure
-from tpbso_casadi.judging.comparison_figures import (
+from tpbso_casadi.judging.figures import (
     EQUAL,
+    FEWEST_FOR_QUARTILES,
     comparison_figure,
     critical_difference_figure,
     ecdf_figure,
     effect_sizes_figure,
     polish_figure,
+    rank_figure,
+    shares_figure,
 )
-from tpbso_casadi.judging.page import ComparisonPicture
-from tpbso_casadi.judging.results import FEWEST_FOR_QUARTILES, Best, Results
+from tpbso_casadi.judging.page import Picture
+from tpbso_casadi.judging.referee import Referee
+from tpbso_casadi.judging.results import Best, Results
 from tpbso_casadi.judging.statistics import FEWEST_SOLVERS, cases_needed
 from tpbso_casadi.judging.targets import Measure
-from tpbso_casadi.planning import PlannedMotion
 
 MOST_PANELS = 60  # of a figure that can still be read
 FEWEST_RUNS = FEWEST_FOR_QUARTILES  # of a solver on a case, for what is said of solvers rather than of runs
@@ -37,7 +40,7 @@ FEWEST_RUNS = FEWEST_FOR_QUARTILES  # of a solver on a case, for what is said of
 
 @dataclass(frozen=True, kw_only=True)
 class FigureKind:
-    """A figure of a comparison.
+    """A kind of figure of a comparison.
 
     Attributes:
         name: of its files.
@@ -58,48 +61,48 @@ class FigureKind:
         return self.title.format(m=measure)
 
     def reading_of(self, measure: Measure) -> str:
-        """How it is read, likewise."""
+        """The sentences on how it is read, likewise."""
         return self.reading.format(m=measure, targets=len(measure.targets), equal=measure.written(measure.equal))
 
 
 def too_many_panels(results: Results) -> str:
-    """A panel a case is too much."""
+    """Why a panel a case is too much; empty where it is not."""
     cases = len(results.cases)
     return f"it has a panel a case, and {cases} are more than {MOST_PANELS}" if cases > MOST_PANELS else ""
 
 
 def no_plan(results: Results) -> str:
-    """There is nothing to measure from."""
+    """Why there is nothing to measure from; empty where there is."""
     return "" if any(value is not None for value in results.references.values()) else results.measure.none
 
 
 def too_few_runs(results: Results) -> str:
-    """What a few runs show is chance."""
+    """Why what the runs show is chance; empty where there are enough."""
     runs = min(summary.objectives.size for summary in results.summaries)
     return f"it needs {FEWEST_RUNS} runs of each solver on each case, here are {runs}" if runs < FEWEST_RUNS else ""
 
 
 def too_few_solvers(results: Results, fewest: int) -> str:
-    """There is nothing to compare."""
+    """Why there is nothing to compare; empty where there is."""
     solvers = len(results.solvers)
     return f"it needs {fewest} solvers, here {plural(solvers)}" if solvers < fewest else ""
 
 
 def too_few_cases(results: Results) -> str:
-    """No outcome could be significant."""
+    """Why no outcome could be significant; empty where one could."""
     needed, cases = cases_needed(len(results.solvers)), len(results.cases)
     reason = f"no difference between {len(results.solvers)} solvers can be significant on fewer than {needed} cases"
     return f"{reason}, here {plural(cases)}" if cases < needed else ""
 
 
 def nothing_polished(results: Results) -> str:
-    """No run was refined, or none with a plan."""
-    drawn = any(np.isfinite(run.final) for run in results.polished)
+    """Why no polish is drawn: no run was refined, or none with a plan; empty where one is."""
+    drawn = any(np.isfinite(gain.final).any() for gain in results.polish_gains)
     return "" if drawn else "nothing was polished; say, for one, bso+polish"
 
 
 def plural(number: int) -> str:
-    """There is one, or are more."""
+    """The words for one, or for more."""
     return f"{'is' if number == 1 else 'are'} {number}"
 
 
@@ -167,31 +170,6 @@ INK = ("#000000", to_hex("0.2"))  # what letters and axes are drawn with
 OF_PAGE = {EQUAL: "shade"} | {colour: f"series-{index}" for index, colour in enumerate(SERIES)}  # its variables
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """A figure, or why there is none.
-
-    Attributes:
-        kind: of the figure.
-        figure: itself; None where it is left out.
-        reason: why it is left out; empty where it is not.
-    """
-
-    kind: FigureKind
-    figure: Figure | None
-    reason: str
-
-    def svg(self, alt: str) -> Markup:
-        """The figure for a page; see :func:`inline_svg`."""
-        return Markup("") if self.figure is None else inline_svg(self.figure, self.kind.name, alt)
-
-
-def drawings(results: Results) -> list[Drawing]:
-    """Every figure, drawn unless it makes no sense."""
-    reasons = [(kind, kind.left_out(results)) for kind in FIGURES]
-    return [Drawing(kind, None if reason else kind.draw(results), reason) for kind, reason in reasons]
-
-
 def drawing_of(name: str, results: Results) -> Figure:
     """The figure of a name.
 
@@ -206,22 +184,8 @@ def drawing_of(name: str, results: Results) -> Figure:
     return kinds[name].draw(results)
 
 
-def write_figures(folder: Path, drawn: Sequence[Drawing], formats: Sequence[str]) -> None:
-    """Write each figure in each format; of one that is left out an older file of these formats is removed.
-
-    Raises:
-        OSError: a file cannot be written.
-    """
-    for drawing in drawn:
-        if drawing.figure is not None:
-            write_figure(folder, drawing.kind.name, drawing.figure, formats)
-        else:
-            for kind in formats:
-                (folder / f"{drawing.kind.name}.{kind}").unlink(missing_ok=True)
-
-
 def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
-    """A figure as an element of an HTML page, in the colours of the page, which may be dark.
+    """The element of an HTML page for a figure, in the colours of the page, which may be dark.
 
     Args:
         figure: to be written.
@@ -244,38 +208,60 @@ def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     return Markup(re.sub(r"^<svg[^>]*>", lambda _: opening, text))
 
 
-def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[ComparisonPicture]:
-    """Write every figure into a folder; returns them for a page.
+def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[Picture]:
+    """Write every figure into a folder, unless it makes no sense; returns them for a page.
+
+    An older file of a figure that is left out is removed.
 
     Raises:
         OSError: a file cannot be written.
     """
-    drawn = drawings(results)
-    write_figures(folder, drawn, formats)
     of = f"of {', '.join(results.solvers)} on {', '.join(results.cases)}; the tables below have the numbers"
-    return [
-        ComparisonPicture(
-            title=drawing.kind.title_of(results.measure),
-            name=drawing.kind.name,
-            reading=drawing.kind.reading_of(results.measure),
-            svg=drawing.svg(f"{drawing.kind.title_of(results.measure)} {of}"),
-            reason=drawing.reason,
-        )
-        for drawing in drawn
-    ]
+    found = []
+    for kind in FIGURES:
+        title, reading, reason = (
+            kind.title_of(results.measure), kind.reading_of(results.measure), kind.left_out(results)
+        )  # fmt: skip
+        svg = Markup("")
+        if reason:
+            for suffix in formats:
+                (folder / f"{kind.name}.{suffix}").unlink(missing_ok=True)
+        else:
+            figure = kind.draw(results)
+            write_figure(folder, kind.name, figure, formats)
+            svg = inline_svg(figure, kind.name, f"{title} {of}")
+        found.append(Picture(title=title, name=kind.name, reading=reading, svg=svg, reason=reason))
+    return found
 
 
 def plans_of(best: Sequence[Best]) -> dict[str, Markup]:
-    """The picture of the best plan of each case, by its name; none of a case without motions."""
+    """Pictures of the best plans by case: the path of the tool, with postures and obstacles; none without motions."""
     plans = {each.run.case: each.found.planned for each in best}
     return {
-        case: plan_of(f"plan-{index}", case, planned)
+        case: inline_svg(
+            path_figure(planned), f"plan-{index}", f"The best plan on {case}: path, postures and obstacles"
+        )
         for index, (case, planned) in enumerate(plans.items())
         if planned is not None
     }
 
 
-def plan_of(name: str, case: str, planned: PlannedMotion) -> Markup:
-    """The picture of one plan: the path of the tool, with postures and obstacles."""
-    alt = f"The best plan on {case}: path, postures and obstacles"
-    return inline_svg(path_figure(planned), name, alt)
+def suite_pictures(referee: Referee) -> list[Picture]:
+    """The pictures of a page of runs on a suite."""
+    drawn = [
+        Picture(
+            title="Targets reached",
+            name="shares",
+            reading="The share of runs and targets that were reached after so many evaluations, by the number of "
+            "variables.",
+            svg=inline_svg(shares_figure(referee), "shares", "Shares of targets reached"),
+        )
+    ]
+    if not referee.too_few:
+        figure = rank_figure(referee.ranking, referee.solvers)
+        reading = (
+            "Mean ranks of median runs, the best on the left; a bar joins solvers that do not differ significantly."
+        )
+        svg = inline_svg(figure, "ranks", "Mean ranks of the solvers")
+        drawn.append(Picture(title="Ranks", name="ranks", reading=reading, svg=svg))
+    return drawn
