@@ -9,6 +9,7 @@ from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages, postures_on_the_way
 from problems.polish.refinement import PathRefinement, gentler_limits, joint_box
 from problems.polish.rephasing import at_the_bound, everywhere
+from problems.polish.samples import PolishSamples
 from problems.polish.settings import (
     DeviationSettings,
     ExpressionSettings,
@@ -35,6 +36,7 @@ __all__ = [
     "Passages",
     "PathRefinement",
     "PolishObjective",
+    "PolishSamples",
     "PolishSettings",
     "Rates",
     "RefinementSettings",

@@ -8,7 +8,7 @@ The objective is linear as well where it is the duration, else convex and quadra
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
-from problems.limits import looks
-from problems.polish.deviation import Deviations, JointRows, PostureRows
+from problems.polish.deviation import Deviations, JointRows
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import PolishObjective, QuadraticModel
 from problems.polish.passages import Passage, Passages
+from problems.polish.samples import PolishSamples, slopes_of, state_of
 from problems.polish.settings import DEFAULT_POLISH, PolishSettings
 from problems.polish.spline import AT_REST
 from problems.sequential import JointTorques
@@ -79,30 +79,24 @@ class DeviationPolish:
     """A descent over deviations by sequential programs, linear or convex and quadratic.
 
     Args:
-        motions: among which the best is sought.
+        samples: of the motions among which the best is sought.
         objective: of these motions.
-        world: the robot and its surroundings.
         proof_margin: clearance of obstacles and of own links on top of the margins, at samples, m, (2,).
-        u: parameters of the samples, (n,).
         torques: of the robot; None where they are not limited.
         expressions: limits that are expressions; None where there are none.
         passages: places on the way; None where there are none.
         running_out: whether no time is left.
-        stay: for how long the goal has to be clear after the arrival, s; it matters where obstacles move.
         limit_reserve: share of the limits of joints and motors that programs keep for later corrections.
         settings: of the descent.
     """
 
-    motions: Deviations
+    samples: PolishSamples
     objective: PolishObjective
-    world: World
     proof_margin: FloatArray
-    u: FloatArray
     torques: JointTorques | None = None
     expressions: ExpressionLimits | None = None
     passages: Passages | None = None
     running_out: Callable[[], bool] = lambda: False
-    stay: float = 0.0
     limit_reserve: float = 0.0
     settings: PolishSettings = DEFAULT_POLISH
 
@@ -172,69 +166,17 @@ class DeviationPolish:
 
     def sampled_at(self, more: FloatArray) -> DeviationPolish:
         """The polish with samples at more parameters (m,)."""
-        return replace(self, u=np.union1d(self.u, more))
-
-    # Samples
-
-    @cached_property
-    def _waits(self) -> FloatArray:
-        """Times after the arrival at which the goal is examined, (m,), s: none where obstacles stand still."""
-        if not self.world.moves:
-            return np.empty(0)
-        return looks(self.stay) * self.stay if self.stay else np.zeros(1)
-
-    @cached_property
-    def _passed(self) -> FloatArray:
-        """Parameters at which distances are examined, the goal's for each time there, (n + m,)."""
-        return np.append(self.u, np.ones_like(self._waits))
-
-    @cached_property
-    def _postures(self) -> PostureRows:
-        return self.motions.postures(self._passed)
-
-    def _times(self, duration: float) -> FloatArray:
-        """Times at which distances are examined in a motion of a duration in s, (n + m,), s."""
-        return self._passed * duration + np.append(np.zeros_like(self.u), self._waits)
-
-    @cached_property
-    def _rates(self) -> tuple[PostureRows, ...]:
-        """Speeds and accelerations where distances are examined; they matter where joints have tracking errors."""
-        return tuple(self.motions.postures(self._passed, order) for order in (1, 2))
-
-    def _errors(self, rates: Sequence[PostureRows], padded: FloatArray, duration: float) -> FloatArray | None:
-        """Tracking errors of the joints at speeds and accelerations of a motion, (n, k)."""
-        if self.world.is_exact:
-            return None
-        speed, acceleration = (part.values(padded) / duration**order for order, part in enumerate(rates, start=1))
-        return self.world.errors(speed, acceleration)
-
-    def _reach(self, trust: float) -> float:
-        """The distance, about, by which a step brings anything nearer, m: what is farther is left out of a program."""
-        return (2.0 if self.world.moves else 1.0) * self.settings.approach * trust
-
-    def _longest_change(self, trust: float) -> float:
-        """The most by which a program may change the duration, s: moving obstacles come no farther than joints do."""
-        return self.settings.approach * trust / self.world.fastest if self.world.moves else np.inf
+        return replace(self, samples=self.samples.joined(more))
 
     @property
-    def _repairs(self) -> FloatArray:
-        """Parameters that have joined the usual ones, (m,)."""
-        return np.setdiff1d(self.u, self.motions.parameters())
+    def motions(self) -> Deviations:
+        """The motions among which the best is sought."""
+        return self.samples.motions
 
-    @cached_property
-    def _angles(self) -> JointRows:
-        return self.motions.angles(self._repairs)
-
-    @cached_property
-    def _torque_states(self) -> tuple[PostureRows, ...]:
-        """Postures and their derivatives where torques are examined."""
-        u = np.union1d(self.motions.parameters(self.settings.torque_samples), self.motions.switches)
-        return tuple(self.motions.postures(u, order) for order in range(3))
-
-    @cached_property
-    def _expression_states(self) -> tuple[PostureRows, ...]:
-        """Postures and their derivatives where expressions are examined."""
-        return tuple(self.motions.postures(self.u, order) for order in range(3))
+    @property
+    def world(self) -> World:
+        """The robot and its surroundings."""
+        return self.samples.world
 
     @cached_property
     def expression_margin(self) -> FloatArray:
@@ -248,13 +190,13 @@ class DeviationPolish:
         settings, u = self.settings, self.motions.parameters(self.settings.proof_samples)
         least, padded = settings.proof_share * self.proof_margin.min(), self.motions.padded(x, duration)
         theta = self.motions.postures(u).values(padded)
-        errors = self._errors([self.motions.postures(u, order) for order in (1, 2)], padded, duration)
+        errors = self.samples.errors([self.motions.postures(u, order) for order in (1, 2)], padded, duration)
         dips = [self._dips(self.world.rooms(theta, least, times=u * duration, errors=errors), least)]
-        if self._ranges is not None:
+        if self.samples.ranges is not None:
             low, high = np.array(self.motions.limits.position).T
             dips.append(self._dips(np.minimum(theta - low, high - theta).min(axis=1), -ANGLE_ROUNDING))
         if self.expressions is not None:
-            state = _state_of([self.motions.postures(u, order) for order in range(3)], padded, duration)
+            state = state_of([self.motions.postures(u, order) for order in range(3)], padded, duration)
             margin = settings.expression_proof_share * self.expression_margin
             worst = (self.expressions.values(state) + margin).max(axis=1)
             dips.append(self._dips(-worst, -EXPRESSION_ROUNDING))
@@ -281,11 +223,11 @@ class DeviationPolish:
         padded = self.motions.padded(x, duration)
         expressions = np.empty((0, 0))
         if self.expressions is not None:
-            state = _state_of(self._expression_states, padded, duration)
+            state = state_of(self.samples.expression_states, padded, duration)
             expressions = self.expressions.values(state) + self.expression_margin
-        below, times = self.proof_margin.max() + self._reach(trust), self._times(duration)
-        errors = self._errors(self._rates, padded, duration)
-        nearby = self.world.nearby(self._postures.values(padded), below, times, errors)
+        below, times = self.proof_margin.max() + self.samples.reach(trust), self.samples.times(duration)
+        errors = self.samples.errors(self.samples.rates, padded, duration)
+        nearby = self.world.nearby(self.samples.postures.values(padded), below, times, errors)
         margins = self.proof_margin[nearby.own.astype(int)]
         lacking, outside = margins - nearby.rooms, self._outside(padded)
         share = 1.0 - settings.enough_margin
@@ -309,35 +251,22 @@ class DeviationPolish:
         duration = self.motions.least_duration(x, near, near if matters else 0.0)
         padded = self.motions.padded(x, duration)
         if self.torques is not None:
-            state = _state_of(self._torque_states, padded, duration)
+            state = state_of(self.samples.torque_states, padded, duration)
             if np.abs(self.torques.shares(state)).max() > 1.0:
                 duration *= max(1.0, self.torques.time_scale(state))
         if self.expressions is not None:
-            state = _state_of(self._expression_states, padded, duration)
+            state = state_of(self.samples.expression_states, padded, duration)
             duration *= max(1.0, self.expressions.time_scale(state))
         return self.objective.duration(duration, near)
 
     def _outside(self, padded: FloatArray) -> float:
         """The sum of the angles by which joints are out of their ranges, rad."""
-        if self._ranges is None:
+        if self.samples.ranges is None:
             return 0.0
-        rows, (low, high) = self._angles, self._ranges
+        rows, (low, high) = self.samples.angles, self.samples.ranges
         angles = rows.values(padded)
         beyond = np.maximum(angles - high[rows.joint], low[rows.joint] - angles)
         return float(beyond[beyond > self.settings.range_tolerance].sum())
-
-    @cached_property
-    def _ranges(self) -> FloatArray | None:
-        """Bounds of angles, (2, k), rad: a little within the joints' ranges, as far as the ends let it."""
-        if self.motions.limits.position is None:
-            return None
-        settings, (low, high) = self.settings, np.array(self.motions.limits.position).T
-        ends = np.stack([self.motions.start, self.motions.goal])
-        inner = [
-            np.clip(settings.inner_range * distance, 0.0, settings.most_inner_range)
-            for distance in ((ends - low).min(axis=0), (high - ends).min(axis=0))
-        ]
-        return np.stack([low + inner[0], high - inner[1]])
 
     # Programs
 
@@ -348,7 +277,7 @@ class DeviationPolish:
 
     def _program(self, around: Iterate, trust: float, model: Linearisation) -> LinearProgram:
         """The program around an iterate whose control points move by at most so many rad."""
-        motions, longest = self.motions, self._longest_change(trust)
+        motions, longest = self.motions, self.samples.longest_change(trust)
         faster, slower = (min(share, longest) for share in self.objective.duration_range(around.duration, trust))
         padded = motions.padded(around.x, around.duration)
         parts = [
@@ -367,14 +296,14 @@ class DeviationPolish:
 
     def _promised(self, around: Iterate, change: FloatArray, saved: float, model: Linearisation) -> float:
         """The merit that a program promises to save, s, less the price of what it leaves missing itself."""
-        near, moved = around.nearby, self._postures
+        near, moved = around.nearby, self.samples.postures
         changed = self.motions.changed(change, -saved)
         by_joints = np.einsum(
             "ma,mak->mk", moved.weights[near.samples], changed[moved.first[near.samples][:, None] + np.arange(4)]
         )
         margins = self.proof_margin[near.own.astype(int)]
         left = margins - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
-        left += near.rates * self._passed[near.samples] * saved
+        left += near.rates * self.samples.passed[near.samples] * saved
         gained = -model.objective.change(changed, -saved)
         gained += self.settings.clearance_price * (around.missing - float(np.maximum(left, 0.0).sum()))
         if model.expressions is not None:
@@ -403,11 +332,11 @@ class DeviationPolish:
 
     def _range_rows(self, padded: FloatArray, trust: float) -> list[SingleRows]:
         """Rows of the joints' ranges, where they may matter."""
-        if self._ranges is None:
+        if self.samples.ranges is None:
             return []
-        rows, (low, high) = self._angles, self._ranges
+        rows, (low, high) = self.samples.angles, self.samples.ranges
         tighter = np.zeros(len(rows.joint))
-        tighter[len(rows.joint) - self.motions.dof * self._repairs.size :] = self.settings.repaired_range
+        tighter[len(rows.joint) - self.motions.dof * self.samples.repairs.size :] = self.settings.repaired_range
         angles, reach = rows.values(padded), np.abs(rows.weights).sum(axis=1) * trust
         parts = []
         for sign, left in ((1.0, high[rows.joint] - angles - tighter), (-1.0, angles - low[rows.joint] - tighter)):
@@ -420,31 +349,31 @@ class DeviationPolish:
 
     def _clearance_rows(self, around: Iterate, trust: float) -> WholeRows:
         """Rows of the clearances of bodies that come near."""
-        near, rows = around.nearby, self._postures
+        near, rows = around.nearby, self.samples.postures
         left = near.rooms - self.proof_margin[near.own.astype(int)]
         reach = np.abs(near.gradients).sum(axis=1) * trust
         if self.world.moves:
-            reach += np.abs(near.rates) * self._longest_change(trust)
+            reach += np.abs(near.rates) * self.samples.longest_change(trust)
         chosen = np.flatnonzero(left < reach)
         sample, price = near.samples[chosen], np.full(chosen.size, self.settings.clearance_price)
         weights = -rows.weights[sample][:, :, None] * near.gradients[chosen][:, None, :]
-        by_time = -near.rates[chosen] * self._passed[sample]
+        by_time = -near.rates[chosen] * self.samples.passed[sample]
         return WholeRows(rows.first[sample] - AT_REST, weights, by_time, left[chosen], price)
 
     def _torque_rows(self, padded: FloatArray, duration: float) -> list[WholeRows]:
         """Rows of torques as shares of their limits where they are large, if one is nearly too large somewhere."""
         if self.torques is None:
             return []
-        state = _state_of(self._torque_states, padded, duration)
+        state = state_of(self.samples.torque_states, padded, duration)
         shares = self.torques.shares(state)
         if np.abs(shares).max() < self.settings.torque_threshold:
             return []
         sample, joint = np.nonzero(np.abs(shares) > self.settings.large_torque)
         used, place = np.unique(sample, return_inverse=True)
         slopes = self.torques.slopes(state[used])[place, joint] * np.sign(shares[sample, joint])[:, None, None]
-        weights, by_time = _slopes_of(self._torque_states, sample, slopes, state, duration)
+        weights, by_time = slopes_of(self.samples.torque_states, sample, slopes, state, duration)
         left = 1.0 - self.limit_reserve - np.abs(shares[sample, joint])
-        first, price = self._torque_states[0].first[sample] - AT_REST, self.settings.torque_price
+        first, price = self.samples.torque_states[0].first[sample] - AT_REST, self.settings.torque_price
         return [WholeRows(first, weights, by_time, left, np.full(len(sample), price))]
 
     def _expression_rows(self, around: Iterate, trust: float) -> WholeRows | None:
@@ -452,38 +381,13 @@ class DeviationPolish:
         if self.expressions is None:
             return None
         padded = self.motions.padded(around.x, around.duration)
-        state = _state_of(self._expression_states, padded, around.duration)
+        states = self.samples.expression_states
+        state = state_of(states, padded, around.duration)
         _, slopes = self.expressions.linear(state)
         by_angles = np.abs(slopes[:, :, 0]).sum(axis=2) * trust
         reach = np.where(self.expressions.is_static, by_angles, self.settings.expression_threshold)
         sample, row = np.nonzero(-around.expressions < reach)
-        weights, by_time = _slopes_of(self._expression_states, sample, slopes[sample, row], state, around.duration)
-        first = self._expression_states[0].first[sample] - AT_REST
+        weights, by_time = slopes_of(states, sample, slopes[sample, row], state, around.duration)
+        first = states[0].first[sample] - AT_REST
         price = np.full(sample.size, self.settings.expression_price)
         return WholeRows(first, weights, by_time, -around.expressions[sample, row], price)
-
-
-def _state_of(states: Sequence[PostureRows], padded: FloatArray, duration: float) -> FloatArray:
-    """Angles, velocities and accelerations in some postures, (n, 3 k)."""
-    return np.concatenate([part.values(padded) / duration**order for order, part in enumerate(states)], axis=1)
-
-
-def _slopes_of(
-    states: Sequence[PostureRows], sample: NDArray[np.intp], slopes: FloatArray, state: FloatArray, duration: float
-) -> tuple[FloatArray, FloatArray]:
-    """Slopes by control points, (m, 4, k), and by the duration, (m,), of values with slopes (m, 3, k) by the state.
-
-    Args:
-        states: postures and their derivatives.
-        sample: in which of the postures, (m,).
-        slopes: by angles, velocities and accelerations.
-        state: of all postures, (n, 3 k).
-        duration: of the motion, s.
-    """
-    k = slopes.shape[2]
-    by_points, by_time = np.zeros((len(sample), 4, k)), np.zeros(len(sample))
-    for order, part in enumerate(states):
-        by_points += part.weights[sample][:, :, None] * (slopes[:, order] / duration**order)[:, None, :]
-        change = -order / duration * state[sample, order * k : (order + 1) * k]
-        by_time += np.einsum("mk,mk->m", slopes[:, order], change)
-    return by_points, by_time

@@ -18,6 +18,7 @@ from problems.polish.deviation import Deviations, direct_motion
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import PolishObjective
 from problems.polish.passages import Passages
+from problems.polish.samples import PolishSamples
 from problems.polish.settings import DEFAULT_REFINEMENT, RefinementSettings
 from problems.robots import JointLimits, Robot
 from problems.sequential import JointTorques
@@ -198,19 +199,17 @@ class PathRefinement:
         return None
 
     def _first_attempt(self, initial: InitialMotion, running_out: Callable[[], bool]) -> Attempt:
+        settings, u = self.settings.polish, self.motions.parameters()
         polish = DeviationPolish(
-            motions=self.motions,
+            samples=PolishSamples(motions=self.motions, world=self.world, u=u, stay=self.stay, settings=settings),
             objective=self.objective,
-            world=self.world,
             proof_margin=self._proof_margin,
-            u=self.motions.parameters(),
             torques=self.torques,
             expressions=self.expressions,
             passages=self.passages,
             running_out=running_out,
-            stay=self.stay,
             limit_reserve=self._limit_reserve,
-            settings=self.settings.polish,
+            settings=settings,
         )
         x, duration = polish.projected(initial.x), initial.duration
         if self.objective.chooses_duration and not self.world.moves:

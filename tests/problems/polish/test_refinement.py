@@ -10,7 +10,15 @@ from helpers.polish_objective import polish_objective
 
 from problems.core import World
 from problems.limits import TorqueLimit, limits_of
-from problems.polish import DeviationPolish, Deviations, PathRefinement, RefinementSettings, gentler_limits, joint_box
+from problems.polish import (
+    DeviationPolish,
+    Deviations,
+    PathRefinement,
+    PolishSamples,
+    RefinementSettings,
+    gentler_limits,
+    joint_box,
+)
 from problems.robots import SpatialArm
 from problems.scene import Box
 from problems.sequential import JointTorques
@@ -55,11 +63,9 @@ def test_what_is_slower_than_a_known_motion_is_not_returned() -> None:
 def test_no_time_is_no_motion_but_the_beginning() -> None:
     found = refinement(robot_of("upright"), WALL)
     polish = DeviationPolish(
-        motions=found.motions,
+        samples=PolishSamples(motions=found.motions, world=found.world, u=found.motions.parameters()),
         objective=found.objective,
-        world=found.world,
         proof_margin=np.full(2, 1e-3),
-        u=found.motions.parameters(),
         running_out=lambda: True,
     )
     x = np.zeros((found.motions.free, found.motions.dof))
