@@ -1,4 +1,4 @@
-"""Proofs about a finished motion, for all t."""
+"""Proofs about finished motions for all t, and the verdicts that follow."""
 
 from problems.certify.breaches import broken_spans, first_broken, verdicts_with_first_times
 from problems.certify.check_certificate import FORMAT, VERSION, RefusedError, check

@@ -28,7 +28,7 @@ Mask = NDArray[np.bool_]
 def verdicts_with_first_times(
     limits: Iterable[Limit], trajectory: Trajectory, end_accelerations: FloatArray | None = None
 ) -> list[Verdict]:
-    """:func:`limit_verdicts`; of what is violated they also say when it is first broken."""
+    """:func:`limit_verdicts` with the time at which each violated limit is first broken."""
     return [
         _with_first_time(limit, outcome, trajectory, end_accelerations)
         for limit in limits

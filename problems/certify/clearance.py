@@ -6,7 +6,7 @@ Around the middle m of a cell of time of length h, no point of body b moves fart
 
 with the angular rates u = turns @ dq/dt: for a planar arm the turning of its links. Of two bodies only the joints
 between them count. The distance changes by no more than the points move, and by what an obstacle moves by itself. A
-cell is settled where the clearance in its middle is larger than that by what is to be proven; the others are halved.
+cell is settled where the clearance in its middle exceeds that by the clearance to prove; the others are halved.
 The proof holds up to rounding in floating point.
 """
 
@@ -304,8 +304,8 @@ class ClearanceProof:
         proven: the clearance of all pairs that could meet is at least this for all t, m; -inf when it is below the
             margin somewhere, or when as many cells as there may be were not enough.
         smallest: the smallest clearance at any time that was evaluated, m.
-        time: of that, s.
-        where: the pair of that.
+        time: at which it occurs, s.
+        where: the pair that comes so near.
         broken: whether the distance itself is below the margin then, not only a lower bound of it.
         cell: start and end of one, s, in which it could not be decided; None where there is none, and where what is
             too near at that time is maybe not the body itself.
@@ -379,7 +379,7 @@ class ClosestApproach:
 
     Attributes:
         distance: between the surfaces, m; not positive where they touch.
-        time: of that, s.
+        time: at which it occurs, s.
         pair: that comes so near.
     """
 
@@ -429,7 +429,7 @@ def _dips(distances: FloatArray, settings: ApproachSettings) -> list[tuple[int, 
 def _followed(
     motion: MovingPairs, times: FloatArray, row: int, number: int, resolution: float
 ) -> tuple[float, float, int]:
-    """The least distance of a pair between the times around one of them, the time of that, and the pair."""
+    """The least distance of a pair between the times around one of them, its time, and the pair."""
 
     def distance(time: float) -> float:
         return motion.distance(number, time)

@@ -114,7 +114,7 @@ def _of_clearance(world: World, margin: float, proof: Proof, trajectory: Traject
 
 
 def _followed(question: _Question, trajectory: Trajectory, proof: Proof) -> Proof:
-    """The proof that failed, at the time around its own at which bodies are nearest."""
+    """A failed proof with the time, near its own, at which bodies are nearest."""
     begin, end = trajectory.breakpoints[[0, -1]].tolist()
 
     def nearness(since: FloatArray) -> FloatArray:

@@ -96,8 +96,8 @@ class _LeastClearance:
     Attributes:
         limit: on it.
         clearance: m.
-        time: of that, s.
-        item: the balls of that.
+        time: at which it occurs, s.
+        item: the balls between which it is.
     """
 
     limit: CoverLimit

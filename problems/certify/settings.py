@@ -50,7 +50,7 @@ class IntervalSettings:
     """Settings of the proof of any limit by interval arithmetic.
 
     Args:
-        first_times: at which a violation is looked for first.
+        first_times: at which limits are evaluated before the proof.
         initial_cells: of time, at least.
         most_intervals: that are computed, operations times cells.
         fewest_cells: that are bounded, however long an expression is.

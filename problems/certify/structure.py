@@ -85,7 +85,7 @@ def structure_of(
         x: the variables, (n, 1).
         names: of the variables, n.
         lower: bounds of the variables, (n,), -inf where there is none.
-        upper: likewise.
+        upper: bounds of the variables, (n,), inf where there is none.
     """
     rows = ca.densify(ca.vec(constraint.expression))
     jacobian = jacobian_pattern(constraint, x)
@@ -170,7 +170,7 @@ class _Bounds(Ranges):
 
 
 def _known(computed: Range) -> Range:
-    """The range without bounds where nothing is known."""
+    """The range, infinite where a bound is not a number."""
     low, high = computed
     return np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
 
@@ -181,7 +181,7 @@ def bounds(function: ca.Function, lower: FloatArray, upper: FloatArray) -> tuple
     Args:
         function: of one input (n,).
         lower: of the input, (n,); -inf where there is none.
-        upper: likewise.
+        upper: of the input, (n,); inf where there is none.
     """
     box = list(zip(lower[:, None], upper[:, None], strict=True))
     with np.errstate(all="ignore"):

@@ -195,8 +195,8 @@ class TorqueProof:
         status: whether torques keep their limits.
         worst: the torque seen that is the largest share of its limit, with its sign, N m or N; proven to be nowhere
             larger by more than the proof gap, unless undecided.
-        joint: of that, from 0 on.
-        time: of that, s.
+        joint: of the worst torque, from 0 on.
+        time: of the worst torque, s.
         can_be_held: whether the motor could hold the joint where it is then.
         broken: times at which a limit was seen to be broken.
         cell: start and end of one, s, that is left undecided; None where none is.
@@ -309,7 +309,7 @@ def torque_time_scale(
     """The least factor by which time has to be multiplied so that the limit is proven for all t, to 1e-7 or so.
 
     The factor of each of many times is known in closed form. The proof of the motion that is slowed by the largest of
-    them finds times at which it is still broken; their factors join in, until nothing is broken.
+    them finds times at which it is still broken; their factors join in, until no limit is broken.
 
     Returns:
         The factor; 0 where any will do, and where none does: the motors cannot hold the arm at some time.

@@ -139,10 +139,10 @@ JUMPING_NAMES = ("positions", "speeds", "accelerations")  # by order of the deri
 
 
 def infinite(outcome: Verdict, jumps: tuple[int, FloatArray]) -> Verdict:
-    """The verdict on what is infinite for a moment because a derivative below it jumps.
+    """The verdict on a value that is infinite for a moment because a lower derivative jumps.
 
     Args:
-        outcome: what it is at all other times.
+        outcome: the verdict on all other times.
         jumps: order of the derivative that jumps, and when it does, the largest jump first, (n,), s.
     """
     order, times = jumps

@@ -192,7 +192,7 @@ def at_goal(
     trajectory: Trajectory,
     settings: StaySettings = DEFAULT_STAY,
 ) -> AtGoal | None:
-    """Until when the end of a motion stays clear; None where nothing moves that could come near.
+    """The time until which the end of a motion stays clear; None where no moving obstacle could come near.
 
     Proven as in :mod:`problems.certify.clearance`: where the distance in the middle of a time cell is larger than what
     the obstacle moves within it.

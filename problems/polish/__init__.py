@@ -1,4 +1,4 @@
-"""Motions among obstacles, refined: paths that are found, polished by sequential programs, proven; lower bounds."""
+"""Motions among obstacles: paths are found, polished by sequential programs and proven; lower bounds."""
 
 from problems.polish.descent import DeviationPolish
 from problems.polish.deviation import Deviations, Rates

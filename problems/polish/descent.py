@@ -1,4 +1,4 @@
-"""The polish: from one motion to a better one that keeps clear, by one program after the other.
+"""The descent of the polish: each program leads from a motion to a better one that keeps clear.
 
 The rows of each program are linear in the control points and in the duration, around the motion that is known: limits
 of speed, acceleration and jerk are linear in the first already, clearances are to first order, and so are torques. A
@@ -45,7 +45,7 @@ class Iterate:
         passages: where it comes nearest to the places on its way.
         missing: the sum of the clearances that are missing, m, and, at the same price, of angles out of their ranges,
             of broken expressions and of missed places.
-        cost: the merit of programs, s: the value and the price of what is missing.
+        cost: the merit that programs lower, s: the value and the price of all that is missing.
         is_clear: whether every posture at a sample keeps at least a share of each margin.
     """
 
@@ -203,7 +203,7 @@ class DeviationPolish:
         return np.unique(u[np.concatenate(dips)])
 
     def _dips(self, values: FloatArray, least: float) -> NDArray[np.intp]:
-        """The worst minima of values (n,) in a row that are below what is needed: their indices."""
+        """Indices of the deepest local minima of values (n,) in a row below a needed one."""
         around = np.pad(values, 1, constant_values=np.inf)
         lowest = np.flatnonzero((values < least) & (values <= around[:-2]) & (values <= around[2:]))
         return lowest[np.argsort(values[lowest], kind="stable")[: self.settings.most_repairs]]

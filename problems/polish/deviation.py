@@ -3,7 +3,7 @@
 S is the fastest direct motion between two postures at rest, run in the time T; the deviation is a cubic B-spline that
 vanishes at both ends with its first two derivatives. A derivative of order r is q_r(u) / T^r: that it stays within its
 limit L is linear in the control points x, |q_r(u)| <= L T^r. Accelerations are linear in u between the ends of the
-pieces of either, and jerks constant, so that rows there say all; speeds are looked at in between as well.
+pieces of either, and jerks constant, so that rows there suffice; speeds have rows in between as well.
 
 Where an end moves, S is the fastest motion between both states; the control points there are no longer zero but linear
 in T, as a velocity v is a derivative T v. S may also be any motion from rest to rest that is known, made of cubics.
@@ -80,7 +80,7 @@ class Rates:
 
     Args:
         start: (k,), rad/s.
-        goal: likewise.
+        goal: (k,), rad/s.
     """
 
     start: FloatArray
@@ -127,7 +127,7 @@ class Deviations:
 
     Args:
         start: (k,), rad.
-        goal: likewise.
+        goal: (k,), rad.
         limits: of the joints.
         gentler: limits of the direct motion that is deviated from; near both ends a deviation has no effect.
         rates: velocities at both ends; at rest where None.

@@ -163,7 +163,7 @@ class ExpressionLimits:
         return values, slopes.reshape(len(state), values.shape[1], STATE_ORDERS, -1)
 
     def time_scale(self, state: FloatArray) -> float:
-        """The time scale at which a motion keeps, with margins, all that time can keep; 0 where nothing can."""
+        """The time scale at which a motion keeps, with margins, all limits that time can keep; 0 without any."""
         return 0.0 if self._time_scales is None else float(as_array(self._time_scales(state.T)).max())
 
     def at_rest(self, theta: FloatArray) -> FloatArray:

@@ -53,7 +53,7 @@ def faster_nearby(
         limits: that are kept.
         places: that are passed, each as near as it says.
         pieces: of the spline by which motions deviate.
-        settings: of the deviation and of what is timed anew.
+        settings: of the deviation and of the timing along its path.
     """
     robot = integrand.robot
     world, (start, goal) = World.of(robot, obstacles), known.at(known.breakpoints[[0, -1]])

@@ -4,7 +4,7 @@ With u = t / T an objective is a sum over samples of T f(q, q' / T, q'' / T^2, .
 T. Squares of torques and the like are squares of linear functions in a program (Gauss and Newton). A length |r| counts
 as (|r|^2 / |r_0| + |r_0|) / 2, which is nowhere less and the same where r = r_0 [1]; of everything else the second
 derivatives count, as far as they are convex. It is all scaled so that the best direct motion is worth as much as it
-takes time, in s: prices of what is missing need to know no unit.
+takes time, in s, so that prices of missing clearance and the like depend on no unit.
 
 [1] E. Weiszfeld: Sur le point pour lequel la somme des distances de n points donnes est minimum. Tohoku Mathematical
     Journal 43 (1937).
@@ -266,7 +266,7 @@ class PolishObjective:
 
     @property
     def has_several_optima(self) -> bool:
-        """Whether there may be several best motions, each better than all near it."""
+        """Whether there may be several local optima."""
         return not self._objective.direct_is_least
 
     def _unscaled(self, x: FloatArray, duration: float) -> float:
@@ -359,8 +359,8 @@ class PolishObjective:
 
     def _time_square(self, weight: float) -> WholeRows:
         """The square of a change of the duration."""
-        one, nothing = np.ones(1), np.zeros((1, 4, self.motions.dof))
-        return WholeRows(np.zeros(1, dtype=np.intp), nothing, one, 0.0 * one, weight * one)
+        one, no_points = np.ones(1), np.zeros((1, 4, self.motions.dof))
+        return WholeRows(np.zeros(1, dtype=np.intp), no_points, one, 0.0 * one, weight * one)
 
     def _square_rows(self, values: FloatArray, slopes: FloatArray, weights: FloatArray) -> WholeRows:
         """Squares of values (n, m) with slopes (n, m, w) and weights (n, m)."""

@@ -56,7 +56,7 @@ class Passage:
 
         Args:
             within: allowed distance from the place, m or rad.
-            least_sideways: share of that which other sides have at least.
+            least_sideways: share of that distance that other sides have at least.
         """
         square = max(within**2 - float(self.missed @ self.missed), (least_sideways * within) ** 2) / self.missed.size
         allowances = np.full(self.missed.size, np.sqrt(square))
@@ -204,7 +204,7 @@ def _nearest_of(theta: FloatArray, robot: Robot, places: Sequence[Place]) -> lis
 
 @lru_cache(maxsize=CACHED_PLACES)
 def _missed(robot: Robot, place: Place) -> ca.Function:
-    """The function from a posture (k, 1) to its miss of a place, (m, 1), and the slopes of that, (m k, 1)."""
+    """The function from a posture (k, 1) to its miss of a place, (m, 1), and the slopes of the miss, (m k, 1)."""
     theta = ca.SX.sym("theta", robot.dof)
     missed = ca.densify(ca.SX(place.miss(robot, theta.T))).T
     slopes = ca.vec(ca.densify(ca.jacobian(missed, theta)))

@@ -1,4 +1,4 @@
-"""From a start to a goal in the best way: paths that are found, polished, repaired, proven, the best of a few."""
+"""The best motion from a start to a goal: paths are found, polished, repaired and proven, and the best one is kept."""
 
 from __future__ import annotations
 

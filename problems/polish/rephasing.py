@@ -42,7 +42,7 @@ class Rephased:
 
     Args:
         start: (dof,), rad.
-        goal: likewise.
+        goal: (dof,), rad.
         limits: of the joints.
     """
 
@@ -57,7 +57,7 @@ class Rephased:
 
     @cached_property
     def _least_shares(self) -> FloatArray:
-        """Least durations of the joints as shares of that of the slowest, (dof,)."""
+        """Least durations of the joints as shares of the slowest one's, (dof,)."""
         durations = least_durations(self.goal - self.start, self.limits)
         return np.asarray(np.where(durations > 0.0, durations / durations.max(), 1.0))
 

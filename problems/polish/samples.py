@@ -72,7 +72,7 @@ class PolishSamples:
         return self.world.errors(speed, acceleration)
 
     def reach(self, trust: float) -> float:
-        """The distance, about, by which a step brings anything nearer, m: what is farther is left out of a program."""
+        """The distance, about, by which a step brings bodies nearer, m; programs leave out bodies that are farther."""
         return (2.0 if self.world.moves else 1.0) * self.settings.approach * trust
 
     def longest_change(self, trust: float) -> float:

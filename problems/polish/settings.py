@@ -134,7 +134,7 @@ class PolishSettings:
         large_torque: share of the limit; samples with less are left out of programs.
         proof_samples: postures in each piece that are examined between the samples of programs.
         proof_share: share of the margin; a motion that keeps less between samples is repaired there.
-        expression_proof_share: share of the margin of expressions; likewise.
+        expression_proof_share: share of the margin of expressions that a motion has to keep between samples.
         most_repairs: parameters, at most, that one repair adds for each kind of limit.
         inner_range: share of the ends' distance from a joint's range by which the range is made smaller.
         most_inner_range: rad, the most by which it is made smaller.

@@ -1,4 +1,4 @@
-"""The smooth nonlinear programs: variables, rows, structured starts, optimality."""
+"""Smooth nonlinear programs: variables, rows, structured starts, conditions of optimality."""
 
 from problems.programs.optimality import Optimality, optimality
 from problems.programs.program import (

@@ -59,13 +59,13 @@ def composed_hessian(x: Matrix, y: Matrix, inner: Matrix, f: Matrix, g: Matrix) 
     )
     bend = ca.Function("bend", [x, of_y], [ca.hessian(ca.dot(of_y, inner), x)[0]])
     first = ca.Function("inner", [x], [inner, ca.jacobian(inner, x)])
-    point, nothing = ca.MX.sym("x", x.shape[0]), ca.MX.sym("p", 0, 0)
+    point, no_parameters = ca.MX.sym("x", x.shape[0]), ca.MX.sym("p", 0, 0)
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", g.shape[0])
     value, jacobian = first(point)
     of_x, of_values, forces = outer(point, value, lam_f, lam_g)
     hessian = of_x + ca.mtimes([jacobian.T, of_values, jacobian]) + bend(point, forces)
     names = ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]
-    return ca.Function("nlp_hess_l", [point, nothing, lam_f, lam_g], [ca.triu(hessian)], *names)
+    return ca.Function("nlp_hess_l", [point, no_parameters, lam_f, lam_g], [ca.triu(hessian)], *names)
 
 
 def replace_with_symbols(samples: Samples) -> tuple[ca.SX, Matrix, Samples]:

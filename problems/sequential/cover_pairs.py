@@ -24,7 +24,7 @@ from problems.limits import (
 )
 from problems.robots import Body, SpatialArm, Sphere
 from problems.scene import Obstacle
-from problems.sequential.nearness import PairClearances
+from problems.sequential.pair_clearances import PairClearances
 
 OWN_SHARE = 0.25  # of the proof margin of obstacles, for own links: many are near each other in every posture
 

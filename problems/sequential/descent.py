@@ -1,4 +1,4 @@
-"""The descent: one linear program after another."""
+"""The descent over path and speed by sequential linear programs."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.core import TrustRegion, minimizer
 from problems.robots import JointLimits
-from problems.sequential.kept_limits import KeptLimits, LinearLimits
-from problems.sequential.nearness import NearPairs, PairClearances
+from problems.sequential.limit_rows import LinearLimits, MotionLimits
+from problems.sequential.pair_clearances import NearPairs, PairClearances
 from problems.sequential.path_speed import DELAY_COST, RESTING, Clock, Freedom, Grid, MotionSpace, PathSpeed, TimeShift
 
 CLEARANCE_PRICE = 100.0  # s/m, what a program pays for missing clearance
-FIRST_SHARE = 0.3  # of what can be used up in a step: clearance rows with less room are in a program from the start
+FIRST_SHARE = 0.3  # of the reach of a step: clearance rows with less slack are in a program from the start
 BROKEN_CLEARANCE = 1e-4  # m: a row that a program breaks by more joins it
 MOST_PROGRAMS = 5  # for one step
 MOST_CHANGE = 0.8  # of a speed, in one step
@@ -132,7 +132,7 @@ def best_step(
     return ProgramStep(moved, float(-costs[free:] @ best[free : costs.size]))
 
 
-def at_best_speed(motion: PathSpeed, limits: KeptLimits, linear: LinearLimits, grid: Grid) -> PathSpeed:
+def at_best_speed(motion: PathSpeed, limits: MotionLimits, linear: LinearLimits, grid: Grid) -> PathSpeed:
     """A path as fast as its limits allow on a grid: evenly, or at the speed that a linear program finds."""
     even = motion.time_scaled(limits.time_scale(motion, grid))
     width = SPEED_SHARE * motion.speeds
@@ -166,7 +166,7 @@ def _box(motion: PathSpeed, limits: JointLimits, free: int, trust: float) -> tup
 
 
 LIMIT_SAMPLES, LIMIT_ROWS = 16, 4  # in each piece of the speed, a sample and, of every so many, rows of a program
-CLEARANCE_SAMPLES, CLEARANCE_ROWS = 8, 2  # likewise; rows are also where something is extreme
+CLEARANCE_SAMPLES, CLEARANCE_ROWS = 8, 2  # samples and rows of clearances; rows are also at their minima
 MOST_STEPS = 40
 WAIT_SAMPLES = 24  # of the clearance while it stands still at its start
 TIME_SHIFT = 1.0  # s/rad: by how much times may change in a step for each rad of the trust region
@@ -219,7 +219,7 @@ class PathSpeedDescent:
     """
 
     space: MotionSpace
-    limits: KeptLimits
+    limits: MotionLimits
     freedom: Freedom
     nearness: PairClearances
     margin: float

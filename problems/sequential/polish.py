@@ -14,8 +14,8 @@ from problems.limits import Limit, Proximity, TorqueLimit
 from problems.motions import Trajectory
 from problems.sequential.cover_pairs import CoverPairs
 from problems.sequential.descent import PathIterate, PathSpeedDescent
-from problems.sequential.kept_limits import KeptLimits
-from problems.sequential.nearness import PairClearances
+from problems.sequential.limit_rows import MotionLimits
+from problems.sequential.pair_clearances import PairClearances
 from problems.sequential.path_speed import RESTING, Clock, Freedom, MotionSpace, PathSpeed
 from problems.sequential.torques import JointTorques
 from problems.tasks import Move
@@ -80,7 +80,7 @@ MOVING_SPACE = replace(SPACE, parts=IN_PIECE)  # where obstacles move
 PROOF_MARGINS = (6e-3, 1.2e-2, 2.4e-2)  # m, kept at samples on top of the margin: the next where proofs fail
 LEAST_PROOF_MARGIN = 2e-3  # m, tried first among obstacles that move, where a little clearance costs much time
 COVER_ROUNDS = 6  # of finding balls of covers that come too near
-NEAR_BOUND = 1.02  # of the duration in free space: what is as fast needs no other start
+NEAR_BOUND = 1.02  # times the duration in free space; a motion as fast needs no other start
 USUAL_STARTS = 3  # where one of them leads to a clear motion
 DELAYS = (0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # durations of a motion, after which it begins
 DELAY_TOLERANCE = 2e-3  # s
@@ -106,8 +106,8 @@ class PathSpeedPolish:
         return PairClearances(self.task.robot, tuple(limit for limit in self.limits if isinstance(limit, Proximity)))
 
     @cached_property
-    def _kept(self) -> KeptLimits:
-        return KeptLimits(self.task.robot.limits, JointTorques.among(self.limits))
+    def _kept(self) -> MotionLimits:
+        return MotionLimits(self.task.robot.limits, JointTorques.among(self.limits))
 
     def __call__(self, start: Trajectory) -> Iterator[Trajectory]:
         """Polished motions from one that may break limits, clear at samples, each with more clearance than the last.

@@ -1,4 +1,4 @@
-"""How fast a motion can be: moves between postures at rest, and given paths; exact, and proven for all t."""
+"""Least durations of moves between postures and along given paths, exact and proven for all t."""
 
 from problems.timing.following import departure, deviation
 from problems.timing.free_space import (

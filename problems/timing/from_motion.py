@@ -112,7 +112,7 @@ def least_duration(state: MotionState, goal: FloatArray, limits: JointLimits) ->
     """How long the fastest motion to a posture at rest takes, s; where jerk is not limited accelerations may jump.
 
     Args:
-        state: of k joints; what is beyond a limit by rounding counts as the limit.
+        state: of k joints; a rate beyond its limit by rounding counts as the limit.
         goal: (k,), rad.
         limits: of speed, acceleration and jerk.
 

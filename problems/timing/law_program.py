@@ -42,7 +42,7 @@ class LawProgram:
     settings: LawSettings = DEFAULT_RETIMING.law
 
     def solved(self) -> tuple[FloatArray, float] | None:
-        """Changes of the control points, and of the duration as a share of it; None where nothing was found."""
+        """Changes of the control points, and of the duration as a share of it; None where there is no solution."""
         values, orders = self.rows.values, self.rows.orders[:, None]
         signs = np.where(values < 0.0, -1.0, 1.0)
         settings = self.settings

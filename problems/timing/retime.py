@@ -71,7 +71,7 @@ def _is_line(section: PreparedPath) -> bool:
 
 
 def _along_line(path: JointPath, limits: JointLimits) -> Trajectory:
-    """A line from rest to rest is the move of one joint, under what is left of each limit along it."""
+    """A line from rest to rest is the move of one joint, under the limits along it."""
     slope, length = np.abs(path.coefficients[-2, 0]), float(path.breakpoints[-1])
     with np.errstate(divide="ignore"):
         speed, acceleration, jerk = ((float((bound / slope).min()),) for bound in limits.by_order)
@@ -131,9 +131,9 @@ def retime(
         limits: on speed, acceleration and, where given, jerk of the k joints; on torque where there is a chain.
         rates: du/dt at the start and at the end, not negative: joint velocities there are q'(u) du/dt, exactly. At an
             end where q' is zero the joints are at rest whatever it is.
-        refined: whether, with jerk limits, the best motion is looked for; else the first that keeps them will do.
+        refined: whether, with jerk limits, the best motion is searched; else the first that keeps them is returned.
         chain: whose torques are limited; None where they do not count.
-        ceiling: (du/dt)^2 that is not exceeded, for what has to be somewhere at its time; none where None. With jerk
+        ceiling: (du/dt)^2 that is not exceeded, so that postures are passed at their times; none where None. With jerk
             limits the motion follows it more slowly, as far as they need.
         settings: of the search.
 

@@ -49,7 +49,7 @@ class ProfileSettings:
         graded_intervals: intervals at an end where q' is zero that are replaced by shorter ones.
         grading: shorter intervals for each of them.
         steady_jerk: share of a jerk limit that a path may need where its speed is steady.
-        most_viscous: share of what is left of a torque limit that viscous friction takes, at most, where b is zero.
+        most_viscous: share of the rest of a torque limit that viscous friction takes, at most, where b is zero.
         viscous_rounds: programs on the last grid where viscous friction makes torques curved in the squares.
         margin: share of every limit, where nothing can be slowed afterwards: more than the program's own tolerance.
         unbounded: times the largest bound of nearby squares, for a square that its own rows do not bound.
@@ -94,7 +94,7 @@ class LawSettings:
         knot_grading: how much intervals grow with the distance from a short piece.
         shortest_interval: share of the duration.
         far: times the profile's duration; a law that takes longer is improved with fewer intervals first.
-        coarser: times fewer intervals of that.
+        coarser: times fewer intervals of such a law.
         swings: widths of moving averages of a profile, in times that accelerations need.
         following_swings: widths of those that follow a given profile with little slowing.
         margins: shares of limits at samples that are tried in turn, where nothing can be slowed.

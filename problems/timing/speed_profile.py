@@ -188,7 +188,7 @@ def torque_rows(
         intervals: of the path.
         expected: squares (N + 1,), around which viscous friction is linear.
         resting: whether b is zero, (N + 1,).
-        most_viscous: share of what is left of a limit that viscous friction takes, at most, where b is zero.
+        most_viscous: share of the rest of a limit that viscous friction takes, at most, where b is zero.
     """
     u = intervals.nodes[:-1] + NODE_SHARES[:, None] * intervals.lengths
     inertia, bend, gravity = motors.at(u)
@@ -241,7 +241,7 @@ def _friction(motors: PathTorques, intervals: Intervals, resting: FloatArray) ->
 def _viscous(
     factor: FloatArray, expected: FloatArray, left: FloatArray, most_viscous: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Viscous friction at the nodes, (3, N, k): how it grows with b, and what is left of it where b is zero.
+    """Viscous friction at the nodes, (3, N, k): its growth with b, and its value where b is zero.
 
     A root lies below its tangents, and above its chord where b is between the two squares that are expected.
     """

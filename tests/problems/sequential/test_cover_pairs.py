@@ -14,7 +14,7 @@ from problems.limits import Clearance, CoverClearance, cover_limits
 from problems.robots import SpatialArm
 from problems.scene.solids import Box
 from problems.sequential.cover_pairs import CoverPairs
-from problems.sequential.nearness import PairClearances
+from problems.sequential.pair_clearances import PairClearances
 from problems.tasks import Joints, Move
 from problems.timing.free_space import rest_to_rest
 

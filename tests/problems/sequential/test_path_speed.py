@@ -14,7 +14,7 @@ from problems.limits import TorqueLimit
 from problems.robots import JointLimits
 from problems.robots.planar import MassiveLinks
 from problems.sequential.descent import at_best_speed
-from problems.sequential.kept_limits import JointTorques, KeptLimits, derivative_limit_rows, torque_limit_rows
+from problems.sequential.limit_rows import JointTorques, MotionLimits, derivative_limit_rows, torque_limit_rows
 from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed, TimeShift
 from problems.sequential.polish import delayed, fitted, with_timing
 from problems.timing.free_space import rest_to_rest
@@ -248,7 +248,7 @@ def test_stretch_brings_the_largest_torque_to_its_limit(gentle: PathSpeed, torqu
 
 def test_the_pace_of_a_path_keeps_torques_and_is_not_even(gentle: PathSpeed, torques: JointTorques) -> None:
     grid = SPACE.grid(SPACE.even(16))
-    kept = KeptLimits(arm().limits, torques)
+    kept = MotionLimits(arm().limits, torques)
     even = gentle.time_scaled(kept.time_scale(gentle, grid))
     fast = at_best_speed(even, kept, kept.linear(even, grid, 4), grid)
     assert fast.duration < 0.98 * even.duration

@@ -16,8 +16,8 @@ from problems.scene import Polygon
 from problems.scene.solids import Ball, Box
 from problems.sequential import can_be_polished
 from problems.sequential.descent import PathSpeedDescent
-from problems.sequential.kept_limits import KeptLimits
-from problems.sequential.nearness import PairClearances
+from problems.sequential.limit_rows import MotionLimits
+from problems.sequential.pair_clearances import PairClearances
 from problems.sequential.path_speed import Freedom, MotionSpace
 from problems.sequential.polish import delayed, fitted
 from problems.tasks import Joints, Move, Pose
@@ -126,7 +126,7 @@ def test_a_descent_never_returns_what_is_slower_or_nearer() -> None:
     robot, space = problem.robot, MotionSpace(12, 24)
     freedom = Freedom(robot, problem.task.start, problem.task.goals[0])
     nearness = PairClearances(robot, tuple(limit for limit in problem.limits if limit.name == "clearance"))  # type: ignore[misc]
-    descent = PathSpeedDescent(space, KeptLimits(robot.limits), freedom, nearness, 0.0, 6e-3)
+    descent = PathSpeedDescent(space, MotionLimits(robot.limits), freedom, nearness, 0.0, 6e-3)
     first = descent(fitted(line(problem), space))
     assert first.missing == 0.0
     second = descent(first.motion)

@@ -1,4 +1,4 @@
-"""Limits as linear rows about a motion."""
+"""Limits of joints and torques as linear rows about a motion."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class LinearLimits:
 
 
 @dataclass(frozen=True)
-class KeptLimits:
+class MotionLimits:
     """The limits that a motion of a robot keeps.
 
     Args:

@@ -159,7 +159,7 @@ class PairClearances:
     def near(self, theta: FloatArray, times: FloatArray, cutoff: float) -> NearPairs:
         """All pairs nearer than a cutoff, m, at samples (n, k) of a motion, at times (n,), s.
 
-        Nothing comes nearer from one sample to another than its ends and obstacles move; what is far at every
+        No pair comes nearer from one sample to another than its ends and obstacles move: a pair that is far at every
         ``COARSE``-th sample is not computed in between.
         """
         if not self.pairs:

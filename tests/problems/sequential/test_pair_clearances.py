@@ -10,7 +10,7 @@ from problems.base import FloatArray, as_array
 from problems.limits import Clearance, clearances
 from problems.limits.proximity import SelfClearance
 from problems.robots import Sphere
-from problems.sequential.nearness import NearPairs, PairClearances
+from problems.sequential.pair_clearances import NearPairs, PairClearances
 from tests.helpers.space import small_arm
 
 SPHERES = tuple(Sphere(i, (0.02, 0.0, 0.1), 0.06, f"ball {i}") for i in range(2, 8))
