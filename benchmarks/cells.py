@@ -26,7 +26,7 @@ from problems.base import FloatArray
 from solvers import Interruption
 from tpbso_casadi.planning import BOUND, SILENT, NoMotion
 from tpbso_casadi.planning import plan as plan_of
-from tpbso_casadi.planning.progress import Planning
+from tpbso_casadi.planning.planning import Planning
 from tpbso_casadi.planning.sequence import SequencePlanner
 
 PART = (0.04, 0.04, 0.10)  # m
@@ -213,7 +213,7 @@ class Meshes:
 
     def unexpected(self, picker: Picker, plan: tp.Plan) -> int:
         """How many of the times of a plan see a contact that is not allowed then."""
-        scenery = plan.planned.criteria.scenery
+        scenery = plan.planned.criteria.task.scenery
         boxes = {obstacle.unmoved.name: (obstacle, self.coal.Box(*obstacle.unmoved.size)) for obstacle in scenery}
         wrong, stages = 0, plan.stages
         for now in np.linspace(0.0, plan.duration, CHECKED):

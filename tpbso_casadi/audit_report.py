@@ -24,6 +24,10 @@ from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import CertificateResult, StoredRun
 
 ACTIVE_MARGIN = 1e-3  # below which a constraint is active, of its bound, or of the reach where the bound is 0
+NOTHING_CHOSEN = {  # why there is no optimum to hold a motion against, by whether it is stated
+    False: "the timing is the fastest of its path; there was nothing else to choose",
+    True: "the motion is judged as it is stated; nothing of it was chosen",
+}
 POLISH_KEYS = {"accepted", "status", "residuals", "multipliers"}
 
 
@@ -86,7 +90,7 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
     return {
         "kind": "run",
         "searched": run.problem is not None,
-        "nothing_chosen": None if run.problem is not None or motion.stages else motion.criteria.nothing_chosen,
+        "nothing_chosen": None if run.problem is not None or motion.stages else NOTHING_CHOSEN[motion.is_stated],
         "stages": [stage.table() for stage in run.result.stages],
         "objective": run.result.objective.table(),
         "certificate": {

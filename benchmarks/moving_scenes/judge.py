@@ -77,7 +77,7 @@ def judged(scene: Scene, evaluations: int, seed: int, compared: bool, solver: st
         clear=clear,
         seconds=seconds,
         duration=planned.trajectory.duration,
-        bound=planned.problem.free_space_time,
+        bound=planned.problem.direct.free_space_time,
         known=MOST_WAIT + line_time(scene.arm, scene.start, scene.goal),
         room=least_room(scene, planned.trajectory) if clear else None,
         still_feasible=still_feasible,

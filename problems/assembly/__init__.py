@@ -2,6 +2,7 @@
 
 from problems.assembly.certificate import certificate_of, check_certifiable
 from problems.assembly.criteria import Criteria, Stage, joint_following, recorded_motion
+from problems.assembly.direct import Approach, DirectPlanner
 from problems.assembly.encoding import (
     LARGEST_TIME_SCALE,
     Decoded,
@@ -12,7 +13,7 @@ from problems.assembly.encoding import (
     Variable,
 )
 from problems.assembly.path_timing import GRID_ALLOWANCE, LocalTimeScale, PathTiming, step_limits
-from problems.assembly.problem import Approach, Model, Problem, objective_named
+from problems.assembly.problem import Model, Problem, objective_named
 from problems.assembly.sample_loop import PLACES, CostSteps, peak_loop, statements_of
 from problems.assembly.sequence import SequenceCriteria
 
@@ -24,6 +25,7 @@ __all__ = [
     "CostSteps",
     "Criteria",
     "Decoded",
+    "DirectPlanner",
     "Encoding",
     "FeasibilityFirst",
     "LocalTimeScale",

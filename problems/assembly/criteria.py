@@ -28,14 +28,12 @@ from problems.certify import (
     verdicts_with_first_times,
 )
 from problems.limits import LIMITS, Clearance, CoverClearance, Limit, LimitKind, complete_limits, limits_of
-from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath, Trajectory
+from problems.motions import JointPath, Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.robots import Robot
 from problems.scene import Obstacle
-from problems.tasks import BoundedCurve, JointFollowing, Marker, Milestone, ProgressMeasure, RecordedMotion, Task
+from problems.tasks import JointFollowing, Milestone, RecordedMotion, Task
 from problems.timing import retime
-
-JOINED = 1e-9  # relative: jumps up to this are rounding of a stored motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,16 +72,12 @@ class Criteria:
     Attributes:
         free_timing: whether motions are timed path by path: the number of their pieces is then free, and accelerations
             jump where no limit of the jerk forbids it.
-        subject: what is given where nothing is searched for, in a word.
-        nothing_chosen: why there is no optimum to hold the motion against then.
         task: the statement: robot, start and goal or path, obstacles.
         objective: what is minimised.
         limits: what the motion must keep.
     """
 
     free_timing: ClassVar[bool] = False
-    subject: ClassVar[str] = "path"
-    nothing_chosen: ClassVar[str] = "the timing is the fastest of its path; there was nothing else to choose"
 
     task: Task
     objective: Objective
@@ -126,24 +120,6 @@ class Criteria:
         """
         raise NotImplementedError
 
-    def made_in(self, seconds: float) -> str:
-        """How the motion came about where nothing is searched for, in so many seconds."""
-        return f"a given path, timed in {seconds:.2f} s"
-
-    @property
-    def is_polished(self) -> bool:
-        """Whether :meth:`polished` goes on from a motion, so that any timing of its path will do before."""
-        return False
-
-    @property
-    def ends_may_move(self) -> bool:
-        """Whether :meth:`polished` may also change the postures at the ends."""
-        return False
-
-    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """Faster motions made of one that may break limits, each kept farther from them than the last; none here."""
-        return iter(())
-
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
         """Times in s at which to tabulate a trajectory, its breakpoints among them."""
         return trajectory.times(at_least)
@@ -160,20 +136,6 @@ class Criteria:
         """How much slower a trajectory has to be run so that none of its durations is too short."""
         bounds = self.task.duration_bounds
         return 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
-
-    def misfit(self, trajectory: Trajectory, free_timing: bool) -> str:
-        """Why a stored motion cannot be one of these; empty where it can.
-
-        Args:
-            trajectory: the motion.
-            free_timing: whether its accelerations may jump.
-        """
-        orders = CONTINUOUS_ORDERS if free_timing else SMOOTH_ORDERS
-        jump = trajectory.largest_jump(self.task.end_velocities, orders, self.task.end_accelerations)
-        if jump <= JOINED:
-            return ""
-        how = "at rest" if not self.task.end_velocities.any() else "at the velocities of the task"
-        return f"the pieces do not join smoothly, or not {how} (by {jump:.2g})"
 
     @cached_property
     def judged_limits(self) -> tuple[Limit, ...]:
@@ -227,11 +189,6 @@ class Criteria:
         yield self, np.arange(times.size)
 
     @property
-    def scenery(self) -> tuple[Obstacle, ...]:
-        """What is drawn around the robot: the obstacles by default."""
-        return self.obstacles
-
-    @property
     def assumed(self) -> str:
         """Under what ``certified`` holds, in words to stand behind it; empty where there is nothing to say."""
         return self.robot.assumed
@@ -254,20 +211,8 @@ class Criteria:
             if bodies[name] > 1:
                 yield f"contact with any of the {bodies[name]} bodies that are called {name}, which may be touched"
 
-    def markers(self) -> tuple[Marker, ...]:
-        """Positions that the tool has to reach, for drawing."""
-        return self.task.markers()
-
     def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
         """Times of interest within a motion; none by default."""
-        return ()
-
-    def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
-        """Quantities to plot over a motion together with their bounds; none by default."""
-        return ()
-
-    def progress_measures(self) -> tuple[ProgressMeasure, ...]:
-        """Quantities to record and plot during a search; none by default."""
         return ()
 
 
@@ -329,22 +274,11 @@ class RecordedMotionCriteria(Criteria):
     """Run a motion exactly as it is stated."""
 
     free_timing: ClassVar[bool] = True
-    subject: ClassVar[str] = "motion"
-    nothing_chosen: ClassVar[str] = "the motion is judged as it is stated; nothing of it was chosen"
 
     task: RecordedMotion
 
-    def made_in(self, seconds: float) -> str:
-        return f"a motion as it is stated: {self.task.joined}"
-
     def given_motion(self) -> Trajectory:
         return self.task.motion
-
-    def misfit(self, trajectory: Trajectory, free_timing: bool) -> str:
-        """Whether it is another motion; a stated one may jump, and that is what it is judged for."""
-        stated = self.task.motion
-        same = np.array_equal(trajectory.breakpoints, stated.breakpoints)
-        return "" if same and np.array_equal(trajectory.coefficients, stated.coefficients) else "not the task's motion"
 
     @cached_property
     def judged_limits(self) -> tuple[Limit, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import ClassVar, Generic, Self, TypeVar
@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly.criteria import Criteria
+from problems.assembly.direct import DirectPlanner
 from problems.assembly.encoding import CostWeights, Decoded, Encoding, Variable
 from problems.base import FloatArray, InvalidProblem, Matrix, Relaxation
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
@@ -20,7 +21,7 @@ from problems.motions import JointPath, Motion, Trajectory
 from problems.objectives import OBJECTIVES, Objective
 from problems.programs import NonlinearProgram
 from problems.robots import Robot
-from problems.tasks import check_choice
+from problems.tasks import ProgressMeasure, check_choice
 
 P = TypeVar("P")
 
@@ -38,22 +39,6 @@ class Model:
     x: ca.SX
     objective: Matrix
     constraints: tuple[Constraint, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Approach:
-    """A posture at the goal, and fast motions to it.
-
-    Attributes:
-        goal: the posture, (dof,), rad.
-        bound: no motion there takes less, s.
-        polished: motions from ways that are found, each faster than those before; of a seed of these ways, the
-            duration in s of a motion that is known, and whether there is no time left.
-    """
-
-    goal: FloatArray
-    bound: float
-    polished: Callable[[int, float, Callable[[], bool]], Iterator[Trajectory]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,34 +79,10 @@ class Problem(Criteria, ABC, Generic[P]):
             raise InvalidProblem("branches", "this task leaves no posture to inverse kinematics")
         return self
 
-    @property
-    def free_space_time(self) -> float:
-        """What the motion takes in free space between the postures of its branch, s; 0 where nothing is known."""
-        return 0.0
-
-    def approaches(self) -> Sequence[Approach]:
-        """Postures at the goal to which motions are polished from ways that are found; none by default."""
-        return ()
-
-    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
-        """Motions that nothing between the same two postures can beat, if they keep all limits.
-
-        None by default, where no such bound is known.
-
-        Args:
-            rng: of what is drawn.
-        """
-        return iter(())
-
-    @property
-    def least_bound(self) -> float:
-        """A lower bound of the objective between postures that are looked at; minus infinity where none is known."""
-        return -np.inf
-
-    @property
-    def is_descended(self) -> bool:
-        """Whether candidates of a search are refined by descents of the nonlinear program."""
-        return self.has_program and not self.is_polished
+    @cached_property
+    def direct(self) -> DirectPlanner:
+        """What plans motions of it without a search, and improves a given one."""
+        return DirectPlanner()
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -196,6 +157,10 @@ class Problem(Criteria, ABC, Generic[P]):
         replacement = relaxation.replacement(step)
         parts = {field.name: getattr(self, field.name) for field in fields(self)}
         return replace(self, **{name: replacement.copied(part) for name, part in parts.items()})
+
+    def progress_measures(self) -> tuple[ProgressMeasure, ...]:
+        """Quantities to record and plot during a search; none by default."""
+        return ()
 
     @abstractmethod
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:

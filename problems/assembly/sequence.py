@@ -13,7 +13,6 @@ from problems.assembly.criteria import Criteria, Stage
 from problems.base import FloatArray
 from problems.certify import AtGoal, CertificateStatus, ClosestApproach, Verdict
 from problems.motions import Trajectory
-from problems.scene import Obstacle
 from problems.tasks import Sequence
 
 SAME_TIME = 1e-9  # of T: times that are one
@@ -26,14 +25,12 @@ class SequenceCriteria(Criteria):
 
     Attributes:
         stages: in their order, from 0 to T without a gap.
-        scenery: obstacles for pictures; those that are carried for a while move.
     """
 
     free_timing: ClassVar[bool] = True
 
     task: Sequence
     stages: tuple[Stage, ...] = ()
-    scenery: tuple[Obstacle, ...] = ()
 
     def at_free_times(self) -> Criteria:
         return self

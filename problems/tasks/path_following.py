@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import ClassVar, Literal, Self, TypeAlias, get_args
 
@@ -36,7 +36,7 @@ from problems.tasks.move import passing_times
 from problems.tasks.path import PLANAR, Path, check_count
 from problems.tasks.place import Elbow, Position, check_elbow, check_point_held
 from problems.tasks.point_to_point import end_conditions
-from problems.tasks.task import Marker, MarkerKind, Task
+from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Task
 
 MIN_ACCURACY = 1e-12  # of the reach: less is rounding
 KnotRedundancy: TypeAlias = Literal["free", "values"]
@@ -138,6 +138,28 @@ class PathFollowing(Task):
     def markers(self) -> tuple[Marker, ...]:
         points = self.path.array
         return (Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=self.accuracy),)
+
+    def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
+        """The redundancy angle of each link beyond the second, with its bounds (23) at the given points, to draw."""
+        times = self.point_times(trajectory)
+        lower, upper = self.robot.redundancy_ranges(trajectory.at(times), self.path.array)
+        return tuple(
+            BoundedCurve(
+                name="redundancy",
+                label="redundancy angle",
+                symbol=rf"\phi_{{{column + 3}}}",
+                unit="rad",
+                value=partial(self._redundant_value, trajectory, column),
+                times=times,
+                lower=lower[:, column],
+                upper=upper[:, column],
+                event="given point",
+            )
+            for column in range(self.robot.redundancy)
+        )
+
+    def _redundant_value(self, trajectory: Trajectory, column: int, times: FloatArray) -> FloatArray:
+        return self.robot.redundant_values(trajectory.at(times))[:, column]
 
 
 def check_path(

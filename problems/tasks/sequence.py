@@ -21,12 +21,14 @@ class Sequence(Task):
     Args:
         robot: that moves, with nothing in its hand.
         obstacles: that are there; those that are carried for a while move.
+        scenery: what is drawn around the robot, where that differs: what is carried for a while moves.
         stops: where the tool is at the start and after each stage that moves it, (n, dim), m.
     """
 
     robot: Robot
     obstacles: tuple[Obstacle, ...] = ()
     stops: tuple[tuple[float, ...], ...] = ()
+    scenery: tuple[Obstacle, ...] = ()
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         return []

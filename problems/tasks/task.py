@@ -227,6 +227,15 @@ class Task(Parametric, ABC):
         """The same task for a motion that is timed anew along its path: nothing is asked at given times any more."""
         return self
 
+    @property
+    def scenery(self) -> tuple[Obstacle, ...]:
+        """The bodies that are drawn around the robot: the obstacles by default."""
+        return self.obstacles
+
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing; none by default."""
+        return ()
+
+    def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
+        """Quantities to draw over a motion together with their bounds; none by default."""
         return ()

@@ -54,12 +54,14 @@ class Frames:
     @property
     def task_points(self) -> FloatArray:
         """The points that the tip has to reach, (p, dim), m; none where the task has none."""
-        return np.vstack([np.empty((0, self.problem.robot.dim)), *(marker.points for marker in self.problem.markers())])
+        return np.vstack(
+            [np.empty((0, self.problem.robot.dim)), *(marker.points for marker in self.problem.task.markers())]
+        )
 
     @cached_property
     def courses(self) -> tuple[Course, ...]:
         """Where the obstacles that move are at these times."""
-        return courses_of(self.problem.scenery, self.times)
+        return courses_of(self.problem.task.scenery, self.times)
 
     @cached_property
     def theta(self) -> FloatArray:
@@ -69,7 +71,7 @@ class Frames:
     @cached_property
     def scene(self) -> Scene:
         """Robot and surroundings in space."""
-        return Scene(self.problem.robot, self.problem.scenery, self.problem.markers(), self.courses)
+        return Scene(self.problem.robot, self.problem.task.scenery, self.problem.task.markers(), self.courses)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

@@ -274,7 +274,7 @@ def plane_data(frames: Frames) -> dict[str, Any]:
     return {
         "extent": rounded(np.array(frames.extent)),
         "bodies": [[body.start, body.end, float(body.radius)] for body in problem.robot.bodies if body.radius],
-        "obstacles": [rounded(obstacle.outline()) for obstacle in standing(problem.scenery)],
+        "obstacles": [rounded(obstacle.outline()) for obstacle in standing(problem.task.scenery)],
         "moving": [_moving_in_plane(course) for course in frames.courses],
     }
 

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from problems import CertificateStatus, Verdict
 from problems.certify import AtGoal, WorstIs
+from problems.tasks import RecordedMotion
 from solvers import StopReason
 from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
 from tpbso_casadi.planning import BOUND, Motion, PlannedMotion, Polish, Retiming, SearchedMotion
@@ -98,7 +99,10 @@ def effort_of(plan: PlannedMotion) -> str:
         what = f"{count} stage{'s' if count > 1 else ''}, planned in {plan.seconds_timed:.2f} s"
         return f"{what}; {above:.1%} above {bound:.4g} s, their bound in free space between the postures looked at"
     if found is None:
-        return plan.criteria.made_in(plan.seconds_timed)
+        task = plan.criteria.task
+        if isinstance(task, RecordedMotion):
+            return f"a motion as it is stated: {task.joined}"
+        return f"a given path, timed in {plan.seconds_timed:.2f} s"
     rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""
     search = found.search
     if not search.evaluations:

@@ -239,7 +239,7 @@ def curve_figures(plan: PlannedMotion) -> dict[str, tuple[str, Figure]]:
 
 def curve_groups(plan: PlannedMotion) -> dict[str, tuple[BoundedCurve, ...]]:
     """The problem's bounded curves by the file name of their figure."""
-    curves = plan.criteria.bounded_curves(plan.trajectory)
+    curves = plan.criteria.task.bounded_curves(plan.trajectory)
     return {name: tuple(group) for name, group in groupby(curves, key=lambda curve: curve.name)}
 
 

@@ -185,19 +185,19 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     """The tool's path, a fan of postures, obstacles, what the task states, and the closest approach."""
     problem, motion = plan.criteria, plan.motion
     shown, joints = snapshots(motion), motion.joint_positions(plan.times)
-    courses = courses_of(problem.scenery, plan.times)
-    points = np.vstack([np.empty((0, 2)), *(marker.points for marker in problem.markers())])
+    courses = courses_of(problem.task.scenery, plan.times)
+    points = np.vstack([np.empty((0, 2)), *(marker.points for marker in problem.task.markers())])
     left, right, bottom, top = extent_of(problem, joints, points, courses)
     figure = Figure(figsize=size_of(right - left, top - bottom), layout="constrained")
     axes = figure.subplots()
     axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top), xlabel="x [m]", ylabel="y [m]")
     draw_scene(axes, problem)
-    for marker in problem.markers():
+    for marker in problem.task.markers():
         draw_band(axes, marker)
     axes.plot(*joints[:, -1].T, color=PATH, linewidth=1.8, label="path of the tool", zorder=5)
     draw_fan(axes, plan, shown)
     seen = [snapshot for snapshot in shown if snapshot.opacity]
-    still = courses_of(problem.scenery, times_of(seen))
+    still = courses_of(problem.task.scenery, times_of(seen))
     if courses:
         draw_moving(axes, still, [snapshot.opacity for snapshot in seen])
         draw_ways(axes, [course.middles for course in courses])
@@ -209,7 +209,7 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     labels = axes.get_legend_handles_labels()[1]
     figure.legend(loc="outside lower center", ncols=min(2, legend_columns(labels, figure.get_figwidth())))
     figure.draw_without_rendering()  # so that places are final
-    outlines = [obstacle.outline() for obstacle in problem.scenery if not obstacle.moves]
+    outlines = [obstacle.outline() for obstacle in problem.task.scenery if not obstacle.moves]
     ways = [joints[:, -1], *motion.joint_positions(times_of(shown)), *outlines, *(c.middles for c in courses)]
     label_places(axes, labels_of(plan, nearest, still), ways)
     return figure
@@ -249,8 +249,8 @@ def labels_of(plan: PlannedMotion, nearest: Nearest | None, courses: Sequence[Co
     ends = motion.joint_positions(np.array([0.0, plan.trajectory.duration]))[:, -1]
     labels += [PlaceLabel("start", ends[0]), PlaceLabel("goal", ends[1])]
     labels += [PlaceLabel(points.label, points.places[0]) for points in passed_by(motion)]
-    standing = [(n, obstacle) for n, obstacle in enumerate(problem.scenery, start=1) if not obstacle.moves]
-    if len(problem.scenery) > 1:
+    standing = [(n, obstacle) for n, obstacle in enumerate(problem.task.scenery, start=1) if not obstacle.moves]
+    if len(problem.task.scenery) > 1:
         labels += [PlaceLabel(f"{number}", obstacle.outline().mean(axis=0)) for number, obstacle in standing]
     return labels + time_labels(courses)
 
@@ -271,7 +271,9 @@ def path_in_space(plan: PlannedMotion) -> Figure:
         named=(Points("start", tool[:1]), Points("goal", tool[-1:]), *passed_by(motion)),
         nearest=None if nearest is None else Points(nearest.label, nearest.points),
     )
-    scene = Scene(problem.robot, problem.scenery, problem.markers(), courses_of(problem.scenery, plan.times))
+    scene = Scene(
+        problem.robot, problem.task.scenery, problem.task.markers(), courses_of(problem.task.scenery, plan.times)
+    )
     figure = space_figure(scene, postures, way, motion.trajectory.at(plan.times))
     title_figure(figure, headline(plan).replace("\n", ", ", 1))
     return figure

@@ -97,7 +97,7 @@ def extent_of(
         courses: of the obstacles that move.
     """
     robot = problem.robot
-    boxes = [obstacle.bounding_box() for obstacle in standing(problem.scenery)]
+    boxes = [obstacle.bounding_box() for obstacle in standing(problem.task.scenery)]
     thickest = max((float(body.radius) for body in robot.bodies), default=0.0)
     base, reach = np.array(robot.base), robot.reach()[1] + thickest
     boxes += [course.within(base - reach, base + reach) for course in courses]
@@ -118,9 +118,9 @@ MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
 def draw_scene(axes: Axes, problem: Criteria) -> None:
     """Draw the base of the arm, the obstacles that stand and the markers of the task."""
     axes.plot(*problem.robot.base, "s", color="black", markersize=6, label="base", zorder=5)
-    for number, obstacle in enumerate(standing(problem.scenery)):
+    for number, obstacle in enumerate(standing(problem.task.scenery)):
         draw_obstacle(axes, obstacle.outline()).set_label("_" if number else "obstacle")
-    for marker in problem.markers():
+    for marker in problem.task.markers():
         x, y = marker.points.T
         axes.plot(x, y, linestyle="none", color=GIVEN, label=marker.label, **MARKER_STYLES[marker.kind])
 

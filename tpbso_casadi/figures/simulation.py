@@ -99,7 +99,7 @@ def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motio
     draw_bodies(axes, record.robot, joints[-1], ARM)
     axes.plot(*joints[-1].T, "-o", color=ARM, markerfacecolor="white", linewidth=1.8, label="at the end", zorder=4)
     courses = courses_of(record.obstacles, times)
-    points = np.vstack([marker.points for marker in criteria.markers()])
+    points = np.vstack([marker.points for marker in criteria.task.markers()])
     left, right, bottom, top = extent_of(criteria, joints, points, courses)
     axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top), xlabel="x [m]", ylabel="y [m]")
     draw_ways(axes, [course.middles for course in courses])
@@ -112,7 +112,7 @@ def in_space(figure: Figure, place: SubplotSpec, record: SimulationRecord, motio
     """The scene of a robot in space, from above and from the front."""
     times, criteria = row_times(record), motion.criteria
     courses = courses_of(record.obstacles, times)
-    scene = Scene(record.robot, record.obstacles, criteria.markers(), courses)
+    scene = Scene(record.robot, record.obstacles, criteria.task.markers(), courses)
     theta = record.executed.at(times)
     bounds = scene.bounds(theta)
     last = Posture("at the end", ARM, theta[-1], record.duration, STRONG)

@@ -237,7 +237,7 @@ class Run(AnyRun):
         return without_solver(self.scenario)
 
     def seconds_after(self, descent: float) -> float:  # a refinement takes about as long as a descent
-        polished = not self.section.is_direct and problem_of(self.scenario).is_polished
+        polished = not self.section.is_direct and problem_of(self.scenario).direct.replaces_descents
         return PLAN_SECONDS + (1 if polished else self.section.polish_starts) * descent
 
     @property

@@ -10,11 +10,13 @@ from tpbso_casadi.planning.finishing import (
     Polish,
     Retiming,
     SearchedMotion,
+    has_descents,
 )
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, alternatives, motion_of, shares_of_limits, torques_of
 from tpbso_casadi.planning.optimum import Optimum, Price, nearest_optimum
 from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feasible, may_start_again, plan, step_name
-from tpbso_casadi.planning.progress import Progress, SharedSearches
+from tpbso_casadi.planning.planning import SharedSearches
+from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.sequence import BOUND, NoMotion
 
 __all__ = [
@@ -40,6 +42,7 @@ __all__ = [
     "alternatives",
     "convergence",
     "first_feasible",
+    "has_descents",
     "may_start_again",
     "motion_of",
     "nearest_optimum",

@@ -20,9 +20,19 @@ import numpy as np
 from problems import Problem
 from problems.base import FloatArray
 from solvers import IPOPT, Archive, Box, Budget, Result, Solver, minimize
-from tpbso_casadi.planning.finishing import Polish, Refinement, SearchedMotion, distinct, is_better, refine, retimed
+from tpbso_casadi.planning.finishing import (
+    Polish,
+    Refinement,
+    SearchedMotion,
+    distinct,
+    has_descents,
+    is_better,
+    refine,
+    retimed,
+)
 from tpbso_casadi.planning.motion import Motion, motion_of
-from tpbso_casadi.planning.progress import Planning, Progress, log_search
+from tpbso_casadi.planning.planning import Planning
+from tpbso_casadi.planning.progress import Progress, log_search
 
 T = TypeVar("T")
 FINALISTS = 3  # the race's own pick alone is unreliable
@@ -112,7 +122,7 @@ def _in_time(branch: Problem[Any]) -> float:
     objective = branch.objective
     if not (objective.is_time_dependent and objective.sooner_is_better):
         return -inf
-    return float(objective.terminal(ca.DM(branch.free_space_time)))
+    return float(objective.terminal(ca.DM(branch.direct.free_space_time)))
 
 
 def _raced(branch: Problem[Any], planning: Planning, budget: Budget) -> RacedBranch:
@@ -183,7 +193,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
     ends = time.perf_counter() + asked.within
     box = Box(*problem.bounds)
     evaluate = planning.evaluator(problem)
-    improve = _descents(problem, planning) if problem.is_descended else _programs(progress)
+    improve = _descents(problem, planning) if has_descents(problem) else _programs(problem, progress)
     rounds: list[SearchRound] = []
     while not rounds or (time.perf_counter() < ends and not planning.is_cut_short):
         left, archive = ends - time.perf_counter(), Archive(box)
@@ -226,11 +236,11 @@ def _descents(problem: Problem[Any], planning: Planning) -> Improve:
     return improve
 
 
-def _programs(progress: Progress) -> Improve:
+def _programs(problem: Problem[Any], progress: Progress) -> Improve:
     """Sequential linear programs, which are also the plan's last stage: they tell what each motion will become."""
 
     def improve(search: Result, motion: Motion, archive: Archive, seconds: float) -> SearchRound:
-        return SearchRound(search, motion, None, retimed(motion, progress).chosen)
+        return SearchRound(search, motion, None, retimed(motion, problem.direct, progress).chosen)
 
     return improve
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from problems import InvalidProblem, Problem, Trajectory, Verdict
-from problems.assembly import Criteria
+from problems.assembly import Criteria, DirectPlanner
 from problems.base import FloatArray, as_array
 from problems.limits import holds_time
 from problems.programs import NonlinearProgram
@@ -25,6 +25,11 @@ from tpbso_casadi.scenario import Scenario
 MARGINS = (3e-3, 1e-2)  # tried in turn when a solution breaks a limit between its samples
 START_DISTANCE = 0.5  # rad: two starts differ by more than that in some joint at some time
 COMPARISON_TIMES = 21  # at which they are compared
+
+
+def has_descents(problem: Problem[Any]) -> bool:
+    """Whether candidates of a search are refined by descents of the nonlinear program."""
+    return problem.has_program and not problem.direct.replaces_descents
 
 
 class Refinement:
@@ -165,6 +170,7 @@ LOG = logging.getLogger(__name__)
 POLISHED = "sequential programs"  # the candidate that changes path and speed
 FREE_SPACE = "free space"  # the candidate that is the fastest between its ends where nothing is in the way
 SAME_PATH = "same path"  # the candidate that runs the path of the motion before
+CANDIDATES = (FREE_SPACE, POLISHED, SAME_PATH)
 AS_FAST = 1.0 + 1e-6  # how much slower it may be run and is still the fastest
 SAME_OBJECTIVE = 1e-9  # relative: what a path gains or loses when it is run at other times is rounding
 
@@ -207,42 +213,44 @@ def is_better(motion: Motion, before: Motion) -> bool:
     return same and motion.trajectory.duration < before.trajectory.duration
 
 
-def retimed(before: Motion, progress: Progress) -> Retiming:
+def retimed(before: Motion, planner: DirectPlanner, progress: Progress) -> Retiming:
     """Time a finished motion anew, in all the ways there are.
 
     Where free space will do, nothing is faster between the same postures, unless it had to be slowed down for limits
     that it is not made for, as torques are; other postures at the ends may be.
+
+    Args:
+        before: the motion.
+        planner: that of its problem.
+        progress: is told that this begins.
     """
     began = time.perf_counter()
     progress.phase("retiming")
     made: dict[str, Motion] = {}
     settled = False
-    for name, make in CANDIDATES.items():
-        moves_ends = name == POLISHED and before.problem.ends_may_move
-        if settled and not moves_ends:
+    # the motion in free space first: there is no faster one between two postures
+    for name, trajectories, certain in (
+        (FREE_SPACE, _free_space(before), False),
+        (POLISHED, planner.polished(before.trajectory), planner.replaces_descents),
+        (SAME_PATH, _same_path(before), True),
+    ):
+        if settled and not (name == POLISHED and planner.ends_may_move):
             continue
-        motion, slower = _attempted(make, before)
+        motion, slower = _attempted(trajectories, before)
         if motion is not None:
             made[name] = motion
-            settled = settled or (motion.feasible and _settles(name, motion, slower))
+            settled = settled or (motion.feasible and (certain or (name == FREE_SPACE and slower <= AS_FAST)))
     best = min(made, key=lambda name: (made[name].merit, made[name].trajectory.duration), default="")
     seconds = time.perf_counter() - began
     LOG.info("retiming: %s, best of %d in %.3f s", best or "no candidate", len(made), seconds)
     return Retiming(before, made.get(best), best, seconds)
 
 
-def _settles(name: str, motion: Motion, slower: float) -> bool:
-    """Whether nothing faster is to be expected after a certified candidate that was run so much slower than made."""
-    if name == FREE_SPACE:
-        return slower <= AS_FAST
-    return name != POLISHED or motion.problem.is_polished
-
-
-def _attempted(make: Callable[[Motion], Iterator[Trajectory]], before: Motion) -> tuple[Motion | None, float]:
+def _attempted(trajectories: Iterable[Trajectory], before: Motion) -> tuple[Motion | None, float]:
     """The first certified motion of a candidate, or its last, None where it cannot be made; how much it was slowed."""
     motion, slower = None, 1.0
     try:
-        for trajectory in make(before) if before.trajectory.is_finite else ():
+        for trajectory in trajectories if before.trajectory.is_finite else ():
             motion = slowed(replace(before, trajectory=trajectory, retimed=True))
             slower = motion.trajectory.duration / trajectory.duration
             if motion.feasible:
@@ -268,11 +276,6 @@ def in_least_time(motion: Motion) -> Motion:
         return motion
     least = scale if problem.objective.sooner_is_better and not holds_time(problem.limits) else max(1.0, scale)
     return replace(motion, trajectory=motion.trajectory.time_scaled(least))
-
-
-def _polished(before: Motion) -> Iterator[Trajectory]:
-    """What sequential linear programs make of it, where the problem has them."""
-    return before.problem.polished(before.trajectory)
 
 
 def _same_path(before: Motion) -> Iterator[Trajectory]:
@@ -303,14 +306,6 @@ def _free_space(before: Motion) -> Iterator[Trajectory]:
         yield least_time_move(start, goal, velocities[0], velocities[1], limits)
     else:
         yield rest_to_rest(start, goal, limits)
-
-
-# the motion in free space first: there is no faster one between two postures
-CANDIDATES: dict[str, Callable[[Motion], Iterator[Trajectory]]] = {
-    FREE_SPACE: _free_space,
-    POLISHED: _polished,
-    SAME_PATH: _same_path,
-}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -19,6 +19,7 @@ from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, ClosestApproach, WorstIs, broken_spans
 from problems.limits import Clearance
 from problems.motions import JointPath
+from problems.tasks import RecordedMotion
 from tpbso_casadi.planning.controller_rows import ControllerRows
 
 STILL = 1e-9  # of a joint's limit of speed: at less it stands still, and Coulomb friction does not act
@@ -107,6 +108,11 @@ class Motion:
     def free_timing(self) -> bool:
         """Whether the number of its pieces is free, and its accelerations may jump where nothing limits the jerk."""
         return self.retimed or self.problem.free_timing
+
+    @property
+    def is_stated(self) -> bool:
+        """Whether it is judged as it was stated, with nothing of it chosen."""
+        return isinstance(self.problem.task, RecordedMotion)
 
     @property
     def stages(self) -> tuple[Stage, ...]:

@@ -122,7 +122,7 @@ def nearest_optimum(problem: Problem[Any], plan: Motion, found: Motion, retimes:
     if ends is None:
         return None
     best, again = ends
-    certified = min((_finished(best.motion, retimes), best.motion), key=lambda motion: motion.merit).objective
+    certified = min((_finished(problem, best.motion, retimes), best.motion), key=lambda motion: motion.merit).objective
     near, unpriced = _near(problem, best.motion)
     pricing, prices = Pricing(own, best, again, (found, plan)), list[Price]()
     for relaxation in near:
@@ -142,10 +142,11 @@ def nearest_optimum(problem: Problem[Any], plan: Motion, found: Motion, retimes:
     )
 
 
-def _finished(motion: Motion, retimes: bool) -> Motion:
+def _finished(problem: Problem[Any], motion: Motion, retimes: bool) -> Motion:
     """The motion as plans are finished: as fast as its limits allow, and timed anew where plans of its scenario are."""
     fastest = in_least_time(motion)
-    return retimed(fastest, Progress()).chosen if retimes and motion.problem.objective.is_time_dependent else fastest
+    timed_anew = retimes and problem.objective.is_time_dependent
+    return retimed(fastest, problem.direct, Progress()).chosen if timed_anew else fastest
 
 
 @dataclass(frozen=True)
@@ -233,7 +234,8 @@ class Replanner:
 
         It is not timed anew where the program itself chooses all of its timing.
         """
-        finished = _finished(replace(motion, problem=self.problem), self._retimes and not self.problem.free_timing)
+        retimes = self._retimes and not self.problem.free_timing
+        finished = _finished(self.problem, replace(motion, problem=self.problem), retimes)
         return finished.objective if finished.feasible else np.inf
 
 

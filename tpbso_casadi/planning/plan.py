@@ -24,18 +24,20 @@ from solvers import (
     keep_best,
 )
 from tpbso_casadi.planning.branches import best_of_branches, best_within
+from tpbso_casadi.planning.direct import directly
 from tpbso_casadi.planning.finishing import (
     PlannedMotion,
     Refinement,
     SearchedMotion,
+    has_descents,
     is_better,
     polish,
     retimed,
 )
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
-from tpbso_casadi.planning.progress import Planning, Progress, SharedSearches, log_search
+from tpbso_casadi.planning.planning import Planning, SharedSearches
+from tpbso_casadi.planning.progress import Progress, log_search
 from tpbso_casadi.planning.sequence import planned_sequence
-from tpbso_casadi.planning.unsearched import without_search
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
 
 LOG = logging.getLogger(__name__)
@@ -94,24 +96,16 @@ def plan(
             starts=starts,
             deadline=deadline,
             shared=shared,
+            warm_start=warm_start,
         )
         if not scenario.task.is_searched:
             return interruption.breakable(partial(_whole_sequence, scenario, planning))
         problem = interruption.breakable(scenario.problem) if problem is None else problem
-        planned = partial(_planned, warm_start=warm_start)
-        found = without_search(problem, planning)
-        if found is not None:
-            return _valued(found)
-        if within is not None:
-            planning = planning.with_settings(within=max(planning.left, LEAST_WITHIN))
-        if not problem.branches or planning.solver.solves_program:
-            motion = planned(problem, planning)
-        else:
-            motion = best_of_branches(problem, planning, planned)
+        found = directly(problem, planning) or by_search(problem, planning)
         for error in planning.failures[:1]:
-            keep_best(error, motion)
+            keep_best(error, found)
             raise error
-        return _valued(motion)
+        return _valued(found)
 
 
 def _whole_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:
@@ -149,35 +143,41 @@ def _valued(found: P) -> P:
     return found
 
 
-def _planned(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion | Motion | None) -> SearchedMotion:
-    """The whole plan of a problem that keeps to one branch, with other seeds where the first leads to nothing."""
-    found = _once(problem, planning, warm_start)
+def by_search(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+    """The best plan that searches lead to, of all branches, in the time that is left."""
+    if planning.settings.within is not None:
+        planning = planning.with_settings(within=max(planning.left, LEAST_WITHIN))
+    if not problem.branches or planning.solver.solves_program:
+        return with_restarts(problem, planning)
+    return best_of_branches(problem, planning, with_restarts)
+
+
+def with_restarts(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+    """The plan of a problem that keeps to one branch, with other seeds where the first leads to nothing."""
+    found = from_one_seed(problem, planning)
     for number in range(1, RESTARTS + 1 if may_start_again(planning.scenario, problem) else 1):
         if found.feasible or planning.is_cut_short:
             break
-        other = planning.attempt(partial(_again, problem, planning, number, warm_start))
+        again = planning.with_settings(seed=planning.settings.seed + number)
+        other = planning.attempt(partial(_directly_or_by_search, problem, again))
         if other is None:
             return replace(found, interrupted=True)
         found = replace(other if is_better(other.motion, found.motion) else found, rounds=number + 1)
     return found
 
 
-def _again(
-    problem: Problem[Any], planning: Planning, number: int, warm_start: PlannedMotion | Motion | None
-) -> SearchedMotion:
-    """The plan of another seed."""
-    again = planning.with_settings(seed=planning.settings.seed + number)
-    return without_search(problem, again) or _once(problem, again, warm_start)
+def _directly_or_by_search(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+    return directly(problem, planning) or from_one_seed(problem, planning)
 
 
 def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:
     """Whether searches with other seeds follow one that led to no certified plan: the way out of narrow passages."""
     timed = scenario.solver.within is not None or scenario.solver.time_limit is not None
-    return problem.is_polished and scenario.model.retime and not timed
+    return problem.direct.replaces_descents and scenario.model.retime and not timed
 
 
-def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion | Motion | None) -> SearchedMotion:
-    """Search, polish and timing with one seed.
+def from_one_seed(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+    """The plan of one search, polished and timed.
 
     Raises:
         ScenarioError: a nonlinear program is asked for where there is none.
@@ -187,21 +187,22 @@ def _once(problem: Problem[Any], planning: Planning, warm_start: PlannedMotion |
         if asked and not problem.has_program:
             raise ScenarioError(f"solver.{key}: this task has no nonlinear program to descend")
     if isinstance(planning.solver, IPOPT):
-        first = planning.starts if warm_start is None else (warm_start.trajectory, *planning.starts)
-        found = _descended(problem, planning, planning.solver, first)
+        found = _descended(problem, planning, planning.solver)
     elif within:
-        found = best_within(problem, planning, planning.solver, candidates_of(problem, warm_start))
+        found = best_within(problem, planning, planning.solver, candidates_of(problem, planning.warm_start))
     else:
-        found = _searched(problem, planning, candidates_of(problem, warm_start))
+        found = _searched(problem, planning, candidates_of(problem, planning.warm_start))
     return finished(found, planning) if planning.scenario.model.retime else found
 
 
-def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT, first: Sequence[Trajectory]) -> SearchedMotion:
+def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT) -> SearchedMotion:
     """A plan by gradients alone, from motions that are given, then from the program's own starts, again and again."""
     refinement = planning.interruption.breakable(partial(Refinement, problem, solver))
     planning.progress.phase("searching")
     settings = planning.settings
     own = refinement.program.starts(np.random.default_rng(settings.seed))
+    known = planning.warm_start
+    first = planning.starts if known is None else (known.trajectory, *planning.starts)
     starts = chain(map(refinement.program.from_trajectory, first), own)
     status = planning.progress.status
     search = planning.searched(partial(refinement.descend, starts, settings.budget(), settings.seed, status))
@@ -224,7 +225,7 @@ def _searched(problem: Problem[Any], planning: Planning, known: FloatArray | Non
     log_search("search", search)
     motion = motion_of(problem, search.x)
     refined = None
-    if settings.polish_starts and problem.is_descended:
+    if settings.polish_starts and has_descents(problem):
         good = [search.x] if found.archive is None else [search.x, *found.archive.x]
         work = partial(polish, problem, motion, good, settings.polish_starts, progress, planning.starts)
         refined = planning.breakable_attempt(work)
@@ -240,7 +241,7 @@ def _searched(problem: Problem[Any], planning: Planning, known: FloatArray | Non
 
 def finished(found: SearchedMotion, planning: Planning) -> SearchedMotion:
     """The plan as fast as its limits allow; as it was found where it is cut short."""
-    retiming = planning.breakable_attempt(partial(retimed, found.motion, planning.progress))
+    retiming = planning.breakable_attempt(partial(retimed, found.motion, found.problem.direct, planning.progress))
     motion = found.motion if retiming is None else retiming.chosen
     return replace(found, motion=motion, retiming=retiming, interrupted=planning.is_cut_short)
 

@@ -24,10 +24,10 @@ from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.tasks import Joints, Place, ToolPath
 from problems.timing import least_durations, retime
+from tpbso_casadi.planning.direct import directly, judged
 from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.progress import Planning
-from tpbso_casadi.planning.unsearched import judged, without_search
+from tpbso_casadi.planning.planning import Planning
 from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
     ENDS,
@@ -365,7 +365,7 @@ class SequencePlanner:
         if statement.solver.is_direct and not thorough:
             problem = statement.problem()
             planning = replace(self.planning, scenario=statement, solver=solver, settings=statement.solver)
-            found = without_search(problem, planning)
+            found = directly(problem, planning)
             return None if found is None else found.trajectory
         planned = self._plan(statement)
         return planned.trajectory if planned.feasible else None
@@ -429,7 +429,7 @@ class SequencePlanner:
 def _polished(problem: Problem[Any], criteria: Criteria, motion: Trajectory) -> Trajectory | None:
     """The first certified motion that programs make of one, if it is faster; else None."""
     with suppress(InvalidProblem):
-        tried = (judged(criteria, trajectory) for trajectory in problem.polished(motion))
+        tried = (judged(criteria, trajectory) for trajectory in problem.direct.polished(motion))
         found = next((other.trajectory for other in tried if other.feasible), motion)
         return found if found.duration < motion.duration else None
     return None

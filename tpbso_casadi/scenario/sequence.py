@@ -341,9 +341,8 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
     obstacles = build_obstacles(list(scenario.obstacles), robot.dof)
-    task = StagedTask(robot, obstacles, stops)
-    scenery = shown_around(cells, trajectory, times)
-    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages), scenery=scenery)
+    task = StagedTask(robot, obstacles, stops, shown_around(cells, trajectory, times))
+    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages))
 
 
 def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArray) -> tuple[Obstacle, ...]:

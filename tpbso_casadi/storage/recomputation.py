@@ -9,8 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from problems import Problem, Trajectory
+from problems.assembly import Criteria
 from problems.certify import WorstIs
-from problems.motions import JointPath
+from problems.motions import CONTINUOUS_ORDERS, SMOOTH_ORDERS, JointPath
+from problems.tasks import RecordedMotion
 from problems.timing import departure, least_durations
 from solvers import StopReason
 from tpbso_casadi.plain import CORE, plain, versions
@@ -22,6 +24,7 @@ from tpbso_casadi.planning import (
     SAME_PATH,
     Motion,
     Retiming,
+    has_descents,
     may_start_again,
     motion_of,
 )
@@ -36,6 +39,7 @@ from tpbso_casadi.storage.tables import (
 )
 
 ROUNDING = 1e-9  # relative
+JOINED = 1e-9  # relative: jumps up to this are rounding of a stored motion
 TIMED_AGAIN = 1e-6  # relative: of a timing, which another machine does not compute to the last digits
 OTHER_PROOF = 0.6  # of a clearance beyond what is kept: two proven bounds of it differ by no more
 PATH_TOLERANCE = 1e-9  # rad, for angles up to 1 rad, and of larger ones
@@ -310,7 +314,7 @@ def _of_polish(result: RunResult, problem: Problem[Any]) -> Iterator[str]:
     if solver.within is None:
         if polish is not None and not solver.polish_starts:
             yield "polish: the scenario asks for none"
-        expected = solver.polish_starts and problem.is_descended and result.evaluations
+        expected = solver.polish_starts and has_descents(problem) and result.evaluations
         if polish is None and expected and not result.interrupted:
             yield "polish: missing key"
         if polish is not None and polish.starts > solver.polish_starts:
@@ -403,6 +407,21 @@ def check_trajectory(key: str, motion: Motion, problem: Problem[Any] | None) -> 
         raise Contradiction(f"{key}: {needed} from t = 0 are needed")
     if trajectory.breakpoints.size != pieces + 1 or not (np.diff(trajectory.breakpoints) > 0.0).all():
         raise Contradiction(f"{key}.breakpoints: increasing times are needed, one more than pieces")
-    misfit = criteria.misfit(trajectory, motion.free_timing)
+    misfit = _misfit(criteria, trajectory, motion.free_timing)
     if misfit:
         raise Contradiction(f"{key}.coefficients: {misfit}")
+
+
+def _misfit(criteria: Criteria, trajectory: Trajectory, free_timing: bool) -> str:
+    """Why a motion cannot be one of these; empty where it can. Accelerations may jump where the timing is free."""
+    task = criteria.task
+    if isinstance(task, RecordedMotion):  # which may jump, and that is what it is judged for
+        same = np.array_equal(trajectory.breakpoints, task.motion.breakpoints)
+        same = same and np.array_equal(trajectory.coefficients, task.motion.coefficients)
+        return "" if same else "not the task's motion"
+    orders = CONTINUOUS_ORDERS if free_timing else SMOOTH_ORDERS
+    jump = trajectory.largest_jump(task.end_velocities, orders, task.end_accelerations)
+    if jump <= JOINED:
+        return ""
+    how = "at rest" if not task.end_velocities.any() else "at the velocities of the task"
+    return f"the pieces do not join smoothly, or not {how} (by {jump:.2g})"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -17,9 +17,9 @@ from problems.families.knots.encoding import DEFAULT_TIME_BOUNDS, KNOT_ENCODINGS
 from problems.families.knots.motion import KnotSpline, turning_speed
 from problems.families.knots.program import PathNlp
 from problems.limits import SAMPLING_MARGIN, Accuracy, Constraint, Limit, LimitKind, limits_of
-from problems.motions import Samples, SplineShape, Trajectory
+from problems.motions import Samples, SplineShape
 from problems.objectives import Objective
-from problems.tasks import BoundedCurve, PathFollowing, ProgressMeasure, check_at_least, check_choice
+from problems.tasks import PathFollowing, ProgressMeasure, check_at_least, check_choice
 
 
 def posture_steps(encoding: KnotPostures[Any], joints: int, x: ca.SX, p: ca.SX) -> list[Step]:
@@ -174,28 +174,6 @@ class PathFollowingProblem(Problem[SplineShape]):
             of_trajectory=self.task.accuracy_of,
         )
         return (accuracy,)
-
-    def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
-        """The redundancy angle of each link beyond the second, with its bounds (23) at the given points."""
-        times = self.task.point_times(trajectory)
-        lower, upper = self.robot.redundancy_ranges(trajectory.at(times), self.task.path.array)
-        return tuple(
-            BoundedCurve(
-                name="redundancy",
-                label="redundancy angle",
-                symbol=rf"\phi_{{{column + 3}}}",
-                unit="rad",
-                value=partial(self._redundant_value, trajectory, column),
-                times=times,
-                lower=lower[:, column],
-                upper=upper[:, column],
-                event="given point",
-            )
-            for column in range(self.robot.redundancy)
-        )
-
-    def _redundant_value(self, trajectory: Trajectory, column: int, times: FloatArray) -> FloatArray:
-        return self.robot.redundant_values(trajectory.at(times))[:, column]
 
 
 def largest_rows(values: Matrix) -> Matrix:

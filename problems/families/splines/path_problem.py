@@ -34,7 +34,6 @@ from problems.motions import (
     limited,
     within,
 )
-from problems.polish import IntegrandFunctions
 from problems.robots import JointLimits
 from problems.timing import SpeedProfile, retime
 
@@ -59,11 +58,6 @@ class SplineProblem(Problem[TimedPath]):
         return replace(self, motion=motion, encoding=replace(self.encoding, motion=motion))
 
     @cached_property
-    def _integrals(self) -> IntegrandFunctions | None:
-        """What is minimised, where enough is known of it."""
-        return IntegrandFunctions.of(self.objective, self.robot)
-
-    @cached_property
     def _path(self) -> ca.Function:
         x = ca.SX.sym("x", len(self.variables))
         points, (start, goal) = self.encoding.path(x)
@@ -82,7 +76,7 @@ class SplineProblem(Problem[TimedPath]):
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
         """
-        return self._timed(x, self.robot.limits, refined=not self.is_polished)
+        return self._timed(x, self.robot.limits, refined=not self.direct.replaces_descents)
 
     def quick_trajectory(self, x: FloatArray) -> Trajectory:
         """The least time without a jerk limit, found much sooner: where a descent may begin."""

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from itertools import islice
+from functools import cached_property
 from math import ceil
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from problems.assembly import LARGEST_TIME_SCALE, Approach, LocalTimeScale, SearchedTimeScale, objective_named
+from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
-from problems.core import World
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
-from problems.families.splines.branches import branch_posture, branched, least_time, on_postures
+from problems.families.splines.branches import branch_posture, branched, on_postures
+from problems.families.splines.direct import MovePlanner, move_planner
 from problems.families.splines.encoding import ControlPoints, nominal, stops
 from problems.families.splines.path_problem import MoveSteps, SplineProblem, end_rates
 from problems.families.splines.program import MoveNlp, usual_pieces
@@ -32,31 +29,9 @@ from problems.limits import (
     stay_constraints,
     stay_matters,
 )
-from problems.motions import JointPath, PathSpline, TimedPath, Trajectory
-from problems.objectives import DirectMoves, Objective
-from problems.polish import (
-    Deviations,
-    ExpressionLimits,
-    Passages,
-    PathRefinement,
-    PolishObjective,
-    Rates,
-    RefinementSettings,
-    at_the_bound,
-    everywhere,
-    faster_nearby,
-    gentler_limits,
-    joint_box,
-    postures_around,
-    postures_on_the_way,
-)
-from problems.sequential import JointTorques, PathSpeedPolish, can_be_polished, limits_can_be_polished
-from problems.tasks import Milestone, Move, Surroundings, check_at_least
-from problems.timing import least_durations, retime
-
-TORQUE_LOOKS = 100  # times of a motion, at least
-MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
-LATER = 1e-9  # of the least total time: rounding
+from problems.motions import PathSpline, TimedPath, Trajectory
+from problems.objectives import Objective
+from problems.tasks import Milestone, Move, check_at_least
 
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
 LEAST_PIECES = 2
@@ -208,10 +183,6 @@ class MoveProblem(SplineProblem):
         )
 
     @property
-    def free_space_time(self) -> float:
-        return least_time(self.task)
-
-    @property
     def structure_key(self) -> Hashable:
         """What is the same for problems whose programs differ in their numbers alone."""
         return self.variables
@@ -247,184 +218,8 @@ class MoveProblem(SplineProblem):
         return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.quick_trajectory)
 
     @cached_property
-    def _has_polish(self) -> bool:
-        """Whether sequential linear programs know all that is asked for."""
-        return self.objective.asks_for_least_time and can_be_polished(self.task, self.limits)
-
-    @cached_property
-    def _has_ladder(self) -> bool:
-        """Whether motions are tried before a search: in space, where own limits are of postures and their speeds."""
-        if self.robot.dim != 3 or self.branches:
-            return False
-        known = [limit for limit in self.limits if not ExpressionLimits.supports(limit)]
-        free = self._own is None and self.task.total_time is None
-        between_two_states = free and self.robot.limits.jerk is not None
-        if not (limits_can_be_polished(known) and (self.task.at_rest or between_two_states)):
-            return False
-        return self.objective.polish_suffices and self._integrals is not None
-
-    @property
-    def is_polished(self) -> bool:
-        """In space, where there is a polish; in the plane a nonlinear program may do as well."""
-        return self._has_polish and self.robot.dim == 3
-
-    @property
-    def ends_may_move(self) -> bool:
-        ends = (self.task.start, *self.task.goals)
-        return (self.is_polished or self._has_ladder) and not all(place.always_reached for place in ends)
-
-    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """What sequential linear programs make of a motion: over path and speed, or, with own limits, deviations of it.
-
-        In the plane a nonlinear program does as well, unless torques are limited or obstacles move.
-        """
-        hard = self.robot.limits.torque is not None or any(obstacle.moves for obstacle in self.obstacles)
-        needed = self.robot.dim == 3 or hard
-        if needed and self._has_polish:
-            return self._polish(start)
-        if not self._has_own_polish or self._integrals is None:
-            return iter(())
-        return faster_nearby(start, self._integrals, self.obstacles, self.limits)
-
-    @property
-    def _has_own_polish(self) -> bool:
-        """Whether programs know own limits that a motion in least time from rest to rest keeps."""
-        simple = self.task.at_rest and self.task.passes_nothing and self.task.total_time is None
-        return self.objective.asks_for_least_time and simple and self._own is not None and self._has_ladder
-
-    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
-        """Where nothing beats the direct motion; of a pose the postures around the branch's, the best first."""
-        if self.objective.direct_is_least and self._has_ladder and self.task.passes_nothing and self.task.at_rest:
-            goals, _ = self._goals
-            around, start = Surroundings(self.robot, self.obstacles), branch_posture(self.robot, self.task.start)
-            if self._allowed(start[None]).all():
-                motions = at_the_bound(around, start, goals, rng, self._allowed)
-                too_fast = self._own is not None and not self._own.is_static.all()
-                held = filter(self._held, islice(motions, MOST_TOO_FAST) if too_fast else motions)
-                yield from map(self._in_time, held)
-
-    @property
-    def _soonest(self) -> float:
-        """No motion may be there before, s."""
-        bounds = self.task.total_time
-        return 0.0 if bounds is None else bounds[0] * (1.0 + LATER)
-
-    def _in_time(self, trajectory: Trajectory) -> Trajectory:
-        """No sooner than it may be there."""
-        sooner = self._soonest / trajectory.duration
-        return trajectory if sooner <= 1.0 else trajectory.time_scaled(sooner)
-
-    def _held(self, trajectory: Trajectory) -> bool:
-        """Whether motors give what a motion needs, and it keeps own limits, at times at which it is extreme."""
-        torques, times = self._torques, trajectory.times(TORQUE_LOOKS)
-        if self._own is not None and not self._own.are_kept(trajectory, times):
-            return False
-        return torques is None or torques.time_scale_of(trajectory, times) <= 1.0
-
-    def approaches(self) -> Sequence[Approach]:
-        world = World.of(self.robot, self.obstacles) if self._has_ladder else None
-        start = branch_posture(self.robot, self.task.start)
-        if world is None or not self._allowed(start[None]).all():
-            return ()
-        goals, bounds = self._goals
-        clear = world.still.clear(goals) & self._allowed(goals)
-        return [
-            Approach(goal, float(bound), partial(self._polished_from_ways, world, start, goal, float(bound)))
-            for goal, bound in zip(goals[clear], bounds[clear], strict=True)
-        ]
-
-    def _polished_from_ways(
-        self,
-        world: World,
-        start: FloatArray,
-        goal: FloatArray,
-        bound: float,
-        seed: int,
-        to_beat: float,
-        running_out: Callable[[], bool],
-    ) -> Iterator[Trajectory]:
-        """Fast motions between two postures, each faster than those before."""
-        try:
-            gentler = gentler_limits(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
-            soonest = self._soonest if world.moves else 0.0
-            motions = Deviations(start, goal, self.robot.limits, gentler=gentler, rates=self._rates, at_least=soonest)
-        except InvalidProblem:  # of ends that move
-            return
-        usual = np.array([branch_posture(self.robot, via) for via in self.task.vias]).reshape(-1, self.robot.dof)
-        passages = Passages(motions, self.robot, self.task.vias) if self.task.vias else None
-        for through in postures_on_the_way(self.robot, self.task.vias, usual, start, goal):
-            if bound >= to_beat or (to_beat < np.inf and running_out()):
-                return
-            if not (world.still.clear(through) & self._allowed(through)).all():
-                continue
-            box = joint_box(self.robot, start, *through, goal)
-            found = PathRefinement(
-                world=world,
-                motions=motions,
-                objective=self._polish_objective(motions),
-                box=box,
-                torques=self._torques,
-                expressions=self._own,
-                passages=passages,
-                through=through,
-                running_out=running_out,
-                stay=self.task.stay,
-            ).best_motion(seed, to_beat)
-            if found is not None:
-                yield from map(self._in_time, (found, *self._timed_anew(found, motions.bound)))
-                to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
-
-    def _polish_objective(self, motions: Deviations) -> PolishObjective:
-        assert self._integrals is not None
-        longest = LARGEST_TIME_SCALE * motions.direct.duration
-        bounds = self.task.total_time
-        return PolishObjective(motions, self._integrals, (0.0, longest) if bounds is None else bounds)
-
-    def _timed_anew(self, found: Trajectory, least: float) -> Iterator[Trajectory]:
-        """A motion past vias along its own path, which may take less than what programs hold to be the least."""
-        resting = self.task.vias and self.task.at_rest
-        if resting and self.objective.sooner_is_better and found.duration > RefinementSettings.near_bound * least:
-            with suppress(InvalidProblem):
-                yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)
-
-    @property
-    def _rates(self) -> Rates:
-        return Rates(*self.task.end_velocities)
-
-    @property
-    def least_bound(self) -> float:
-        return float(self._goals[1][0])
-
-    @cached_property
-    def _goals(self) -> tuple[FloatArray, FloatArray]:
-        """Postures at the goal, (n, dof), rad, and lower bounds of the objective there, (n,).
-
-        The least bound comes first; of those that are equal, what is reached soonest.
-        """
-        start, found = branch_posture(self.robot, self.task.start), postures_around(self.robot, self.task.goals[0])
-        durations = least_durations(found - start, self.robot.limits).max(axis=1)
-        bounds = self.objective.lower_bound(
-            DirectMoves(robot=self.robot, start=start, goals=found, durations=durations)
-        )
-        first = np.lexsort((durations, bounds))
-        return found[first], bounds[first]
-
-    @property
-    def _torques(self) -> JointTorques | None:
-        return JointTorques.among(self.limits)
-
-    @cached_property
-    def _own(self) -> ExpressionLimits | None:
-        return ExpressionLimits.among(self.limits)
-
-    @property
-    def _allowed(self) -> Callable[[FloatArray], NDArray[np.bool_]]:
-        """Which postures (n, dof) keep own limits, (n,)."""
-        return everywhere if self._own is None else self._own.allow
-
-    @cached_property
-    def _polish(self) -> PathSpeedPolish:
-        return PathSpeedPolish(self.task, self.limits)
+    def direct(self) -> MovePlanner:
+        return move_planner(self.task, self.objective, self.limits, not self.branches)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""

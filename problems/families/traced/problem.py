@@ -20,16 +20,14 @@ from problems.certify import Verdict
 from problems.evaluation import Loop, Program, Step
 from problems.families.knots import posture_steps
 from problems.families.splines import MoveNlp, MoveSteps, PassedMotion, SplineProblem, node_times
+from problems.families.traced.direct import TracingPlanner
 from problems.families.traced.encoding import AT_REST, SpaceKnots, TracedKnots, TracedSpline, Tracing, as_tuples
-from problems.families.traced.nearness import Nearness
 from problems.families.traced.proofs import ToolMotion, TracedTool, prove_tracing
 from problems.limits import SAMPLING_MARGIN, Accuracy, AngularAccuracy, Constraint, LimitKind, limits_of, shares_along
 from problems.motions import Samples, TimedPath, Trajectory
 from problems.objectives import Objective
-from problems.polish import PIECES, ExpressionLimits, faster_nearby
 from problems.programs import NonlinearProgram
 from problems.robots import Robot, SpatialArm
-from problems.sequential import limits_can_be_polished
 from problems.tasks import (
     Move,
     PathKnots,
@@ -43,8 +41,6 @@ from problems.tasks import (
 )
 
 LEAST_STEPS = 2  # of the grid between two knots
-MOST_POLISHES, WORTH_POLISHING = 3, 0.01  # of a path; of the duration: what one gains before the next
-PIECES_EACH, MOST_PIECES = 12, 96  # of what a motion deviates by: in each stretch between two stops, in all
 
 
 def near_path(
@@ -284,54 +280,13 @@ class SpaceTracingProblem(TracedProblem):
         angles = {f"theta_{joint}": column for joint, column in enumerate(theta.T, start=1)}
         return {**angles, "u_knots": np.array(self.motion.nodes)}
 
-    @property
-    def _has_polish(self) -> bool:
-        """In least time, where programs know what else is asked for."""
-        free = self.task.total_time is None and not any(obstacle.moves for obstacle in self.obstacles)
-        others = [limit for limit in self.limits if not ExpressionLimits.supports(limit)]
-        least_time = self.objective.asks_for_least_time
-        return least_time and free and limits_can_be_polished(others) and self._integrals is not None
+    @cached_property
+    def direct(self) -> TracingPlanner:
+        return TracingPlanner(self, self.task, len(self.motion.corners) + 1)
 
     def trajectory(self, x: FloatArray) -> Trajectory:
-        """That of the search's own timing where programs change it: from the least time they find less."""
-        return self._timed(x, self.robot.limits, refined=not self._has_polish)
-
-    @cached_property
-    def _nearness(self) -> Nearness:
-        lines = [self.task.path.array[:-1], self.task.path.array[1:]]
-        orientations = self.task.path.orientations
-        if orientations is not None:
-            lines += [orientations.matrices[:-1].reshape(-1, 9), orientations.axes, orientations.angles[:, None]]
-        return Nearness(self.task, np.column_stack(lines))
-
-    def _is_certified(self, trajectory: Trajectory) -> bool:
-        return all(verdict.satisfied for verdict in self.verify(trajectory))
-
-    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """A faster motion that leaves the path as far as it may, by programs that deviate, again while it is worth it.
-
-        Each is certified before the next.
-        """
-        known = start
-        for _ in range(MOST_POLISHES if self._has_polish else 0):
-            faster = self._faster(known)
-            gained, known = 1.0 - faster.duration / known.duration, faster
-            if gained < WORTH_POLISHING:
-                break
-        if known is not start:
-            yield known
-
-    def _faster(self, known: Trajectory) -> Trajectory:
-        """The first certified motion that programs make of one, if it is faster; else that one."""
-        assert self._integrals is not None
-        near, stretches = self._nearness, len(self.motion.corners) + 1
-        pieces = PIECES if stretches == 1 else min(PIECES_EACH * stretches, MOST_PIECES)
-        limits = (*self.limits, *near.limits)
-        for made in faster_nearby(known, self._integrals, self.obstacles, limits, places=near.corners, pieces=pieces):
-            found = made.time_scaled(max(1.0, self.safe_time_scale(made)))
-            if found.duration < known.duration and self._is_certified(found):
-                return found
-        return known
+        """The motion in the search's own timing where programs change it: from the least time they find less."""
+        return self._timed(x, self.robot.limits, refined=self.direct.integrals is None)
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         """Every constraint, the distance from the path and the angle to its orientation for all t among them."""

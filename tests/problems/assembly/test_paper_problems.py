@@ -176,7 +176,7 @@ def test_reduced_time_is_the_least_for_all_t(problem: PathFollowingProblem) -> N
 def test_redundancy_stays_within_its_bounds_at_the_knots(x_phi: list[float]) -> None:
     problem = PATH_CASES["inner hole, joint limits"]
     trajectory = problem.trajectory(np.array([*x_phi, 1.0]))
-    curves, knots = problem.bounded_curves(trajectory), list(problem.task.knot_indices)
+    curves, knots = problem.task.bounded_curves(trajectory), list(problem.task.knot_indices)
     assert len(curves) == problem.robot.redundancy
     for curve in curves:
         phi = curve.value(curve.times)

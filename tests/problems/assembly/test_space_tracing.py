@@ -69,7 +69,7 @@ def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
 def test_a_polished_motion_is_faster_within_the_accuracy(name: str) -> None:
     problem = problem_of(name)
     exact = problem.trajectory(best(problem))
-    (found,) = problem.polished(exact)
+    (found,) = problem.direct.polished(exact)
     assert found.duration < 0.995 * exact.duration
     check(problem, found)
 
@@ -82,13 +82,13 @@ def test_what_programs_do_not_know_is_not_polished() -> None:
         space_tracing(replace(task, total_time=(3.0, 4.0))),
         space_tracing(replace(task, robot=ELBOW, obstacles=(moving,))),
     ):
-        assert not problem._has_polish
-        assert not list(problem.polished(Trajectory.standing(np.zeros(7), 1.0)))
+        assert problem.direct.integrals is None
+        assert not list(problem.direct.polished(Trajectory.standing(np.zeros(7), 1.0)))
 
 
 def test_nearness_is_that_of_numpy_and_scipy() -> None:
     task = SpaceTracing(small_arm(), Path.through(POSES[:9:2]), 0.002, 0.02)
-    nearness = space_tracing(task)._nearness
+    nearness = space_tracing(task).direct._nearness
     rng = np.random.default_rng(1)
     theta = best_posture(task) + rng.normal(0.0, 0.01, (50, 7))
     away, angle = away_from_path(tool_poses(theta), task.path.array, np.array(task.path.quaternions))
@@ -103,8 +103,8 @@ def test_nearness_is_that_of_numpy_and_scipy() -> None:
 
 def test_only_sharp_corners_are_places_to_be_passed() -> None:
     smooth, sharp = problem_of("poses"), problem_of("corners and jerk")
-    assert smooth._nearness.corners == ()
-    (corner,) = sharp._nearness.corners
+    assert smooth.direct._nearness.corners == ()
+    (corner,) = sharp.direct._nearness.corners
     np.testing.assert_allclose(corner.position(sharp.robot), CIRCLE[4])
     assert 0.99 * sharp.task.accuracy < corner.within < sharp.task.accuracy
 

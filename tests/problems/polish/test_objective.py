@@ -168,6 +168,6 @@ def test_objectives_that_are_not_integrand_are_not_known() -> None:
 
 def test_what_a_search_does_better_is_left_to_it() -> None:
     task = Move(panda(), Joints(tuple(START.tolist())), (Joints(tuple(GOAL.tolist())),))
-    assert move(task, "energy").approaches()
-    assert not move(task, "work").approaches()
-    assert not move(task, WeightedSum((1.0, 1.0), (OBJECTIVES["energy"], OBJECTIVES["work"]))).approaches()
+    assert move(task, "energy").direct.approaches()
+    assert not move(task, "work").direct.approaches()
+    assert not move(task, WeightedSum((1.0, 1.0), (OBJECTIVES["energy"], OBJECTIVES["work"]))).direct.approaches()

@@ -58,7 +58,7 @@ def test_own_links_that_touch_on_the_way_are_led_past_each_other(arm: SpatialArm
     assert not isinstance(limit, CoverClearance)
     times = line.times(50)
     assert limit.nearest(line.at(times), times).clearance.min() < -0.005
-    slowed = (motion.time_scaled(problem.safe_time_scale(motion)) for motion in problem.polished(line))
+    slowed = (motion.time_scaled(problem.safe_time_scale(motion)) for motion in problem.direct.polished(line))
     proven = [
         all(v.status is CertificateStatus.CERTIFIED for v in problem.verify(motion)) for motion in islice(slowed, 2)
     ]
@@ -75,7 +75,7 @@ def test_a_gap_too_narrow_for_the_spheres_of_a_search_is_passed(arm: SpatialArm)
     (spheres,) = (limit for limit in problem.limits if limit.name == "clearance")
     assert isinstance(spheres, Clearance)
     assert PairClearances(arm, (spheres,)).near(line.at(line.times(50)), line.times(50), 0.1).clearances.min() < -0.005
-    motion = next(problem.polished(line))
+    motion = next(problem.direct.polished(line))
     motion = motion.time_scaled(problem.safe_time_scale(motion))
     assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.verify(motion))
     assert motion.duration < 1.1 * line.duration

@@ -60,7 +60,7 @@ def test_a_line_through_an_obstacle_is_repaired_and_proven(jerk: tuple[float, ..
     problem = case(PILLAR, max_jerk=jerk)
     through = line(case(PILLAR))
     assert certified(problem, through) is None
-    made = next(problem.polished(through))
+    made = next(problem.direct.polished(through))
     clear = certified(problem, made)
     assert clear is not None
     assert clear.duration < 1.35 * through.duration
@@ -71,7 +71,7 @@ def test_free_space_is_left_almost_as_fast_as_it_can_be() -> None:
     problem = case(FAR)
     best = line(problem)
     slow = best.time_scaled(1.6)
-    made = certified(problem, next(problem.polished(slow)))
+    made = certified(problem, next(problem.direct.polished(slow)))
     assert made is not None
     assert best.duration <= made.duration < 1.03 * best.duration
 
@@ -79,7 +79,7 @@ def test_free_space_is_left_almost_as_fast_as_it_can_be() -> None:
 @pytest.mark.slow
 def test_the_same_motions_come_out_every_time_each_farther_from_obstacles() -> None:
     problem = case(PILLAR)
-    once, again = (list(islice(problem.polished(line(problem)), count)) for count in (2, 1))
+    once, again = (list(islice(problem.direct.polished(line(problem)), count)) for count in (2, 1))
     assert (once[0].coefficients == again[0].coefficients).all()
     assert 0.0 < nearest(problem, once[0]) < nearest(problem, once[1])
 
@@ -102,7 +102,7 @@ def nearest(problem: MoveProblem, trajectory: Trajectory, box: Box = PILLAR) -> 
 def test_a_sheet_thinner_than_a_step_is_not_passed_through() -> None:
     sheet = Box(center=(0.62, 0.5, 0.35), size=(0.25, 0.004, 0.7))
     problem = case(sheet)
-    for made in problem.polished(line(problem)):
+    for made in problem.direct.polished(line(problem)):
         found = certified(problem, made)
         if found is not None:
             assert nearest(problem, found, sheet) > 0.0
@@ -114,7 +114,7 @@ def test_a_sheet_thinner_than_a_step_is_not_passed_through() -> None:
 def test_joint_ranges_are_kept() -> None:
     robot_ranges = ((-0.05, 1.5), (0.5, 1.3), *(((-2.8, 2.8),) * 5))
     problem = case(PILLAR, position_limits=robot_ranges)
-    made = certified(problem, next(problem.polished(line(problem))))
+    made = certified(problem, next(problem.direct.polished(line(problem))))
     assert made is not None
     theta = made.at(np.linspace(0.0, made.duration, 1000))
     assert (theta[:, 1] >= 0.5).all() and (theta[:, 1] <= 1.3).all()
@@ -141,7 +141,7 @@ def test_what_it_does_not_know_is_not_polished() -> None:
     assert not can_be_polished(replace(task, vias=(Joints(START),)), ())
     assert not can_be_polished(replace(task, total_time=(1.0, 2.0)), ())
     rotation = move(task, "rotation", pieces=4)
-    assert list(rotation.polished(line(rotation))) == []
+    assert list(rotation.direct.polished(line(rotation))) == []
 
 
 def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
@@ -149,7 +149,7 @@ def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
     assert isinstance(joints.robot, SpatialArm)
     point, quaternion = pose_of(joints.robot, GOAL)
     problem = replace(joints, task=replace(joints.task, goals=(Pose(point, quaternion, GOAL),)))
-    made = certified(problem, next(problem.polished(line(joints))))
+    made = certified(problem, next(problem.direct.polished(line(joints))))
     assert made is not None
     last = tuple(made.at(made.breakpoints[-1:])[0])
     assert np.abs(np.array(last) - GOAL).max() > 0.01
@@ -176,7 +176,7 @@ def plane(*obstacles: Obstacle) -> MoveProblem:
 
 
 def first_certified(problem: MoveProblem, start: Trajectory) -> Trajectory:
-    found = (certified(problem, made) for made in problem.polished(start))
+    found = (certified(problem, made) for made in problem.direct.polished(start))
     return next(each for each in found if each is not None)
 
 
@@ -250,7 +250,7 @@ def test_a_payload_costs_far_less_than_running_more_slowly() -> None:
     problem = lifting(3.0)
     fastest = line(problem)
     slowed = fastest.duration * problem.safe_time_scale(fastest)
-    made = next(problem.polished(fastest))
+    made = next(problem.direct.polished(fastest))
     made = made.time_scaled(max(1.0, problem.safe_time_scale(made)))
     assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.verify(made))
     assert fastest.duration <= made.duration < 1.02 * fastest.duration

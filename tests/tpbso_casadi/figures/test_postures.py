@@ -192,10 +192,10 @@ def test_a_path_offers_accuracy_and_redundancy(solver: str) -> None:
         "accuracy": "trajectory accuracy",
         "redundancy": "redundancy angle",
     }
-    [curve] = solution.problem.bounded_curves(solution.trajectory)
+    [curve] = solution.problem.task.bounded_curves(solution.trajectory)
     values = curve.value(curve.times)
     assert ((values >= curve.lower - 0.2) & (values <= curve.upper + 0.2)).all()
-    [marker] = solution.problem.markers()
+    [marker] = solution.problem.task.markers()
     assert (marker.kind, marker.points.shape) == (MarkerKind.POINTS, (50, 2))
     assert solution.problem.milestones(solution.trajectory) == ()
 
@@ -213,7 +213,7 @@ def test_point_to_point_offers_its_control_point() -> None:
     assert progress_figures(solution) == curve_figures(solution) == {}
     [milestone] = solution.problem.milestones(solution.trajectory)
     assert milestone.time == solution.trajectory.breakpoints[1]
-    kinds = {marker.kind: marker.points for marker in solution.problem.markers()}
+    kinds = {marker.kind: marker.points for marker in solution.problem.task.markers()}
     np.testing.assert_array_equal(kinds[MarkerKind.GOAL], [[0.5, 1.5]])
     axes = path_figure(solution).axes[0]
     assert {"base", "start", "goal", "obstacle", "path of the tool"} <= set(axes.get_legend_handles_labels()[1])

@@ -138,7 +138,7 @@ def test_a_search_and_its_polishes_are_one_search_with_the_results_of_three(
         searched.append(arguments)
         return minimize(*arguments, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("tpbso_casadi.planning.progress.minimize", counted)
+    monkeypatch.setattr("tpbso_casadi.planning.planning.minimize", counted)
     runs = runs_of("pso,pso+polish,pso+polish3,bso", (1, 2), case)
     alone = [comparable(run_one(*run.task)) for run in runs]
     assert len(searched) == 8

@@ -43,7 +43,7 @@ def test_both_elbows_are_branches_and_the_better_one_is_planned() -> None:
     expected = {(turn, lift, bend), (turn, lift + bend, -bend)}
     found = {tuple(np.round(each.branch["goal"], 6)) for each in problem.branches}
     assert {tuple(np.round(theta, 6)) for theta in expected} <= found
-    times = [each.free_space_time for each in problem.branches]
+    times = [each.direct.free_space_time for each in problem.branches]
     assert times == sorted(times)
 
 

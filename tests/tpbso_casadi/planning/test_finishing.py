@@ -13,10 +13,10 @@ from helpers.space_scenarios import GOAL, URDF, space_scenario
 from problems.timing.free_space import rest_to_rest
 from solvers.budget import Interruption
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.planning import POLISHED, SAME_PATH, Progress, Retiming, SearchedMotion, plan
+from tpbso_casadi.planning import POLISHED, SAME_PATH, PlannedMotion, Progress, Retiming, SearchedMotion, plan
 from tpbso_casadi.planning.finishing import is_better, retimed
 from tpbso_casadi.planning.plan import finished
-from tpbso_casadi.planning.progress import Planning
+from tpbso_casadi.planning.planning import Planning
 
 SILENT = Progress()
 
@@ -32,9 +32,14 @@ def planned(case: str, *, retime: bool = False, **task: Any) -> SearchedMotion:
     return found
 
 
+def timed_anew(found: PlannedMotion) -> Retiming:
+    assert found.searched is not None
+    return retimed(found.motion, found.searched.problem.direct, SILENT)
+
+
 @cache
 def retiming_of(case: str) -> Retiming:
-    return retimed(planned(case).motion, SILENT)
+    return timed_anew(planned(case))
 
 
 @pytest.mark.parametrize(
@@ -71,8 +76,8 @@ def test_where_a_pose_leaves_the_posture_open_free_space_is_not_the_fastest() ->
     scenario = space_scenario(
         robot=robot, task=task, obstacles=[], solver={"evaluations": 100}, model={"retime": False}
     )
-    before = plan(parse_scenario(scenario)).motion
-    retiming = retimed(before, SILENT)
+    found = plan(parse_scenario(scenario))
+    before, retiming = found.motion, timed_anew(found)
     first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
     assert retiming.candidate == POLISHED
     assert retiming.chosen.feasible
@@ -90,8 +95,8 @@ def test_in_the_plane_torques_are_kept_by_another_path_and_speed() -> None:
         "model": {"retime": False},
         "solver": {"name": "lshade", "evaluations": 500},
     }
-    before = plan(parse_scenario(content)).motion
-    retiming = retimed(before, SILENT)
+    found = plan(parse_scenario(content))
+    before, retiming = found.motion, timed_anew(found)
     first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
     free = rest_to_rest(first, last, before.problem.robot.limits)
     slowed = free.duration * before.criteria.safe_time_scale(free)
@@ -106,8 +111,8 @@ def test_a_motion_in_free_space_that_torques_slow_down_is_not_the_fastest() -> N
     task = {"kind": "point-to-point", "start": {"joints": [0.0, -0.4, 0.0, -2.2, 0.0, 1.9, 0.8]}}
     task["goal"] = {"joints": [1.2, 0.9, 0.3, -0.7, 0.2, 1.6, 0.8]}
     content = {"robot": robot, "task": task, "model": {"samples": 30, "retime": False, "self_collision": False}}
-    before = plan(parse_scenario(content | {"solver": {"name": "lshade", "evaluations": 100}})).motion
-    retiming = retimed(before, SILENT)
+    found = plan(parse_scenario(content | {"solver": {"name": "lshade", "evaluations": 100}}))
+    before, retiming = found.motion, timed_anew(found)
     assert retiming.candidate == POLISHED
     assert retiming.chosen.feasible
     first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
@@ -136,9 +141,9 @@ def test_with_the_same_objective_the_shorter_duration_counts_and_a_longer_path_n
 
 @pytest.mark.parametrize("spoil", [np.nan, 0.0])
 def test_a_motion_that_cannot_be_timed_is_left_alone(spoil: float) -> None:
-    motion = planned("time-3").motion
-    broken = replace(motion.trajectory, coefficients=motion.trajectory.coefficients * spoil)
-    retiming = retimed(replace(motion, trajectory=broken), SILENT)
+    found = planned("time-3")
+    broken = replace(found.trajectory, coefficients=found.trajectory.coefficients * spoil)
+    retiming = timed_anew(replace(found, motion=replace(found.motion, trajectory=broken)))
     assert (retiming.after, retiming.candidate, retiming.accepted) == (None, "", False)
 
 

@@ -97,7 +97,7 @@ def test_the_tool_is_where_the_stages_say(picked: tp.Plan) -> None:
 
 
 def test_the_part_moves_with_the_hand_and_stays_where_it_is_left(picked: tp.Plan) -> None:
-    (part,) = [obstacle for obstacle in picked.planned.criteria.scenery if obstacle.moves]
+    (part,) = [obstacle for obstacle in picked.planned.criteria.task.scenery if obstacle.moves]
     robot = picked.planned.criteria.robot
     grasped, left = picked.stages[4].start, picked.stages[7].start
     center = np.array([PART["center"]])

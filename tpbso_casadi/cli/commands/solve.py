@@ -259,7 +259,8 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
         if solution.searched is None:
             violated = solution.motion.status is CertificateStatus.VIOLATED
             verb = "cannot be run" if violated else "is not proven"
-            print_error(f"the {solution.criteria.subject} as it is {verb}: its {broken(solution, places=True)}")
+            subject = "motion" if solution.motion.is_stated else "path"
+            print_error(f"the {subject} as it is {verb}: its {broken(solution, places=True)}")
         else:
             best = f"the best attempt's {broken(solution)}"
             print_error(f"no feasible plan was found; {best} (try more evaluations or another seed)")

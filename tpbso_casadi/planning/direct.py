@@ -1,4 +1,4 @@
-"""Plans without a search: at a lower bound of what is minimised, else polished from ways that were found."""
+"""The strategy that takes no search: motions at a lower bound of what is minimised, else along paths, polished."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from problems.certify import ROUNDING_ALLOWANCE
 from solvers import StopReason, unsearched
 from tpbso_casadi.planning.finishing import AS_FAST, SearchedMotion, is_better, slowed
 from tpbso_casadi.planning.motion import Motion
-from tpbso_casadi.planning.progress import Planning
+from tpbso_casadi.planning.planning import Planning
 
 LOG = logging.getLogger(__name__)
 ABOUT_AS_GOOD = 1.002
@@ -28,32 +28,32 @@ APART = 0.4  # rad, of some joint: postures at the goal that are less are much t
 WORTH_TRYING = 1.002  # of a bound: what is gained below that is not worth a way
 
 
-def without_search(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
-    """A certified plan of a solver that tries first what costs less than a search; None where it finds none."""
+def directly(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+    """A certified plan that takes no search; None where the solver is another one, or none is found."""
     if not (planning.settings.is_direct and planning.scenario.model.retime):
         return None
-    return planning.interruption.attempt(partial(_climbed_from_the_bound, problem, planning))
+    return planning.interruption.attempt(partial(_directly, problem, planning))
 
 
-def _climbed_from_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
-    """A plan at a bound, unless an end may move and another posture there be reached sooner: then the best of ways."""
+def _directly(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+    """A plan at a bound, unless an end may move and be reached sooner elsewhere: then the best along paths."""
     found = at_the_bound(problem, planning)
-    if found is None or planning.settings.first or not found.problem.ends_may_move:
-        return found or climbed(problem, planning, None)
-    least = min(branch.least_bound for branch in problem.branches or (problem,))
-    return found if found.objective <= ABOUT_AS_GOOD * least else climbed(problem, planning, found)
+    if found is None or planning.settings.first or not found.problem.direct.ends_may_move:
+        return found or along_paths(problem, planning, None)
+    least = min(branch.direct.least_bound for branch in problem.branches or (problem,))
+    return found if found.objective <= ABOUT_AS_GOOD * least else along_paths(problem, planning, found)
 
 
 def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
     """A certified motion that nothing between its ends can beat; None where none is found.
 
-    Of a problem with branches that of the first of them, the quickest in free space first, that has one.
+    Of several branches, the first one that has such a motion counts, the quickest in free space first.
     """
     began = time.perf_counter()
     planning.progress.phase("trying motions at the bound")
     for rounds, branch in enumerate(problem.branches or (problem,), start=1):
         rng = np.random.default_rng(planning.settings.seed)
-        for trajectory in islice(branch.at_the_bound(rng), MOST_PROOFS):
+        for trajectory in islice(branch.direct.at_the_bound(rng), MOST_PROOFS):
             if planning.running_out():
                 return None
             motion = judged(branch, trajectory)
@@ -63,8 +63,8 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | 
     return None
 
 
-def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | None) -> SearchedMotion | None:
-    """The best certified motion that ways to postures at the goal lead to, or the one that is known; None for none.
+def along_paths(problem: Problem[Any], planning: Planning, known: SearchedMotion | None) -> SearchedMotion | None:
+    """The best certified motion along paths to postures at the goal, or the one that is known; None for none.
 
     Postures are tried in the order of their bounds, until none can lead to better than the best motion; of those that
     lie together one is.
@@ -72,7 +72,7 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
     began = time.perf_counter()
     planning.progress.phase("polishing ways around")
     best = None if known is None else (known.motion, known.problem)
-    approaches = [(branch, each) for branch in problem.branches or (problem,) for each in branch.approaches()]
+    approaches = [(branch, each) for branch in problem.branches or (problem,) for each in branch.direct.approaches()]
     tried: list[FloatArray] = []
     for branch, approach in sorted(approaches, key=lambda one: one[1].bound):
         to_beat = np.inf if best is None else best[0].objective
@@ -81,7 +81,7 @@ def climbed(problem: Problem[Any], planning: Planning, known: SearchedMotion | N
         if any(np.abs(approach.goal - other).max() < APART for other in tried):
             continue
         tried.append(approach.goal)
-        for trajectory in approach.polished(planning.settings.seed, to_beat, planning.satisfied):
+        for trajectory in branch.direct.along_paths(approach, planning.settings.seed, to_beat, planning.satisfied):
             motion = judged(branch, trajectory)
             if motion.feasible and (best is None or is_better(motion, best[0])):
                 best = motion, branch

@@ -1,0 +1,77 @@
+"""Plans without a search of a population: what a problem may know of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from problems.base import FloatArray
+from problems.motions import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """A posture at the goal.
+
+    Attributes:
+        goal: the posture, (dof,), rad.
+        bound: no motion to it has a lower objective.
+    """
+
+    goal: FloatArray
+    bound: float
+
+
+class DirectPlanner:
+    """Programs that plan motions without a search, or improve a given one; this base class has none."""
+
+    @property
+    def replaces_descents(self) -> bool:
+        """Whether :meth:`polished` goes on from any motion, whatever its timing, so that no descent is needed."""
+        return False
+
+    @property
+    def ends_may_move(self) -> bool:
+        """Whether a plan may have other postures at its ends than the motion that it is made of."""
+        return False
+
+    @property
+    def free_space_time(self) -> float:
+        """A motion's least duration in free space between the postures of its branch, s; 0 where none is known."""
+        return 0.0
+
+    @property
+    def least_bound(self) -> float:
+        """A lower bound of the objective over all approaches; minus infinity where none is known."""
+        return -np.inf
+
+    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
+        """Motions that nothing between the same two postures can beat, if they keep all limits.
+
+        Args:
+            rng: of what is drawn.
+        """
+        return iter(())
+
+    def approaches(self) -> Sequence[Approach]:
+        """Postures at the goal to which :meth:`along_paths` leads, the lowest bound first."""
+        return ()
+
+    def along_paths(
+        self, approach: Approach, seed: int, to_beat: float, running_out: Callable[[], bool]
+    ) -> Iterator[Trajectory]:
+        """Motions polished from paths that are found, each better than those before.
+
+        Args:
+            approach: where they lead.
+            seed: of the paths.
+            to_beat: the objective of a motion that is known; infinite where none is.
+            running_out: whether no time is left.
+        """
+        return iter(())
+
+    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
+        """Faster motions made of one that may break limits, each kept farther from them than the last."""
+        return iter(())

@@ -1,0 +1,260 @@
+"""Moves planned without a search: at a lower bound of what is minimised, else polished from paths that are found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.assembly import LARGEST_TIME_SCALE, Approach, DirectPlanner
+from problems.base import FloatArray, InvalidProblem
+from problems.core import World
+from problems.families.splines.branches import branch_posture, least_time
+from problems.limits import Limit
+from problems.motions import JointPath, Trajectory
+from problems.objectives import DirectMoves, Objective
+from problems.polish import (
+    Deviations,
+    ExpressionLimits,
+    IntegrandFunctions,
+    Passages,
+    PathRefinement,
+    PolishObjective,
+    Rates,
+    RefinementSettings,
+    at_the_bound,
+    everywhere,
+    faster_nearby,
+    gentler_limits,
+    joint_box,
+    postures_around,
+    postures_on_the_way,
+)
+from problems.robots import Robot
+from problems.sequential import JointTorques, PathSpeedPolish, can_be_polished, limits_can_be_polished
+from problems.tasks import Move, Surroundings
+from problems.timing import least_durations, retime
+
+SAMPLE_TIMES = 100  # of a motion, at least, at which motors and own limits are checked before a proof
+MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
+LATER = 1e-9  # of the least total time: rounding
+
+
+def move_planner(task: Move, objective: Objective, limits: tuple[Limit, ...], keeps_branch: bool) -> MovePlanner:
+    """What plans a move directly: programs alone, or paths too, in space and where programs know all limits.
+
+    Args:
+        task: the statement.
+        objective: what is minimised.
+        limits: that are kept.
+        keeps_branch: whether no stop leaves several postures to inverse kinematics.
+    """
+    known = [limit for limit in limits if not ExpressionLimits.supports(limit)]
+    free = ExpressionLimits.among(limits) is None and task.total_time is None
+    between_states = free and task.robot.limits.jerk is not None
+    fits = task.robot.dim == 3 and keeps_branch and (task.at_rest or between_states)
+    if not (fits and limits_can_be_polished(known) and objective.polish_suffices):
+        return MovePlanner(task, objective, limits)
+    integrals = IntegrandFunctions.of(objective, task.robot)
+    if integrals is None:
+        return MovePlanner(task, objective, limits)
+    return PathPlanner(task, objective, limits, integrals)
+
+
+@dataclass(frozen=True, eq=False)
+class MovePlanner(DirectPlanner):
+    """Sequential linear programs over path and speed, where these know all that is asked for.
+
+    Args:
+        task: the statement.
+        objective: what is minimised.
+        limits: that are kept.
+    """
+
+    task: Move
+    objective: Objective
+    limits: tuple[Limit, ...]
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that moves."""
+        return self.task.robot
+
+    @cached_property
+    def _has_programs(self) -> bool:
+        return self.objective.asks_for_least_time and can_be_polished(self.task, self.limits)
+
+    @property
+    def _ends_are_given(self) -> bool:
+        return all(place.always_reached for place in (self.task.start, *self.task.goals))
+
+    @property
+    def replaces_descents(self) -> bool:
+        """Whether there are programs, in space; in the plane a nonlinear program may do as well."""
+        return self._has_programs and self.robot.dim == 3
+
+    @property
+    def ends_may_move(self) -> bool:
+        return self.replaces_descents and not self._ends_are_given
+
+    @property
+    def free_space_time(self) -> float:
+        return least_time(self.task)
+
+    @cached_property
+    def _polish(self) -> PathSpeedPolish:
+        return PathSpeedPolish(self.task, self.limits)
+
+    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
+        """Faster motions; none in the plane, where a nonlinear program does as well, without torques and movement."""
+        hard = self.robot.limits.torque is not None or self.task.is_timed
+        return self._polish(start) if self._has_programs and (self.robot.dim == 3 or hard) else iter(())
+
+
+@dataclass(frozen=True, eq=False)
+class PathPlanner(MovePlanner):
+    """Motions at a bound, and along paths past obstacles, in space.
+
+    Args:
+        integrals: of what is minimised.
+    """
+
+    integrals: IntegrandFunctions
+
+    @property
+    def ends_may_move(self) -> bool:
+        return not self._ends_are_given
+
+    @property
+    def least_bound(self) -> float:
+        return float(self._goals[1][0])
+
+    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
+        """Faster motions; with own limits, deviations of the given one, in least time from rest to rest."""
+        simple = self.task.at_rest and self.task.passes_nothing and self.task.total_time is None
+        if self._has_programs or self._own is None or not (simple and self.objective.asks_for_least_time):
+            return super().polished(start)
+        return faster_nearby(start, self.integrals, self.task.obstacles, self.limits)
+
+    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
+        """Motions as fast as the direct one; of a pose to the postures around the branch's, the best first."""
+        if not (self.objective.direct_is_least and self.task.passes_nothing and self.task.at_rest):
+            return
+        if self._allowed(self._start[None]).all():
+            around = Surroundings(self.robot, self.task.obstacles)
+            motions = at_the_bound(around, self._start, self._goals[0], rng, self._allowed)
+            too_fast = self._own is not None and not self._own.is_static.all()
+            held = filter(self._held, islice(motions, MOST_TOO_FAST) if too_fast else motions)
+            yield from map(self._in_time, held)
+
+    def approaches(self) -> Sequence[Approach]:
+        if self._world is None or not self._allowed(self._start[None]).all():
+            return ()
+        goals, bounds = self._goals
+        clear = self._world.still.clear(goals) & self._allowed(goals)
+        return [Approach(goal, float(bound)) for goal, bound in zip(goals[clear], bounds[clear], strict=True)]
+
+    def along_paths(
+        self, approach: Approach, seed: int, to_beat: float, running_out: Callable[[], bool]
+    ) -> Iterator[Trajectory]:
+        world, start, goal, vias = self._world, self._start, approach.goal, self.task.vias
+        assert world is not None
+        try:
+            gentler = gentler_limits(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
+            rates, soonest = Rates(*self.task.end_velocities), self._soonest if world.moves else 0.0
+            motions = Deviations(start, goal, self.robot.limits, gentler=gentler, rates=rates, at_least=soonest)
+        except InvalidProblem:  # of ends that move
+            return
+        usual = np.array([branch_posture(self.robot, via) for via in vias]).reshape(-1, self.robot.dof)
+        passages = Passages(motions, self.robot, vias) if vias else None
+        for through in postures_on_the_way(self.robot, vias, usual, start, goal):
+            if approach.bound >= to_beat or (to_beat < np.inf and running_out()):
+                return
+            if not (world.still.clear(through) & self._allowed(through)).all():
+                continue
+            box = joint_box(self.robot, start, *through, goal)
+            found = PathRefinement(
+                world=world,
+                motions=motions,
+                objective=self._polish_objective(motions),
+                box=box,
+                torques=self._torques,
+                expressions=self._own,
+                passages=passages,
+                through=through,
+                running_out=running_out,
+                stay=self.task.stay,
+            ).best_motion(seed, to_beat)
+            if found is not None:
+                yield from map(self._in_time, (found, *self._timed_anew(found, motions.bound)))
+                to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
+
+    @cached_property
+    def _world(self) -> World | None:
+        return World.of(self.robot, self.task.obstacles)
+
+    @cached_property
+    def _start(self) -> FloatArray:
+        return branch_posture(self.robot, self.task.start)
+
+    @cached_property
+    def _goals(self) -> tuple[FloatArray, FloatArray]:
+        """Postures at the goal, (n, dof), rad, and lower bounds of the objective there, (n,).
+
+        The least bound comes first; of those that are equal, what is reached soonest.
+        """
+        found = postures_around(self.robot, self.task.goals[0])
+        durations = least_durations(found - self._start, self.robot.limits).max(axis=1)
+        bounds = self.objective.lower_bound(
+            DirectMoves(robot=self.robot, start=self._start, goals=found, durations=durations)
+        )
+        first = np.lexsort((durations, bounds))
+        return found[first], bounds[first]
+
+    @property
+    def _torques(self) -> JointTorques | None:
+        return JointTorques.among(self.limits)
+
+    @cached_property
+    def _own(self) -> ExpressionLimits | None:
+        return ExpressionLimits.among(self.limits)
+
+    @property
+    def _allowed(self) -> Callable[[FloatArray], NDArray[np.bool_]]:
+        """Which postures (n, dof) keep own limits, (n,)."""
+        return everywhere if self._own is None else self._own.allow
+
+    @property
+    def _soonest(self) -> float:
+        """No motion may be there before, s."""
+        bounds = self.task.total_time
+        return 0.0 if bounds is None else bounds[0] * (1.0 + LATER)
+
+    def _in_time(self, trajectory: Trajectory) -> Trajectory:
+        """The motion, no sooner at its goal than it may be."""
+        sooner = self._soonest / trajectory.duration
+        return trajectory if sooner <= 1.0 else trajectory.time_scaled(sooner)
+
+    def _held(self, trajectory: Trajectory) -> bool:
+        """Whether motors give what a motion needs, and it keeps own limits, at times at which it is extreme."""
+        torques, times = self._torques, trajectory.times(SAMPLE_TIMES)
+        if self._own is not None and not self._own.are_kept(trajectory, times):
+            return False
+        return torques is None or torques.time_scale_of(trajectory, times) <= 1.0
+
+    def _polish_objective(self, motions: Deviations) -> PolishObjective:
+        longest = LARGEST_TIME_SCALE * motions.direct.duration
+        bounds = self.task.total_time
+        return PolishObjective(motions, self.integrals, (0.0, longest) if bounds is None else bounds)
+
+    def _timed_anew(self, found: Trajectory, least: float) -> Iterator[Trajectory]:
+        """A motion past vias along its own path, which may take less than what programs hold to be the least."""
+        resting = self.task.vias and self.task.at_rest
+        if resting and self.objective.sooner_is_better and found.duration > RefinementSettings.near_bound * least:
+            with suppress(InvalidProblem):
+                yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)
