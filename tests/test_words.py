@@ -29,10 +29,10 @@ UNREVISED = {  # folders whose first lines are not all sentences that stand alon
     *("problems/robots", "problems/core", "problems/families"),
     *("problems/limits", "problems/motions", "problems/scene", "problems/tasks"),
     *("problems/assembly", "problems/evaluation", "problems/geometry", "problems/objectives"),
-    *("problems/base", "solvers", "tpbso_casadi/scenario", "tpbso_casadi/judging"),
-    *("tpbso_casadi/planning", "tpbso_casadi/suite", "tpbso_casadi/facade", "tpbso_casadi/figures"),
-    *("tpbso_casadi/storage", "tpbso_casadi/cli", "tpbso_casadi/trade_off", "tpbso_casadi/replanning"),
-    *("tpbso_casadi/simulation", "tpbso_casadi/animation", "tpbso_casadi/reproduction"),
+    *("problems/base", "solvers", "tpbso_casadi/scenario"),
+    *("tpbso_casadi/planning", "tpbso_casadi/facade", "tpbso_casadi/figures"),
+    *("tpbso_casadi/storage", "tpbso_casadi/cli", "tpbso_casadi/replanning"),
+    *("tpbso_casadi/simulation", "tpbso_casadi/animation"),
     *("tpbso_casadi/display", "tpbso_casadi"),
 }
 

@@ -28,7 +28,7 @@ ITERATION_CANDIDATES = 3  # of each member of a population, at most: a beetle ha
 
 
 def campaign_seconds(runs: Sequence[AnyRun], workers: int, backend: str | None = None) -> tuple[float, float]:
-    """At least and at most about how many seconds runs take on so many workers, which do nothing else.
+    """The seconds, at least and at most, that runs take on so many workers, which do nothing else.
 
     Fewer, if code is not compiled yet but will be.
 

@@ -106,7 +106,7 @@ def _nothing_to_check() -> None:
 
 @dataclass(frozen=True)
 class ExecutorFactory:
-    """Makes executors.
+    """The two functions that make the executors of a campaign.
 
     Attributes:
         start: makes an executor for all runs, and another when one is broken.

@@ -74,7 +74,7 @@ class SolverSpec:
 def budgeted(
     specs: Iterable[SolverSpec], budget: Mapping[str, Any], time_limit: float | None, starts: int | None
 ) -> list[SolverSpec]:
-    """The same solvers with the budget of a campaign in place of the scenarios' own.
+    """Solvers with the budget of a campaign in place of the scenarios' own.
 
     30,000 evaluations, a swarm's work of a second, are a thousand starts of a descent: it counts nothing but those.
 

@@ -80,7 +80,7 @@ class StoredSearch(StoredPart):
 
 
 def searches(runs: Iterable[AnyRun], store: Store) -> list[tuple[AnyRun, StoredSearch | None]]:
-    """These runs with what is stored of each, in their order; None of one that failed.
+    """Runs with the part of each that is stored, in their order; None of one that failed.
 
     Raises:
         StoreError: what is stored is not a result.
@@ -158,7 +158,7 @@ POLISH_HEADER = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PolishGain:
-    """What polishing gained in the runs of one solver on one case; medians and quartiles are of them, seed by seed.
+    """The gain by polishing in the runs of one solver on one case, seed by seed.
 
     Attributes:
         case: of the scenario.

@@ -72,7 +72,7 @@ class Summary:
 
     @property
     def mean(self) -> float:
-        """Of the feasible plans; NaN where there is none."""
+        """The mean objective of feasible plans; NaN where there is none."""
         return float(self.feasible_objectives.mean()) if self.feasible_objectives.size else float("nan")
 
     @property
@@ -87,7 +87,7 @@ class Summary:
 
     @property
     def median(self) -> float:
-        """Of all plans, infeasible ones last: inf where more than half are."""
+        """The median objective of all plans, infeasible ones last: inf where more than half are."""
         return float(np.median(self.objectives)) if self.objectives.size else float("nan")
 
     @property
@@ -99,7 +99,7 @@ class Summary:
 
     @property
     def interquartile_range(self) -> float:
-        """Of the feasible plans; inf where there are fewer than two."""
+        """The interquartile range of feasible plans; inf where there are fewer than two."""
         plans = self.feasible_objectives
         return float(np.subtract(*np.quantile(plans, (0.75, 0.25)))) if plans.size > 1 else float("inf")
 
@@ -138,7 +138,7 @@ def _summary(case: str, solver: str, records: Sequence[Record], measure: Measure
 
 
 class Relation(StrEnum):
-    """What the runs of two solvers show about the one against the other."""
+    """The relation that the runs of two solvers show."""
 
     BETTER = "better"
     WORSE = "worse"
@@ -234,13 +234,13 @@ def compare_summaries(first: Summary, second: Summary) -> PairComparison:
 
 
 def pairs_of(first: Summary, second: Summary) -> list[tuple[int, int]]:
-    """Of two solvers on a case, the places of runs that have their search in common."""
+    """The places of runs of two solvers on a case that have their search in common."""
     places = {search: place for place, search in enumerate(second.searches) if search}
     return [(place, places[search]) for place, search in enumerate(first.searches) if search in places]
 
 
 def against_first(summaries: Sequence[Summary]) -> dict[tuple[str, str], Judgement]:
-    """By case and solver, how the solver compares with the first; the whole table is one family of tests."""
+    """Judgements of each solver against the first, by case and solver; the whole table is one family of tests."""
     first = {summary.case: summary for summary in reversed(summaries)}
     judgements = judge([compare_summaries(s, first[s.case]) for s in summaries if s is not first[s.case]])
     return {(j.comparison.case, j.comparison.solver): j for j in judgements}
@@ -317,7 +317,7 @@ class Ranking:
 
 
 def cases_needed(solvers: int) -> int:
-    """With how many cases a pair of so many solvers can be found to differ significantly at all."""
+    """The number of cases from which on a pair of so many solvers can be found to differ significantly."""
     pairs, cases = solvers * (solvers - 1) / 2, 1
     while pairs * 2.0 ** (1 - cases) >= SIGNIFICANCE_LEVEL:
         cases += 1
@@ -325,7 +325,7 @@ def cases_needed(solvers: int) -> int:
 
 
 def ranking(solvers: Sequence[str], scores: FloatArray) -> Ranking:
-    """Rank solvers.
+    """The ranking of solvers over cases.
 
     Args:
         solvers: labels, (k,).
@@ -357,14 +357,14 @@ def friedman(scores: FloatArray) -> float:
 
 
 def differences_of(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Of paired scores (n,), (n,); an infinite score is worse than any finite one, by more than those differ."""
+    """Differences of paired scores (n,), (n,); an infinite score is worse by more than finite ones differ."""
     finite = np.concatenate([a[np.isfinite(a)], b[np.isfinite(b)]])
     worst = 1.0 + 2.0 * float(np.ptp(finite)) + float(finite.max()) if finite.size else 0.0
     return np.asarray(np.where(np.isfinite(a), a, worst) - np.where(np.isfinite(b), b, worst))
 
 
 def share_of_ranks(a: FloatArray, b: FloatArray) -> float:
-    """Of the ranks of the differences of paired scores (n,), the share of those in which ``a`` is lower, ties half."""
+    """The share of ranks of differences of paired scores (n,) in which ``a`` is lower, ties half."""
     differences = differences_of(a, b)
     ranks = scipy.stats.rankdata(np.abs(differences))
     return float((ranks @ ((differences < 0.0) + 0.5 * (differences == 0.0))) / ranks.sum())

@@ -202,7 +202,7 @@ class Store:
                 yield run, row[0]
 
     def place(self, run: Run) -> str:
-        """Where a run is stored, for messages."""
+        """The place where a run is stored, for messages."""
         return f"{self.path}: result of {run.case}, {run.solver}, seed {run.seed}"
 
     def measurement(self, name: str) -> Any:

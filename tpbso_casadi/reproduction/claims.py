@@ -56,7 +56,7 @@ class Claim:
     bases: tuple[str, ...] = BASES
 
     def findings(self, evidence: Evidence) -> dict[str, Finding]:
-        """By basis; under "" where the claim does not depend on it."""
+        """The findings by basis; under "" where the claim does not depend on it."""
         return {basis: self._finding(evidence, basis) for basis in self.bases or ("",)}
 
     def _finding(self, evidence: Evidence, basis: str) -> Finding:

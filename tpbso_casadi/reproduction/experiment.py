@@ -183,7 +183,7 @@ class Evidence:
 
     @cached_property
     def summaries(self) -> dict[tuple[str, str], Summary]:
-        """By case and label of the solver."""
+        """The summaries by case and label of the solver."""
         return {(summary.case, summary.solver): summary for summary in summarise(self.records)}
 
     def of(self, case: str, solver: str, basis: str) -> Summary:
@@ -201,7 +201,7 @@ class Evidence:
 
     @cached_property
     def fewest_runs(self) -> int:
-        """Of any of the paper's three solvers on any case and basis."""
+        """The fewest runs of any of the paper's three solvers on any case and basis."""
         labels = {label(solver, basis) for solver in NAMES for basis in BASES}
         return min(summary.objectives.size for (_, solver), summary in self.summaries.items() if solver in labels)
 

@@ -56,7 +56,7 @@ Rule: TypeAlias = Callable[[Evidence, str], Finding]  # of the evidence and a ba
 
 
 def finding(holds: bool, evidence: str) -> Finding:
-    """Reproduced or not."""
+    """The finding that a claim is reproduced, or not."""
     return Finding(ClaimOutcome.REPRODUCED if holds else ClaimOutcome.NOT_REPRODUCED, evidence)
 
 
@@ -80,7 +80,7 @@ def against(evidence: Evidence, cases: Sequence[str], basis: str, rivals: Sequen
 
 
 def counts(judgements: Sequence[Judgement]) -> tuple[int, int]:
-    """In how many TPBSO is significantly better, and in how many significantly worse."""
+    """The numbers of comparisons in which TPBSO is significantly better, and significantly worse."""
     relations = [judgement.relation for judgement in judgements]
     return relations.count(Relation.BETTER), relations.count(Relation.WORSE)
 

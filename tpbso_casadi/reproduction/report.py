@@ -50,7 +50,7 @@ NEGLIGIBLE = 1e-9  # a smaller number, such as the standard deviation of equal n
 
 
 def render(evidence: Evidence, illustrations: Iterable[Illustration], size: Size, command: str, seconds: float) -> str:
-    """The page.
+    """The page of a reproduction.
 
     Args:
         evidence: of the runs and measurements.
@@ -207,7 +207,8 @@ def box_in_words(variables: Sequence[Variable]) -> str:
 
 def listed(table: Mapping[str, Any]) -> str:
     """Keys and values of a table of a scenario, in words."""
-    return ", ".join(f"{key.replace('_', ' ')} {value_in_words(value)}" for key, value in table.items())
+    stated = {key: value for key, value in table.items() if value is not None}
+    return ", ".join(f"{key.replace('_', ' ')} {value_in_words(value)}" for key, value in stated.items())
 
 
 def value_in_words(value: object) -> str:

@@ -68,13 +68,13 @@ class ScipyFunction:
 
 
 def scipy_function(problem: SuiteProblem, optimize: Any) -> ScipyFunction:
-    """For ``scipy.optimize``: the merit."""
+    """The function for ``scipy.optimize``: the merit."""
     one_objective(problem, "scipy")
     return ScipyFunction(problem, optimize.Bounds(*problem.bounds))
 
 
 def ioh_problem(problem: SuiteProblem, ioh: Any) -> Any:
-    """For IOHexperimenter and its loggers: the merit over the unit box, as ioh has one interval for all variables."""
+    """The problem for IOHexperimenter: the merit over the unit box, as ioh has one interval for all variables."""
     one_objective(problem, "ioh")
     lower, upper = problem.bounds
 
@@ -89,7 +89,7 @@ def ioh_problem(problem: SuiteProblem, ioh: Any) -> Any:
 
 
 def nevergrad_function(problem: SuiteProblem, functions: Any) -> Any:
-    """For nevergrad: an experiment function, the merit."""
+    """The experiment function for nevergrad: the merit."""
     one_objective(problem, "nevergrad")
     lower, upper = problem.bounds
     array = import_module("nevergrad").p.Array(shape=(problem.dimension,), lower=lower, upper=upper)
@@ -97,7 +97,7 @@ def nevergrad_function(problem: SuiteProblem, functions: Any) -> Any:
 
 
 def pymoo_problem(problem: SuiteProblem, core: Any) -> Any:
-    """For pymoo: objectives and violations, whole populations at once; the merit alone where the form is penalised."""
+    """The problem for pymoo: objectives and violations of populations; the merit alone where the form is penalised."""
     constraints = 0 if problem.form == "penalised" else len(problem.constraint_names)
 
     class Adapted(core.Problem):  # type: ignore[misc]
@@ -120,13 +120,13 @@ def pymoo_problem(problem: SuiteProblem, core: Any) -> Any:
 
 
 def pygmo_problem(problem: SuiteProblem, pygmo: Any) -> Any:
-    """For pygmo: a problem with objectives and inequality constraints; the merit alone where the form is penalised."""
+    """The problem for pygmo: objectives and inequality constraints; the merit alone where the form is penalised."""
     return pygmo.problem(Pygmo(problem))
 
 
 @dataclass(frozen=True, eq=False)
 class Pygmo:
-    """What pygmo asks of a problem.
+    """The methods that pygmo asks of a problem.
 
     Attributes:
         problem: of the suite.
@@ -135,11 +135,11 @@ class Pygmo:
     problem: SuiteProblem
 
     def fitness(self, x: FloatArray) -> FloatArray:
-        """Of one vector (d,): objectives, then violations."""
+        """Objectives, then violations, of one vector (d,)."""
         return self.batch_fitness(x)
 
     def batch_fitness(self, rows: FloatArray) -> FloatArray:
-        """Of vectors behind each other (m * d,), behind each other too."""
+        """Objectives and violations of vectors (m * d,), those of one vector behind those of the other."""
         found = self.problem.values(np.asarray(rows).reshape(-1, self.problem.dimension))
         return (np.hstack([found.objectives, found.violations]) if self.get_nic() else found.merit).ravel()
 
@@ -148,7 +148,7 @@ class Pygmo:
         return self.problem.bounds
 
     def get_nobj(self) -> int:
-        """How many objectives."""
+        """The number of objectives."""
         return len(self.problem.objectives)
 
     def get_nic(self) -> int:
@@ -156,7 +156,7 @@ class Pygmo:
         return 0 if self.problem.form == "penalised" else len(self.problem.constraint_names)
 
     def get_name(self) -> str:
-        """Of the problem."""
+        """The name of the problem."""
         return self.problem.name
 
 

@@ -121,7 +121,7 @@ def _shown(problem: SuiteProblem, number: int) -> str:
 
 
 def _number(value: float | None) -> str:
-    """Of C; an infinite merit bounds nothing."""
+    """The number as C writes it; an infinite merit bounds nothing."""
     return "NAN" if value is None else "INFINITY" if value == inf else value.hex()
 
 

@@ -68,14 +68,14 @@ class Description:
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> Description:
-        """From what :meth:`plain` gave."""
+        """The description that :meth:`plain` gave."""
         lists = {key: tuple(value) for key, value in content.items() if isinstance(value, list)}
         lists["objectives"] = tuple((name, unit) for name, unit in content["objectives"])
         return cls(**{**content, **lists})
 
     @property
     def plain(self) -> dict[str, Any]:
-        """As JSON holds it."""
+        """The description as JSON holds it."""
         return asdict(self)
 
 
@@ -119,7 +119,7 @@ class Content:
 
     @classmethod
     def read(cls, content: bytes) -> Content:
-        """From what :meth:`written` gave."""
+        """The content that :meth:`written` gave."""
         with np.load(io.BytesIO(lzma.decompress(content)), allow_pickle=False) as file:
             header = json.loads(file["header"].tobytes())
             each = [(number, values) for number, values in enumerate(header["values"])]
@@ -156,12 +156,12 @@ def _primes(count: int) -> list[int]:
 
 
 def digest_of(values: FloatArray) -> str:
-    """Of the bits of values."""
+    """The digest of the bits of values."""
     return sha256(np.ascontiguousarray(values, dtype="<f8").tobytes()).hexdigest()
 
 
 def folder_of(suite: str) -> Path:
-    """Where the files of a suite lie."""
+    """The folder in which the files of a suite lie."""
     return Path(__file__).with_name(suite.replace("-", "_"))
 
 

@@ -30,7 +30,7 @@ CACHE = "TPBSO_CASADI_CACHE"  # as :mod:`problems.base.cache` reads it
 
 
 class NoCompiler(RuntimeError):
-    """This machine has no library of a kernel and cannot make one; the message says why."""
+    """No library of a kernel can be made on this machine; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Kernel:
 
 
 def processor() -> str:
-    """What decides whether a library runs here: system, and model and features of the processor."""
+    """The system with model and features of the processor: they decide whether a library runs here."""
     system = " ".join((platform.system(), platform.machine(), *platform.libc_ver()))
     try:
         with Path("/proc/cpuinfo").open() as lines:

@@ -36,7 +36,7 @@ class SuiteMotion:
 
     @property
     def motion(self) -> Motion:
-        """With everything that is known of it."""
+        """The motion with everything that is known of it."""
         return self.planned.motion
 
     @property

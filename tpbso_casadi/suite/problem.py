@@ -100,12 +100,12 @@ class SuiteProblem:
 
     @property
     def name(self) -> str:
-        """``arm-motions-1/spline-3@1``."""
+        """The name of the problem, as ``arm-motions-1/spline-3@1``."""
         return f"{self.suite}/{self._key}"
 
     @property
     def group(self) -> str:
-        """Of functions that are judged together."""
+        """The group of functions that are judged together."""
         return self.function.group
 
     @property
@@ -120,17 +120,17 @@ class SuiteProblem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the variables."""
+        """Names of the variables."""
         return self.function.variables
 
     @property
     def objectives(self) -> tuple[tuple[str, str], ...]:
-        """Names and units."""
+        """Names and units of the objectives."""
         return self.function.objectives
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
-        """Of the columns of :meth:`constraints`."""
+        """Names of the columns of :meth:`constraints`."""
         return self.function.constraints
 
     @property
@@ -139,7 +139,7 @@ class SuiteProblem:
         return self._content.lower[self.instance - 1], self._content.upper[self.instance - 1]
 
     def contains(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Which of points (..., d) are in the box, (...); no point with a NaN is."""
+        """Whether points (..., d) are in the box, (...); no point with a NaN is."""
         lower, upper = self.bounds
         return np.asarray(((points >= lower) & (points <= upper)).all(axis=-1))
 
@@ -149,7 +149,7 @@ class SuiteProblem:
         return float(self._content.bounds[0, self.instance - 1])
 
     def evaluate(self, candidates: FloatArray) -> FloatArray:
-        """What is to be minimised, (m,) of candidates (m, d); of two objectives (m, 2).
+        """Values to be minimised, (m,) of candidates (m, d); of two objectives (m, 2).
 
         The merit where the form is ``penalised``; else the objective alone, beside :meth:`constraints`.
 
@@ -203,7 +203,7 @@ class SuiteProblem:
 
     @cached_property
     def _interpreted(self) -> list[Callable[[FloatArray], FloatArray]]:
-        """The same from the model itself, if that still gives the bits of the suite."""
+        """The functions of the model itself, if they still give the bits of the suite."""
         from tpbso_casadi.suite.motions import interpreted  # noqa: PLC0415 (CasADi)
 
         functions = interpreted(self.scenario, self.form, self.suite)
@@ -253,7 +253,7 @@ class SuiteProblem:
 
     @property
     def lower_bound(self) -> float | None:
-        """What the objective of no motion that keeps all limits for all t is below; None where nothing is known.
+        """A bound below the objectives of all motions that keep all limits for all t; None where nothing is known.
 
         Of a candidate the samples alone count, so that a value may be lower by what happens between them.
         """
@@ -366,7 +366,7 @@ class Suite:
 
     @property
     def functions(self) -> tuple[Description, ...]:
-        """What its problems are instances of."""
+        """The functions of which the problems are instances."""
         return tuple(dict.fromkeys(problem.function for problem in self.problems))
 
     def export(self, folder: str | Path) -> Path:

@@ -111,7 +111,7 @@ class Recording:
 
     @property
     def rows(self) -> list[tuple[str, str, int, int, float]]:
-        """Of the table."""
+        """The rows of the table of runs."""
         head = self.solver, self.problem.name, self.run
         rows = [(*head, n, merit) for n, merit in zip(self.evaluations, self.merits, strict=True)]
         last = [(*head, self.done, self.merits[-1])] if rows and self.evaluations[-1] < self.done else []
@@ -155,7 +155,7 @@ class Recorded(SuiteProblem):
     recording: Recording = field(kw_only=True)
 
     def __deepcopy__(self, memo: object) -> Recorded:
-        """Itself: libraries copy their problems, and there is one recording."""
+        """The problem itself: libraries copy their problems, and there is one recording."""
         return self
 
     def values(self, candidates: FloatArray) -> Values:

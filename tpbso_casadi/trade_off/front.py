@@ -16,7 +16,7 @@ Pair: TypeAlias = tuple[float, float]
 
 
 class Standing(StrEnum):
-    """What a point is beside the others of its method."""
+    """The standing of a point beside the others of its method."""
 
     FRONT = "front"
     DOMINATED = "dominated"  # another plan is no worse in either objective
@@ -114,7 +114,7 @@ class PointFront:
 
     @property
     def values(self) -> FloatArray:
-        """Of the points, (n, 2)."""
+        """Objectives of the points, (n, 2)."""
         return np.array([point.values for point in self.points]).reshape(-1, 2)
 
     @property
@@ -129,7 +129,7 @@ class PointFront:
 
 
 def width(values: Sequence[Pair]) -> FloatArray:
-    """From the least to the largest of each objective, (2,); 1 where there is nothing between them but rounding."""
+    """The distance from least to largest of each objective, (2,); 1 where that is rounding alone."""
     if not values:
         return np.ones(2)
     spread, largest = np.ptp(np.array(values), axis=0), np.abs(np.array(values)).max(axis=0)
@@ -154,7 +154,7 @@ def hypervolume(values: FloatArray, reference: Pair) -> float:
 
 @dataclass(frozen=True)
 class FrontSummary:
-    """What the front of a method is worth, and what it took.
+    """The worth of the front of a method, and what it took.
 
     Attributes:
         method: its name.
@@ -187,7 +187,7 @@ class TradeOff:
 
     @property
     def fronts(self) -> dict[str, PointFront]:
-        """By method."""
+        """The fronts by method."""
         return {method: PointFront.of(points) for method, points in self.points.items()}
 
     @property
@@ -198,7 +198,7 @@ class TradeOff:
 
     @property
     def summaries(self) -> list[FrontSummary]:
-        """By method."""
+        """The summaries by method."""
         reference, fronts = self.reference, self.fronts
         return [
             FrontSummary(
@@ -214,7 +214,7 @@ class TradeOff:
 
     @property
     def rows(self) -> list[list[object]]:
-        """Of ``front.csv``: each method's points in the order in which they were made."""
+        """The rows of ``front.csv``: each method's points in the order in which they were made."""
         return [
             [
                 point.number, *point.values, point.duration, "yes" if point.certified else "no",

@@ -29,7 +29,7 @@ from tpbso_casadi.trade_off.store import POINTS, FrontStore
 
 @dataclass(frozen=True, kw_only=True)
 class FrontWork:
-    """What a method is given.
+    """The work that a method is given.
 
     Attributes:
         objectives: the two, and the scenario.
@@ -66,7 +66,7 @@ class Method(ABC):
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What decides its points besides scenario and objectives; plain data."""
+        """The settings that decide its points besides scenario and objectives; plain data."""
         return {"points": self.count}
 
     @abstractmethod
@@ -136,12 +136,12 @@ def _evaluations(found: PlannedMotion) -> int:
 
 
 def _numbered(number: int, progress: Progress) -> Progress:
-    """The same progress, which says of which point it is."""
+    """The progress that says of which point it is."""
     return Progress(progress.status, lambda name: progress.phase(f"point {number}: {name}"))
 
 
 def _label(request: Request, objectives: Objectives) -> str:
-    """What a folder is called after its number."""
+    """The name of a folder after its number."""
     asked = request.scalarisation
     parts = [name.rsplit(":")[-1] for name, weight in zip(objectives.names, asked.weights, strict=True) if weight]
     parts += [f"weight-{asked.weights[1]:.4g}"] * all(asked.weights)
@@ -156,7 +156,7 @@ POPULATION = 100  # unless the scenario says how many
 
 @dataclass(frozen=True)
 class Baseline(Method):
-    """As many evaluations as the searches of all points have together; each member of its front is verified."""
+    """One search with the evaluations of all points together; each member of its front is verified."""
 
     def run(self, work: FrontWork) -> None:
         if work.store.points(self.name):
@@ -199,7 +199,7 @@ class Baseline(Method):
 
 
 def same_box(objectives: Objectives) -> tuple[Problem[Any], Problem[Any]]:
-    """Both problems over the same search vectors: those of the one that needs more variables."""
+    """The two problems over one kind of search vectors: those of the one that needs more variables."""
     first, second = objectives.problems()
     if first.variables == second.variables and np.array_equal(first.bounds, second.bounds):
         return first, second

@@ -43,14 +43,14 @@ class Placement(ABC):
     count: int
 
     def near_ends(self, ends: Sequence[Point]) -> list[Scalarisation]:
-        """What is asked for near the ends: of each sum ``NEAR_END`` is the other objective, in widths of the front."""
+        """Scalarisations near the ends: of each sum ``NEAR_END`` is the other objective, in widths of the front."""
         first, second = width([point.values for point in ends]).tolist()
         small = _rounded(NEAR_END * first / second), _rounded(first / second / NEAR_END)
         return [Scalarisation((1.0, weight)) for weight in small]
 
     @abstractmethod
     def between(self, before: Point, after: Point) -> Scalarisation:
-        """What is asked for in a gap; ``before`` is better in the first objective."""
+        """The scalarisation in a gap; ``before`` is better in the first objective."""
 
     @abstractmethod
     def is_same(self, one: Scalarisation, other: Scalarisation, front: PointFront) -> bool:
@@ -79,7 +79,7 @@ class Placement(ABC):
         return self._again(points, front) if gap is None else gap
 
     def _gap(self, placed: Sequence[Scalarisation], front: PointFront) -> Request | None:
-        """In the largest gap in which nothing has been tried yet."""
+        """The request in the largest gap in which nothing has been tried yet."""
         for before, after in front.gaps:
             asked = self.between(before, after)
             if not any(self.is_same(asked, other, front) for other in placed):
@@ -87,7 +87,7 @@ class Placement(ABC):
         return None
 
     def _again(self, points: Sequence[Point], front: PointFront) -> Request | None:
-        """What is not the best known answer to its own request, from the points that now are its neighbours."""
+        """The request whose own answer is not the best known one, from the points that now are its neighbours."""
         answers = [(point, point.request) for point in points if point.request is not None]
         made = {(request.scalarisation, request.attempt) for _, request in answers}
         for point, request in answers:
@@ -162,7 +162,7 @@ def is_best(point: Point, asked: Scalarisation, front: PointFront) -> bool:
 
 
 def _rounded(number: float) -> float:
-    """To ``DIGITS`` significant ones: a scenario file holds it."""
+    """The number with ``DIGITS`` significant ones: a scenario file holds it."""
     return float(f"{number:.{DIGITS}g}")
 
 
@@ -200,19 +200,19 @@ class Objectives:
 
     @property
     def both(self) -> tuple[Objective, Objective]:
-        """The objectives themselves."""
+        """The two objectives themselves."""
         first, second = (find_objective(name, self.scenario.task.own_objectives) for name in self.names)
         return first, second
 
     @property
     def headings(self) -> tuple[str, str]:
-        """Their names with their units."""
+        """Names of the objectives with their units."""
         first, second = (f"{objective.name} [{objective.unit}]" for objective in self.both)
         return first, second
 
     @property
     def duration(self) -> int | None:
-        """Which of them is the duration, where the scenario can bound that; None where none is."""
+        """The number of the objective that is the duration, where the scenario can bound that; None where none is."""
         task, motion = self.scenario.task, self.scenario.model.motion
         foreign = {key for keys in task.keys_of.values() for key in keys} - set(task.keys_of.get(motion, ()))
         if BOUND not in task.schema() or BOUND in foreign:
@@ -220,7 +220,7 @@ class Objectives:
         return next((i for i, objective in enumerate(self.both) if objective.is_duration), None)
 
     def values(self, criteria: Criteria, trajectory: Trajectory, times: FloatArray) -> Pair:
-        """Both, of a finished motion; one without a closed form at times (n,) in s."""
+        """The values of both of a finished motion; one without a closed form at times (n,) in s."""
         first, second = (objective.of_motion(trajectory, criteria.robot, times) for objective in self.both)
         return first, second
 

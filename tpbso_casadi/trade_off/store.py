@@ -116,7 +116,7 @@ class FrontStore:
             raise OutputError(f"{path}: {error}") from error
 
     def add(self, method: str, *points: Point) -> None:
-        """FrontStore complete points.
+        """Store points that are complete.
 
         Raises:
             OutputError: they cannot be written.
