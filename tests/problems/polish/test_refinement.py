@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pytest
 from helpers.core_robots import robot_of
 from helpers.polish_objective import polish_objective
 
@@ -15,6 +17,7 @@ from problems.polish import (
     Deviations,
     PathRefinement,
     PolishSamples,
+    PolishSettings,
     RefinementSettings,
     gentler_limits,
     joint_box,
@@ -60,16 +63,17 @@ def test_what_is_slower_than_a_known_motion_is_not_returned() -> None:
     assert found.best_motion(1, to_beat=found.motions.bound) is None
 
 
-def test_no_time_is_no_motion_but_the_beginning() -> None:
+def polish_of(found: PathRefinement, **settings: Any) -> DeviationPolish:
+    samples = PolishSamples(motions=found.motions, world=found.world, u=found.motions.parameters())
+    return DeviationPolish(samples=samples, objective=found.objective, proof_margin=np.full(2, 1e-3), **settings)
+
+
+@pytest.mark.parametrize("ended", [{"running_out": lambda: True}, {"settings": PolishSettings(programs=0)}])
+def test_without_time_or_programs_the_beginning_is_all(ended: dict[str, Any]) -> None:
     found = refinement(robot_of("upright"), WALL)
-    polish = DeviationPolish(
-        samples=PolishSamples(motions=found.motions, world=found.world, u=found.motions.parameters()),
-        objective=found.objective,
-        proof_margin=np.full(2, 1e-3),
-        running_out=lambda: True,
-    )
     x = np.zeros((found.motions.free, found.motions.dof))
-    np.testing.assert_array_equal(polish(x).x, x)
+    np.testing.assert_array_equal(polish_of(found, **ended)(x).x, x)
+    assert not np.array_equal(polish_of(found)(x).x, x)
 
 
 def test_joints_are_kept_in_their_ranges() -> None:
