@@ -73,7 +73,7 @@ def _name_of(robot: Robot) -> str:
 
 
 def _statements(criteria: Criteria, trajectory: Trajectory) -> Iterator[_Statement]:
-    """Of each stage that moves, with the time at rest after it."""
+    """A statement for each stage that moves, with the time at rest after it."""
     if not criteria.stages:
         yield _Statement("motion", criteria, trajectory, 0.0)
         return
@@ -87,7 +87,7 @@ def _statements(criteria: Criteria, trajectory: Trajectory) -> Iterator[_Stateme
 
 
 class _Statement:
-    """What a certificate claims of a stage.
+    """The claims of a certificate on one stage.
 
     Args:
         name: of the stage.
@@ -190,7 +190,7 @@ class _Statement:
         return {"links": [link for link, _ in pairs], "obstacles": [place for _, place in pairs]}
 
     def _end(self, place: int) -> list[list[float]]:
-        """What is to be there, where the task says that in joints, else what is."""
+        """The state that is asked for at an end, where the task gives it in joints, else the state that is there."""
         task, trajectory = self._criteria.task, self._trajectory
         posture = self._given_postures()[place]
         reached = trajectory.at(trajectory.breakpoints[[place]])[0] if posture is None else posture
@@ -206,7 +206,7 @@ class _Statement:
         return task.start_posture, task.goal_posture(end)
 
     def _tolerances(self) -> list[float]:
-        """Of positions, speeds and accelerations."""
+        """Tolerances of positions, speeds and accelerations."""
         task = self._criteria.task
         outside = (None, task.end_velocities, task.end_accelerations)
         trajectory, edges = self._trajectory, self._trajectory.breakpoints
@@ -215,7 +215,7 @@ class _Statement:
         return [max(LEAST_TOLERANCE, SPARE * jump) + float(size) for jump, size in zip(jumps, sizes, strict=True)]
 
     def _places(self) -> Iterator[dict[str, Any]]:
-        """Where the tool starts and ends, where the task says that as a position or pose."""
+        """The tool's start and end, where the task gives them as positions or poses."""
         robot, task, trajectory = self._criteria.robot, self._criteria.task, self._trajectory
         frame, postures = _tool_frame(robot), self._given_postures()
         within = max(NEAR, LEVERS * robot.dof * (robot.reach()[1] + 1.0) * self._tolerances()[0])
@@ -254,7 +254,7 @@ class _Statement:
 
 
 def _solids(obstacle: Obstacle) -> tuple[Obstacle, ...]:
-    """What certificates know an obstacle as, where it stands still; none where they do not, as of derived classes."""
+    """Solids as certificates know an obstacle that stands still; none where they do not, as of derived classes."""
     still = obstacle.unmoved
     solids = still.in_space if "in_space" in vars(type(still)) else (still,)
     known = all(obstacle_numbers(solid) is not None for solid in solids) and drifts_of([obstacle]) is not None
@@ -293,7 +293,7 @@ def _spatial_chain(robot: SpatialArm) -> dict[str, Any]:
 
 
 def _planar_chain(robot: PlanarArm) -> dict[str, Any]:
-    """The same of an arm that turns about z; masses with their inertia about their centres."""
+    """The chain of an arm that turns about z; masses with their inertia about their centres."""
     names, chain = [f"joint {n}" for n in range(1, robot.dof + 1)], robot.rigid_chain
     moments = [] if chain is None else [joint.moments for joint in chain.joints]
     c, s = float(np.cos(robot.base_angle)), float(np.sin(robot.base_angle))

@@ -57,7 +57,7 @@ class Stage:
     signal: tuple[str, bool | float | str] | None = None
 
     def motion(self, trajectory: Trajectory) -> Trajectory:
-        """Its part of the whole motion, from t = 0."""
+        """The stage's part of the whole motion, from t = 0."""
         return trajectory.part(self.start, min(self.end, trajectory.duration))
 
     def verify(self, trajectory: Trajectory) -> tuple[Verdict, ...]:
@@ -67,7 +67,7 @@ class Stage:
 
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
-    """What a motion has to do, to keep, and to minimise.
+    """The task of a motion, the limits that it keeps, and the objective.
 
     Attributes:
         free_timing: whether motions are timed path by path: the number of their pieces is then free, and accelerations
@@ -85,7 +85,7 @@ class Criteria:
 
     @property
     def stages(self) -> tuple[Stage, ...]:
-        """Of what a motion is made; none where it is one."""
+        """The stages of which a motion is made; none where it is one."""
         return ()
 
     @property
@@ -103,13 +103,13 @@ class Criteria:
         return JointPath.of(trajectory)
 
     def at_free_times(self) -> Criteria:
-        """The same for a motion that is timed anew along its path."""
+        """The criteria of a motion that is timed anew along its path."""
         if self.free_timing:
             return self
         return Criteria(task=self.task.at_free_times(), objective=self.objective, limits=self.limits)
 
     def with_clock(self, clock: Callable[[FloatArray], FloatArray]) -> Self:
-        """The same where what it has to do at times, (n,), s, is to be done at others; it knows of none."""
+        """The criteria with another clock, (n,) to (n,), s, for what is due at given times; unchanged by default."""
         return self
 
     def given_motion(self) -> Trajectory:
@@ -185,7 +185,7 @@ class Criteria:
         return self.objective.of_motion(trajectory, self.robot, times)
 
     def at_times(self, times: FloatArray) -> Iterator[tuple[Criteria, NDArray[np.intp]]]:
-        """What holds at times (n,) in s, and the indices of those at which it does: itself by default."""
+        """The criteria that hold at times (n,) in s, with the indices of these times: the whole by default."""
         yield self, np.arange(times.size)
 
     @property
@@ -195,7 +195,7 @@ class Criteria:
 
     @property
     def not_judged(self) -> tuple[str, ...]:
-        """What no verdict speaks of, although it is or may be there, a line each."""
+        """Lines that name what no verdict speaks of, although it is or may be there."""
         found = [*self.robot.unjudged, *self._contacts_with_several()]
         if self.robot.dim == 3 and any(obstacle.moves for obstacle in self.obstacles):
             found.append("clearance of what no joint moves from obstacles that move")
@@ -217,7 +217,7 @@ class Criteria:
 
 
 def joint_following(task: JointFollowing, limits: Sequence[LimitKind] = ()) -> JointFollowingCriteria:
-    """What a task states; time is the objective.
+    """The criteria of a path to be run; time is the objective.
 
     Args:
         task: the statement: robot, path, obstacles.
@@ -251,7 +251,7 @@ class JointFollowingCriteria(Criteria):
 
 
 def recorded_motion(task: RecordedMotion, limits: Sequence[LimitKind] = ()) -> RecordedMotionCriteria:
-    """What a motion that is stated is judged by.
+    """The criteria of a motion that is stated as it is.
 
     Args:
         task: the statement: robot, motion, obstacles.
@@ -290,7 +290,7 @@ class RecordedMotionCriteria(Criteria):
         return ", ".join(filter(None, (super().assumed, left_out)))
 
     def _limit_verdicts(self, trajectory: Trajectory) -> list[Verdict]:
-        """They also say when what is violated is first broken."""
+        """The verdicts on limits, with the first time at which a violated one is broken."""
         return verdicts_with_first_times(self.judged_limits, trajectory, self.task.end_accelerations)
 
     @property

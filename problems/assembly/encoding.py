@@ -132,7 +132,7 @@ class Encoding(Parametric, ABC, Generic[P]):
         return () if self.time_scale is None else (Variable("time_scale", 0.0, 1.0, "1"),)
 
     def longest_with_time_scale(self, duration: float) -> float:
-        """What a motion takes at most, s, if it takes at most ``duration`` where the time scale is no variable."""
+        """The longest duration, s, of motions that take at most ``duration`` where the time scale is no variable."""
         if self.time_scale is None:
             return duration
         longest = self.time_scale.longest
@@ -221,7 +221,7 @@ class PaperCost:
         return ca.if_else(largest(cosines) <= 1.0, penalised, weights.reach * ca.sum2(cosines))
 
     def largest_magnitudes(self) -> Mapping[str, FloatArray] | None:
-        """By constraint name, what each column's absolute value cannot exceed; None where every vector is reached."""
+        """Bounds of the absolute value of each column, by constraint name; None where every vector is reached."""
         return None
 
     def weights(self, objective_upper_bound: float, penalised: Callable[[], Sequence[Constraint]]) -> CostWeights:

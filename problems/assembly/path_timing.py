@@ -130,7 +130,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         return False
 
     def path_and_arrival(self, x: Matrix) -> tuple[Matrix, Rates, Constraint | None]:
-        """Those of :meth:`path`, and that the candidate is where it has to be; None where that is certain."""
+        """The results of :meth:`path`, and the condition of arrival; None where arrival is certain."""
         return *self.path(x), None
 
     @property
@@ -166,6 +166,6 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
 
 
 def step_limits(task: Task) -> tuple[StepLimit, ...]:
-    """That no obstacle is jumped over from one sample to the next, where there are any."""
+    """Limits with which no obstacle is jumped over from one sample to the next; none without obstacles."""
     limit = StepLimit.for_robot(task.robot, task.obstacles)
     return () if limit is None else (limit,)

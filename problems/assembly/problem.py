@@ -58,7 +58,7 @@ class Problem(Criteria, ABC, Generic[P]):
 
     @property
     def branches(self) -> Sequence[Problem[P]]:
-        """Where inverse kinematics has several postures, the problems that keep near to one each, the quickest first.
+        """Problems that keep near to one posture each, where inverse kinematics has several, the quickest first.
 
         None by default.
         """
@@ -81,7 +81,7 @@ class Problem(Criteria, ABC, Generic[P]):
 
     @cached_property
     def direct(self) -> DirectPlanner:
-        """What plans motions of it without a search, and improves a given one."""
+        """The planner that makes motions without a search, and improves a given one."""
         return DirectPlanner()
 
     @property
@@ -144,7 +144,7 @@ class Problem(Criteria, ABC, Generic[P]):
 
     @abstractmethod
     def nlp(self) -> NonlinearProgram:
-        """The same problem for solvers that follow gradients."""
+        """The problem as a program for solvers that follow gradients."""
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
@@ -191,7 +191,7 @@ class Problem(Criteria, ABC, Generic[P]):
         return self.encoding.weights(bound, self._penalised_constraints)
 
     def _penalised_constraints(self) -> list[Constraint]:
-        """Of the motion in the middle of the search box: any one, of which only the constraints' shapes matter."""
+        """Constraints of the motion in the middle of the search box: any one, of which only the shapes matter."""
         parameters = self.decoded(ca.DM(np.mean(self.bounds, axis=0))).parameters
         samples, penalised = self.motion.samples(parameters), self.encoding.penalised(self.limits)
         constraints = [c for limit in penalised for c in limit.constraints(samples, SAMPLING_MARGIN)]

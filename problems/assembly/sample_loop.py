@@ -55,7 +55,7 @@ class RepeatedLoop:
         return any(repetition.is_time_dependent for repetition in self.repetitions)
 
     def places(self, now: Samples) -> Matrix:
-        """Their positions at one sample, one after the other, m, and the time, s, where it is needed: a column."""
+        """A column of positions at one sample, one after the other, m, and of the time, s, where it is needed."""
         parts = [now.positions[frame] for frame in self.frames]
         if self.timed:
             assert now.times is not None
@@ -117,7 +117,7 @@ class Instant:
         return Samples.symbolic(self.motion.robot, len(self.motion.orders))
 
     def needed_orders(self, expressions: Sequence[Matrix]) -> tuple[int, ...]:
-        """Which derivatives expressions of :attr:`probe` depend on."""
+        """Orders of the derivatives on which expressions of :attr:`probe` depend."""
         everything = ca.vertcat(*(ca.vec(expression) for expression in expressions))
         symbols = {order: ca.vec(self.probe.derivative(order)) for order in self.motion.orders}
         return tuple(order for order, symbol in symbols.items() if any(ca.which_depends(everything, symbol, 1, False)))
@@ -295,7 +295,7 @@ P = TypeVar("P")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Accumulated:
-    """What all samples have added up to, as expressions of the inputs of the last step.
+    """Sums over all samples, as expressions of the inputs of the last step.
 
     Attributes:
         inputs: of that step, by name.
@@ -344,7 +344,7 @@ class CostSteps(ABC, Generic[P]):
 
     @property
     def time_scale_inputs(self) -> dict[str, ca.SX]:
-        """What the step that scales time reads of the statement: its numbers, the search vector where it says how."""
+        """The inputs of the step that scales time: the statement's numbers, and the search vector where it says how."""
         return {"p": self.p, **({} if self.encoding.time_scale is None else {"x": self.x})}
 
     @property
@@ -358,7 +358,7 @@ class CostSteps(ABC, Generic[P]):
         return self._ending_in(front, end, self._cost(end))
 
     def parts(self) -> tuple[Program, tuple[str, ...]]:
-        """The same with the objective and each penalty behind the cost; and the penalties' names.
+        """The program with the objective and each penalty behind the cost, and the penalties' names.
 
         Where inverse kinematics may fail, how far it is from reaching is the last one.
         """
@@ -433,7 +433,7 @@ class CostSteps(ABC, Generic[P]):
         return [part.T for part in ca.vertsplit(peaks, np.cumsum([0, *sizes]).tolist())]
 
     def _accumulated(self, loop: SampleLoop | None, repeated: Sequence[Repetition]) -> Accumulated:
-        """What the last step makes the cost of."""
+        """The inputs and terms of which the last step makes the cost."""
         inputs: dict[str, ca.SX] = {"p": self.p, "durations": ca.SX.sym("durations", self.motion.duration_count)}
         if loop is not None:
             inputs |= {n: ca.SX.sym(n, size) for n, size in loop.starting_values.items() if n in {"sums", REPEATED}}

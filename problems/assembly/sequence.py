@@ -84,7 +84,7 @@ class SequenceCriteria(Criteria):
 
     @property
     def not_judged(self) -> tuple[str, ...]:
-        """Of all stages; with the stage where it is not the same in all of them."""
+        """The lines of all stages, each with its stage where it does not hold for all of them."""
         lines: dict[str, list[str]] = {}
         for stage in self._moving:
             assert stage.criteria is not None
@@ -101,7 +101,7 @@ class SequenceCriteria(Criteria):
 
 
 def _severity(verdict: Verdict) -> tuple[int, float]:
-    """What is smallest of the worst: its status, then how near the bound it is, as a share of that."""
+    """The rank of a verdict, smallest for the worst: its status, then its distance from the bound, of that."""
     size = max(abs(verdict.bound), 1e-9)
     distance = abs(verdict.worst - verdict.bound) / size
     return ORDER.index(verdict.status), -distance if verdict.excess else distance

@@ -115,7 +115,7 @@ OFFSET = 1.5  # rad, the largest; what is decided is its square root, so that sm
 
 @dataclass(frozen=True)
 class TimeControlPoints(FeasibilityFirst, Encoding[SplineShape]):
-    """Nothing is restored by time, whose rates at the start are given: every limit is penalised.
+    """The encoding of a move in time: rates at the start are given, so that every limit is penalised.
 
     Args:
         motion: that is decoded.
@@ -206,7 +206,7 @@ def _is_repeated(step: Step) -> bool:
 
 
 def _with_rows(step: Step, numbers: FloatArray) -> Step:
-    """The same for things (things, r) that have other numbers."""
+    """The loop for things (things, r) that have other numbers."""
     assert step.loop is not None
     samples = len(step.loop.rows) // len(numbers)
     return replace(step, loop=replace(step.loop, rows=np.tile(numbers, (samples, 1))))
@@ -363,13 +363,13 @@ class TimeMoveProblem(Problem[SplineShape]):
         return TimeMoveSteps(self).parts()
 
     def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
-        """That of the first problem of its make with other numbers, where there is one."""
+        """The evaluator of the first problem of its make with other numbers, where there is one."""
         if self.first is None:
             return super().new_evaluator(options)
         return self.first.evaluator(options).same_structure_with(self.program)
 
     def nlp(self) -> NonlinearProgram:
-        """There is none.
+        """Refuse: there is no nonlinear program.
 
         Raises:
             InvalidProblem: always.
@@ -401,11 +401,6 @@ class TimeMoveProblem(Problem[SplineShape]):
         return found.reshape(-1, d)
 
     def nearest_candidate(self, trajectory: Trajectory) -> FloatArray:
-        """That of :meth:`vector_of`."""
-        return self.vector_of(trajectory)
-
-    def vector_of(self, trajectory: Trajectory) -> FloatArray:
-        """The search vector (d,) whose motion is nearest to a given one: what is left of a plan, say."""
         u = np.linspace(0.0, 1.0, FITTED * self.motion.spline.size)
         theta = trajectory.at(u * trajectory.duration)
         goals = np.array(self.encoding.goals)

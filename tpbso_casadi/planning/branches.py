@@ -51,12 +51,12 @@ class RacedBranch(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """The best."""
+        """The cost of the best candidate."""
         return self.search.cost
 
     @property
     def motion(self) -> Motion:
-        """Of the best candidate."""
+        """The motion of the best candidate."""
         return motion_of(self.problem, self.search.x)
 
 
@@ -118,7 +118,7 @@ def _finalists(raced: Sequence[RacedBranch]) -> list[RacedBranch]:
 
 
 def _in_time(branch: Problem[Any]) -> float:
-    """What the objective is in the time that the branch's own posture takes in free space; none where time may help."""
+    """The objective at the time that the branch's posture takes in free space; minus infinity where time may help."""
     objective = branch.objective
     if not (objective.is_time_dependent and objective.sooner_is_better):
         return -inf
@@ -130,7 +130,7 @@ def _raced(branch: Problem[Any], planning: Planning, budget: Budget) -> RacedBra
 
 
 def _as_plan(raced: RacedBranch, planning: Planning, rounds: int) -> SearchedMotion:
-    """What a race has found, where it was cut short."""
+    """The plan of a race that was cut short."""
     return SearchedMotion(
         scenario=planning.scenario,
         problem=raced.problem,
@@ -142,7 +142,7 @@ def _as_plan(raced: RacedBranch, planning: Planning, rounds: int) -> SearchedMot
 
 
 def _short(whole: Budget, branches: int) -> Budget:
-    """That of a branch in the race."""
+    """The budget of one branch in the race."""
 
     def share(number: int | None) -> int | None:
         return None if number is None else max(1, round(RACE_SHARE * number))

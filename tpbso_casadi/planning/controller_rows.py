@@ -79,7 +79,7 @@ class ControllerRows:
 
     @property
     def _missed_at_ends(self) -> Trajectory:
-        """What is to be added, so that ends that move do so as planned: nothing where both are at rest."""
+        """The correction with which ends that move do so as planned: nothing where both are at rest."""
         ends, planned = self.source.trajectory.breakpoints[[0, -1]], self.source.criteria.task.end_accelerations
         position, velocity, acceleration = (self.source.trajectory.at(ends, order) for order in range(3))
         lost = np.where(planned != 0.0, (self.time_scale**2 - 1.0) * acceleration, 0.0)
@@ -94,7 +94,7 @@ class ControllerRows:
 
     @property
     def said(self) -> str:
-        """What they are, in words."""
+        """The rows described in words."""
         pieces, slower = "quintics" if self.accelerations else "cubics", self.time_scale - 1.0
         slowed = f", {100.0 * slower:.2g} % slower than planned" if slower else ""
         return f"{len(self.times)} rows, joined by {pieces}: {self.joined.status_in_words}{slowed}"
@@ -140,7 +140,7 @@ def _knots(breakpoints: FloatArray, least: float, parts: int) -> FloatArray:
 
 
 def _rows(motion: Motion, edges: FloatArray, scale: float, smooth: bool) -> ControllerRows:
-    """At edges, s, of a motion that is slowed; where it ends, it has ended."""
+    """The rows at edges, s, of a motion that is slowed, up to its end."""
 
     def clock(times: FloatArray) -> FloatArray:
         return _whole_nanoseconds(times * scale)

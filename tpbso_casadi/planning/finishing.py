@@ -58,7 +58,7 @@ class Refinement:
         return self.motion(solution.x).merit
 
     def multipliers(self, solution: Solution) -> dict[str, float]:
-        """By constraint, the sum of the absolute multipliers of its scaled rows."""
+        """Sums of the absolute multipliers of scaled rows, by constraint."""
         rows = self.program.rows
         parts = np.split(solution.row_multipliers, np.cumsum([c.expression.numel() for c in rows])[:-1])
         return {c.name: float(np.abs(part).sum()) for c, part in zip(rows, parts, strict=True)}
@@ -79,7 +79,7 @@ class Refinement:
         seed: int | None = None,
         callback: Callable[[Status], object] | None = None,
     ) -> DescentResult:
-        """From one start (n,) after the other; the best motion counts."""
+        """The best descent from starts (n,), one after the other."""
         return descend(self, self.descent.stop, starts, self.merit, budget, seed, callback)
 
 
@@ -333,17 +333,17 @@ class PlannedMotion:
 
     @property
     def searched(self) -> SearchedMotion | None:
-        """What is known of the search; None where a given path was timed."""
+        """The plan with its search; None where a given path was timed."""
         return None
 
     @property
     def criteria(self) -> Criteria:
-        """What the motion is judged by."""
+        """The criteria that the motion is judged by."""
         return self.motion.criteria
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion's trajectory."""
+        """The trajectory of the motion."""
         return self.motion.trajectory
 
     @property

@@ -101,7 +101,7 @@ class Motion:
 
     @property
     def criteria(self) -> Criteria:
-        """What it is judged by."""
+        """The criteria that the motion is judged by."""
         return self.problem.at_free_times() if self.retimed else self.problem
 
     @property
@@ -116,7 +116,7 @@ class Motion:
 
     @property
     def stages(self) -> tuple[Stage, ...]:
-        """Of what it is made; none where it is one."""
+        """The stages of which the motion is made; none where it is one."""
         return self.criteria.stages
 
     @cached_property
@@ -145,7 +145,7 @@ class Motion:
 
     @cached_property
     def broken_spans(self) -> dict[str, list[tuple[float, float]]]:
-        """By the names of violated limits, from when to when they are broken, s; nothing of what is made of stages."""
+        """Spans in s in which violated limits are broken, by name; none of a motion that is made of stages."""
         if self.stages:
             return {}
         return broken_spans(self.criteria.judged_limits, self.verdicts, self.trajectory)
@@ -159,12 +159,12 @@ class Motion:
 
     @property
     def status_in_words(self) -> str:
-        """The same, with what the user left out: the geometry of links, limits."""
+        """The status with what the user left out: the geometry of links, limits."""
         return f"{self.status} {self.criteria.assumed}".rstrip()
 
     @property
     def not_judged(self) -> tuple[str, ...]:
-        """What no verdict speaks of, although it is or may be there, a line each."""
+        """Lines that name what no verdict speaks of, although it is or may be there."""
         return self.criteria.not_judged
 
     @property
@@ -183,17 +183,17 @@ class Motion:
         return self.spread_times(MINIMUM_ROWS)
 
     def spread_times(self, at_least: int) -> FloatArray:
-        """At least so many times in s, every breakpoint among them."""
+        """Times in s, at least so many, with every breakpoint."""
         if self.free_timing and not self.stages:
             return self.trajectory.times(at_least)
         return self.criteria.row_times(self.trajectory, at_least)
 
     def joint_positions(self, times: FloatArray) -> FloatArray:
-        """Where base, joints and tip are at times (n,) in s: (n, frames, dim), m."""
+        """Positions of base, joints and tip at times (n,) in s: (n, frames, dim), m."""
         return self.problem.robot.skeleton(self.trajectory.at(times))
 
     def torques(self, times: FloatArray) -> FloatArray | None:
-        """What the motors give at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
+        """Torques of the motors at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
         found = np.zeros((times.size, self.problem.robot.dof))
         for part, rows in self.criteria.at_times(times):
             torques = torques_of(part.robot, self.trajectory, times[rows])
@@ -209,7 +209,7 @@ class Motion:
 
     @property
     def clearance_in_words(self) -> str:
-        """What is proven of the distance from obstacles, and what was found; empty where none is within reach."""
+        """Words on the proven and the found distance from obstacles; empty where none is within reach."""
         proven = [
             verdict for verdict in self.verdicts if verdict.name == Clearance.name and verdict.worst_is is WorstIs.BOUND
         ]
@@ -237,7 +237,7 @@ class Motion:
 
     @cached_property
     def objective_parts(self) -> list[tuple[Objective, float, float]]:
-        """What a weighted sum is made of: objectives with their weights and values; none otherwise."""
+        """Objectives of a weighted sum with their weights and values; none otherwise."""
         objective = self.problem.objective
         if objective.terms == ((1.0, objective),):
             return []

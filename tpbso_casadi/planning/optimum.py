@@ -40,7 +40,7 @@ LOOKS = 401  # times at which it is seen how near limits are
 
 @dataclass(frozen=True)
 class Price:
-    """What a limit, or another number of the problem, is worth.
+    """The gain in the objective by a looser limit, or another number of the problem.
 
     Attributes:
         constraint: name of the limit; ``payload`` for what is carried.
@@ -70,7 +70,7 @@ class Price:
 
     @property
     def timed_per_cent(self) -> float:
-        """The same of the plan that is timed again."""
+        """Change of the objective of the plan that is timed again where the limit is 1 % of its size looser."""
         return self.timed_again * STEP * self.size
 
     @property
@@ -78,7 +78,7 @@ class Price:
         return min(self.per_cent, self.timed_per_cent), min(self.per_unit, self.timed_again)
 
     def __lt__(self, other: Price) -> bool:
-        """That of which one per cent saves more comes first."""
+        """The order of prices: of which one per cent saves more comes first."""
         return self._rank < other._rank
 
 
@@ -180,7 +180,7 @@ class Replanner:
         self._near: Refinement | None = None
 
     def relaxed(self, relaxation: Relaxation) -> Replanner:
-        """The same with one limit looser, by its step."""
+        """The planner of the problem with one limit looser, by its step."""
         return Replanner(self.problem.relaxed(relaxation, relaxation.step), self._retimes, self.deadline)
 
     @cached_property
@@ -197,7 +197,7 @@ class Replanner:
         return refinement
 
     def _refinements(self, motion: Motion) -> Iterator[Refinement]:
-        """What of the program matters near the motion of the first descent, then all of it."""
+        """Refinements by the rows that matter near the motion of the first descent, then by the whole program."""
         if self._near is None:
             near = self._whole.near(motion.trajectory)
             self._near = self._of_whole if near is self._whole else self._refinement(near)
@@ -206,7 +206,7 @@ class Replanner:
             yield self._of_whole
 
     def descended(self, start: Motion) -> Descended | None:
-        """Where a descent from a motion ends; None where that is no certified motion."""
+        """The end of a descent from a motion; None where that is no certified motion."""
         for refinement in self._refinements(start):
             solution = refinement(refinement.program.from_trajectory(start.trajectory))
             if solution.stop_reason is not StopReason.CONVERGED:
@@ -256,7 +256,7 @@ class Pricing:
     plans: tuple[Motion, ...]
 
     def price(self, relaxation: Relaxation) -> Price | None:
-        """What a limit is worth; None where that is nothing, or no certified motion is found."""
+        """The price of a limit; None where it is worth nothing, or no certified motion is found."""
         looser, step = self.own.relaxed(relaxation), relaxation.step
         rates = (self._planned_again(looser) / step, self._timed_again(looser) / step if step > 0.0 else 0.0)
         planned, timed = (rate if rate * abs(step) < -LEAST_SAVING * abs(self._value_again) else 0.0 for rate in rates)
@@ -282,7 +282,7 @@ class Pricing:
         return self.own.value(self.again.motion)
 
     def _planned_again(self, looser: Replanner) -> float:
-        """By how much a motion that is planned with a looser limit differs from the best that is planned without."""
+        """The change of the objective when the motion is planned again under a looser limit."""
         found = looser.descended(self.best.motion)
         value = np.inf if found is None else looser.value(found.motion)
         if found is None or not np.isfinite(value):
@@ -293,7 +293,7 @@ class Pricing:
         return value - (self._value_again if back is None else min(self._value_again, self.own.value(back.motion)))
 
     def _timed_again(self, looser: Replanner) -> float:
-        """By how much the plan differs where it is timed again under a looser limit; 0 if it is not certified."""
+        """The change of the objective when the plan is timed again under a looser limit; 0 if it is not certified."""
         return min(map(looser.value, self.plans)) - self._value if np.isfinite(self._value) else 0.0
 
 

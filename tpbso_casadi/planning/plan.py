@@ -288,5 +288,5 @@ def first_feasible(plan: SearchedMotion) -> int | None:
 
 
 def step_name(search: Result) -> str:
-    """What the history of a search counts."""
+    """The name of the steps that a history counts."""
     return search.history.steps.name

@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """What a metaheuristic found in a problem.
+    """The result of a metaheuristic on a problem.
 
     Attributes:
         problem: that was searched.
@@ -126,11 +126,11 @@ class Planning:
         return self.settings.first or self.running_out()
 
     def with_settings(self, **changes: Any) -> Self:
-        """The same with other keys of [solver]."""
+        """The planning with other keys of [solver]."""
         return replace(self, settings=self.settings.replaced(**changes))
 
     def evaluator(self, problem: Problem[Any]) -> PopulationFunction:
-        """What evaluates populations of a problem.
+        """The batch evaluator of a problem.
 
         Raises:
             KeyboardInterrupt: Ctrl-C.
@@ -161,7 +161,7 @@ class Planning:
             return None
 
     def breakable_attempt(self, work: Callable[[], T]) -> T | None:
-        """The same of work that Ctrl-C breaks off at once."""
+        """The result of work that Ctrl-C breaks off at once; None where it raises."""
         return self.attempt(partial(self.interruption.attempt, work))
 
     def search(self, problem: Problem[Any], budget: Budget, known: FloatArray | None = None) -> Search:

@@ -12,12 +12,12 @@ LOG = logging.getLogger(__name__)
 
 
 def _nothing(told: object) -> None:
-    """Nobody listens."""
+    """The callback that does nothing."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Callbacks during planning.
+    """Callbacks that are told what planning does.
 
     Attributes:
         status: gets the status after every iteration of a search, and after every start of a descent.

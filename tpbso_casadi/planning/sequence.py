@@ -55,7 +55,7 @@ UNKNOWN = 3.0  # times their bound is what other edges are then taken to need
 
 @dataclass(eq=False)
 class Stop:
-    """Where the arm may stand before the first stage, or after one.
+    """Postures in which the arm may stand before the first stage, or after one.
 
     Attributes:
         postures: (n, dof), rad.
@@ -164,7 +164,7 @@ class SequencePlanner:
         return stage
 
     def _cell(self, layer: int, chain: Sequence[FloatArray]) -> Cell:
-        """What is where before a stage that moves, after postures at the stops before."""
+        """The cell before a stage that moves, after postures at the stops before."""
         first = self.moving[layer]
         postures = [chain[sum(m < number for m in self.moving)] for number in range(first + 1)]
         _, cell = next(islice(walked(self.scenario, np.array(postures)), first, None))
@@ -191,7 +191,7 @@ class SequencePlanner:
         return stops
 
     def _stop_after(self, layer: int, stops: Sequence[Stop]) -> Stop:
-        """Where a stage may end."""
+        """The stop at which a stage may end."""
         stage, before = self.stage(layer), stops[-1]
         cell = self._cell(layer, [stop.postures[0] for stop in stops])
         if stage.tool_path(cell.robot, before.postures[0]) is not None:
@@ -209,7 +209,7 @@ class SequencePlanner:
     def _postures(
         self, robot: Robot, obstacles: Sequence[Any], goals: Sequence[Place], near: FloatArray | None, key: str
     ) -> FloatArray:
-        """Those of any of the goals, at most so many, the soonest reached first, (n, dof).
+        """Postures at any of the goals, the soonest reached first, a limited number of them, (n, dof).
 
         Raises:
             InvalidProblem: there is none.
@@ -230,7 +230,7 @@ class SequencePlanner:
         return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
 
     def _led(self, layer: int, cell: Cell, before: Stop) -> Stop:
-        """Where the tool is led to, from each posture before.
+        """The stop to which the tool is led, from each posture before.
 
         Raises:
             InvalidProblem: from none of them.
@@ -264,7 +264,7 @@ class SequencePlanner:
         return Edges(bounds, bounds.copy())
 
     def _robot(self, layer: int) -> Robot:
-        """That of a stage, with the limits that the stage has."""
+        """The robot of a stage, with the limits that the stage has."""
         table = self.scenario.robot_table
         return table.replaced(**self.stage(layer).of_the_robot).build()
 
@@ -274,7 +274,7 @@ class SequencePlanner:
         return None if found is None else found[1]
 
     def _total(self, chain: list[int] | None, bounds: bool = False) -> float:
-        """What a chain of postures takes, with all waits, s."""
+        """The duration of a chain of postures with all waits, s."""
         if chain is None:
             return np.inf
         waits = sum(stage.pause for stage in self.stages)
@@ -282,7 +282,7 @@ class SequencePlanner:
         return waits + float(sum(table[pair] for table, pair in zip(tables, _pairs(chain), strict=True)))
 
     def best_order(self) -> tuple[list[int], float]:
-        """In which order to make the visits, from 0 on, and what any order takes at least, with all waits, s."""
+        """The best order of the visits, from 0 on, and a lower bound of any order's duration with all waits, s."""
         cyclic = self.task.cyclic
         stops = self.stops[:-1] if cyclic else self.stops
         postures = np.concatenate([stop.postures for stop in stops])
@@ -440,7 +440,7 @@ def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:
 
 
 def _bounds(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:
-    """What the slowest joint takes at least from each posture (n, dof) to each of others (m, dof): (n, m), s."""
+    """Least durations of the slowest joint from each posture (n, dof) to each of others (m, dof): (n, m), s."""
     ways = (after[None] - before[:, None]).reshape(-1, robot.dof)
     return np.asarray(least_durations(ways, robot.limits).max(axis=1).reshape(len(before), len(after)))
 

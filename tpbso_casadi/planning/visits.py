@@ -37,7 +37,7 @@ def shortest_way(costs: Sequence[FloatArray], cyclic: bool) -> tuple[float, list
 
 
 def _shortest_from(costs: Sequence[FloatArray], start: int | None) -> tuple[float, list[int]] | None:
-    """That from one node back to it; from any to any where None."""
+    """The shortest way from one node back to it; from any to any where None."""
     least, origins = np.zeros(len(costs[0])), []
     if start is not None:
         least = np.where(np.arange(least.size) == start, 0.0, np.inf)
@@ -74,7 +74,7 @@ class Visits:
         return len(self.sizes) - 1
 
     def rows(self, stop: int) -> slice:
-        """Where the postures of a stop are; 0 is the start."""
+        """The rows of a stop's postures; 0 is the start."""
         first = sum(self.sizes[:stop])
         return slice(first, first + self.sizes[stop])
 
@@ -147,7 +147,7 @@ class Visits:
         return order
 
     def _reaching(self) -> float:
-        """What it takes at least to reach every stop from the nearest other one, and to come back, s."""
+        """The least time to reach every stop from the nearest other one, and to come back, s."""
         between = self._between()
         np.fill_diagonal(between, np.inf)
         least = between.min(axis=0)

@@ -20,7 +20,7 @@ Kind: TypeAlias = Literal["new", "old", "stop"]
 
 @dataclass(frozen=True)
 class Approach:
-    """Where a motion comes nearest to obstacles that move.
+    """The place at which a motion comes nearest to obstacles that move.
 
     Attributes:
         distance: how near, m; negative where they meet.
@@ -34,7 +34,7 @@ class Approach:
 
     @classmethod
     def of(cls, proof: ClearanceProof | None) -> Approach | None:
-        """What a proof has seen; None where nothing moves."""
+        """The nearest approach that a proof has seen; None where nothing moves."""
         return None if proof is None else cls(proof.smallest, proof.time, proof.where)
 
 
@@ -98,7 +98,7 @@ def lasting(trajectory: Trajectory, seconds: float) -> Trajectory:
 
 
 def remaining(trajectory: Trajectory, seconds: float, least: float) -> Trajectory:
-    """What is left of a motion after so many seconds: ``least`` s at least, standing where nothing is left."""
+    """The rest of a motion after so many seconds: ``least`` s at least, standing where nothing is left."""
     left = trajectory.duration - seconds
     if left < least:
         trajectory = lasting(trajectory, seconds + least)

@@ -62,7 +62,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Decision:
-    """What is known when a step begins.
+    """The knowledge with which a step begins, and the choice that follows from it.
 
     Args:
         limits: of the robot.
@@ -95,7 +95,7 @@ class Decision:
 
     @cached_property
     def until_then(self) -> Trajectory:
-        """What is executed until the decision takes effect."""
+        """The motion that is executed until the decision takes effect."""
         return lasting(self.executed, self.every).part(0.0, self.every)
 
     @cached_property
@@ -105,7 +105,7 @@ class Decision:
 
     @cached_property
     def rest(self) -> list[Trajectory]:
-        """What would go on from then; nothing where the arm stands then."""
+        """The motion that would go on from then; None where the arm stands then."""
         goes_on = self.executed.duration > self.every + SLIVER
         return [self.executed.part(self.every, self.executed.duration)] if goes_on else []
 
@@ -121,7 +121,7 @@ class Decision:
         return self.executed.duration if any(np.abs(goal - end).max() < SAME_POSTURE for goal in self.goals) else inf
 
     def chosen(self) -> Judged:
-        """What is executed from now on: what arrives first of what may be executed; a stop where nothing may."""
+        """The motion to execute from now on: the first to arrive of those that may be; a stop where none may."""
         old = self.judged(self.old) if self.arrival < inf else None
         best = old if old is not None and old.accepted else None
         moves = direct_moves(self.state, self.goals, self.scene.robot.limits) if self._has_far_to_go else []

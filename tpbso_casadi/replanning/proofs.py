@@ -45,7 +45,7 @@ MOST_ITEMS = 200_000  # that a proof looks at: what is nearer than that takes is
 
 @dataclass(frozen=True)
 class KeptClear:
-    """What a robot has to keep clear of.
+    """The obstacles and links that a robot has to keep clear of.
 
     Args:
         robot: that moves.
@@ -58,7 +58,7 @@ class KeptClear:
     own: bool = False
 
     def proof(self, trajectory: Trajectory) -> ClearanceProof | None:
-        """That it does, for all t; None where there is nothing to keep clear of."""
+        """The proof of clearance for all t; None where there is nothing to keep clear of."""
         if not (self.obstacles or self.own):
             return None
         which = Kept.ALL if self.own else Kept.FROM_OBSTACLES
@@ -104,7 +104,7 @@ class ObservedScene:
 
     @cached_property
     def moving(self) -> KeptClear:
-        """Obstacles that move."""
+        """The obstacles that are moving."""
         return KeptClear(self.robot, self._numbered(moves=True))
 
     @cached_property
@@ -113,11 +113,11 @@ class ObservedScene:
         return KeptClear(self.robot, self._numbered(moves=False), self.robot.self_collision)
 
     def less_certain(self, rate: float) -> ObservedScene:
-        """The same where what moves may leave its motion at a rate in m/s."""
+        """The scene in which moving obstacles may leave their motions at a rate in m/s."""
         return ObservedScene(self.robot, tuple(obstacle.less_certain(rate) for obstacle in self.obstacles))
 
     def later(self, seconds: float) -> ObservedScene:
-        """The same as it is predicted so many seconds later."""
+        """The scene as it is predicted so many seconds later."""
         return ObservedScene(self.robot, tuple(o.later(seconds) if o.moves else o for o in self.obstacles))
 
     def is_as_predicted(self, before: ObservedScene, seconds: float) -> bool:

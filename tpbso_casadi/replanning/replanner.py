@@ -38,7 +38,7 @@ FEWEST_EVALUATIONS, MOST_EVALUATIONS = 80, 1_500  # of these
 
 @dataclass(frozen=True)
 class LastStep:
-    """What the last step has proven.
+    """The proofs of the last step.
 
     Attributes:
         judged: its motion, which keeps the robot's limits and clear of what stands still.
@@ -166,7 +166,7 @@ class Replanner:
         return self.replan(executed, self.task.obstacles if obstacles is None else obstacles)
 
     def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
-        """Decide.
+        """Decide what to execute from now on.
 
         Args:
             executed: what the arm does from now on; after its end it stands.
@@ -217,7 +217,7 @@ class Replanner:
     def _proven(
         self, chosen: Judged, scene: ObservedScene, executed: Trajectory, foreseen: ClearanceProof | None
     ) -> LastStep:
-        """What is proven of the motion that was chosen, each proof with the scene that it is of."""
+        """Proofs of the chosen motion, each with its scene."""
         last, proven_in = self._known, scene
         if last is not None and chosen.proof is not None and chosen.proof is foreseen:
             seconds = passed(executed, last.judged.candidate.trajectory)
@@ -243,7 +243,7 @@ class Replanner:
             self._checked = goal, still
 
     def _postures(self, end: FloatArray, goal: Place | None) -> list[FloatArray]:
-        """Where to go, (k,) each, rad: of a place that leaves a choice, what is nearest to where the motion ends."""
+        """Postures to go to, (k,) each, rad: of a place that leaves a choice, the nearest to the motion's end."""
         return [place.projected(self.robot, end) for place in (self._goals if goal is None else (goal,))]
 
 
@@ -256,7 +256,7 @@ def replan(
     every: float = 0.1,
     fail_safe_rate: float = 0.0,
 ) -> Step:
-    """What an arm does that has executed a plan up to some time and then sees another scene.
+    """The motion of an arm that has executed a plan up to some time and then sees another scene.
 
     Args:
         previous: a plan, a step, or a motion alone.

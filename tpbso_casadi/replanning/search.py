@@ -120,7 +120,7 @@ class Search:
     def _first(self, problem: TimeMoveProblem, known: Sequence[Trajectory]) -> FloatArray:
         """Given motions as candidates, and those of the search before, where these have the same variables."""
         width = len(problem.bounds[0])
-        rows = [problem.vector_of(trajectory)[None] for trajectory in known]
+        rows = [problem.nearest_candidate(trajectory)[None] for trajectory in known]
         kept = self._known if self._known.shape[1] == width else np.empty((0, width))
         return np.concatenate([*rows, problem.quintics(QUINTICS), kept])
 

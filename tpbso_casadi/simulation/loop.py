@@ -53,14 +53,14 @@ def posture_at(
 def _middles(
     place: Place, robot: Robot, obstacles: Sequence[Obstacle], near: FloatArray | None, field: str
 ) -> Iterator[FloatArray]:
-    """On every branch, with every free number in the middle of its range."""
+    """Postures on every branch, with every free number in the middle of its range."""
     for branch in place.branches(robot, obstacles, near, field):
         middle = [(choice.lower + choice.upper) / 2.0 for choice in branch.choices(robot)]
         yield from _postures(branch, robot, middle, near)
 
 
 def _drawn(place: Place, robot: Robot, near: FloatArray | None) -> Iterator[FloatArray]:
-    """With free numbers drawn from their ranges; nothing new where there are none."""
+    """Postures with free numbers drawn from their ranges; nothing new where there are none."""
     choices = place.choices(robot) if place.always_reached else ()
     generator = np.random.default_rng(SEED)
     for _ in range(DRAWS if choices else 0):
@@ -69,7 +69,7 @@ def _drawn(place: Place, robot: Robot, near: FloatArray | None) -> Iterator[Floa
 
 
 def _postures(place: Place, robot: Robot, chosen: list[float], near: FloatArray | None) -> Iterator[FloatArray]:
-    """With both elbows, where they are there."""
+    """Postures with both elbows, where these exist."""
     turns = None if near is None else ca.DM(near).T
     for elbow in (1.0, -1.0) if place.chosen_by_inverse_kinematics else (1.0,):
         theta, cosine = place.posture(robot, ca.DM(chosen), elbow, turns)
@@ -85,7 +85,7 @@ def _is_within(robot: Robot, theta: FloatArray) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationSetting:
-    """What a simulation begins with.
+    """The statement with which a simulation begins.
 
     Attributes:
         scenario: complete: its [simulation] table too, and postures for all places.
@@ -161,7 +161,7 @@ class Planner(Protocol):
     """Who is asked at every tick; see :class:`tpbso_casadi.replanning.replanner.Replanner`."""
 
     def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
-        """What to execute from now on, given what is executed meanwhile, on a clock that starts now."""
+        """The motion to execute from now on, given the one that is executed meanwhile, on a clock that starts now."""
 
 
 @dataclass

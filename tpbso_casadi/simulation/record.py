@@ -93,17 +93,17 @@ class SimulationRecord:
 
     @property
     def duration(self) -> float:
-        """That was simulated, s."""
+        """The simulated time, s."""
         return self.executed.duration
 
     @property
     def moving(self) -> tuple[Obstacle, ...]:
-        """Those of the obstacles that move."""
+        """The obstacles that are moving."""
         return tuple(obstacle for obstacle in self.obstacles if obstacle.moves)
 
     @property
     def largest_jumps(self) -> FloatArray:
-        """Of angle, speed and acceleration over all replans, (3,): rad, rad/s, rad/s^2."""
+        """The largest jumps of angle, speed and acceleration over all replans, (3,): rad, rad/s, rad/s^2."""
         return np.asarray(np.array([replan.jumps for replan in self.replans]).max(axis=0, initial=0.0))
 
 
@@ -147,7 +147,7 @@ def jumps_between(before: Trajectory, after: Trajectory, time: float) -> tuple[f
 
 
 def stands(trajectory: Trajectory) -> NDArray[np.bool_]:
-    """Which pieces of a motion move no joint by more than rounding, (p,)."""
+    """Flags of the pieces of a motion that move no joint by more than rounding, (p,)."""
     powers = np.diff(trajectory.breakpoints)[:, None] ** np.arange(len(trajectory.coefficients) - 1, 0, -1)
     travels = np.einsum("ipk,pi->pk", np.abs(trajectory.coefficients[:-1]), powers)
     return np.asarray((travels <= STILL).all(axis=1))
@@ -163,7 +163,7 @@ MEANINGS = {"new": "a new motion", "old": "the motion goes on", "stop": "stops"}
 
 
 def simulated_motion(record: SimulationRecord) -> Motion:
-    """What was executed; its criteria are for drawing: true obstacles, and all goals."""
+    """The executed motion; its criteria are for drawing: true obstacles, and all goals."""
     start = Joints(tuple(record.executed.at(np.zeros(1))[0].tolist()))
     task = Move(record.robot, start, record.goals, obstacles=record.obstacles)
     limits = proximity_limits(replace(record.robot, margin=0.0), record.obstacles)
@@ -172,7 +172,7 @@ def simulated_motion(record: SimulationRecord) -> Motion:
 
 
 def notes(record: SimulationRecord) -> tuple[tuple[float, str], ...]:
-    """From which time in s on, what the planner had answered last."""
+    """Notes of the planner's last answer, with the times in s from which they hold."""
     return tuple((replan.time, note(replan)) for replan in record.replans)
 
 

@@ -158,7 +158,7 @@ LARGEST_JUMPS = (1e-9, 1e-9, 1e-7)  # rad, rad/s, rad/s^2: more is no rounding, 
 
 
 class ClosestResult(Table):
-    """Where the arm really came nearest to anything; m, s."""
+    """The place at which the arm really came nearest to anything; m, s."""
 
     distance: Number
     time: Seconds
@@ -221,7 +221,7 @@ class SummaryResult(Table):
 
 
 class CourseResult(Table):
-    """What an obstacle that moves really did.
+    """The real motion of an obstacle.
 
     Attributes:
         obstacle: its number in the scenario, from 1.
@@ -270,7 +270,7 @@ class SimulationResult(Table):
 
     @classmethod
     def of(cls, record: SimulationRecord) -> SimulationResult:
-        """What is to be written of a simulation; its distances are judged here."""
+        """The result of a simulation as it is written; its distances are judged here."""
         return cls(
             scenario=record.scenario,
             seed=record.scenario.solver.seed,

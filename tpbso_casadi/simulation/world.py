@@ -88,7 +88,7 @@ class Actor(ABC):
 
     @abstractmethod
     def observed(self, time: float) -> Obstacle:
-        """What the planner sees of it at a time in s, and predicts: on a clock that starts then."""
+        """The obstacle as the planner sees and predicts it at a time in s, on a clock that starts then."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class World:
         return tuple(actor.true for actor in self.actors)
 
     def observed(self, time: float) -> tuple[Obstacle, ...]:
-        """What the planner sees at a time in s."""
+        """The scene that the planner sees at a time in s."""
         return tuple(actor.observed(time) for actor in self.actors)
 
 

@@ -130,7 +130,7 @@ MOST_ROWS = 200_000  # which take some hundred MB
 
 
 def export_motion(folder: Path, motion: Motion, kind: str, rate: float | None = None) -> Path:
-    """Write a motion.
+    """Write a motion as a file for robots.
 
     Args:
         folder: to write to.
@@ -149,7 +149,7 @@ def export_motion(folder: Path, motion: Motion, kind: str, rate: float | None = 
 
 
 def rows_for_controller(motion: Motion, rate: float | None = None) -> ControllerRows:
-    """Those of a message: at equal steps where a rate in Hz is stated.
+    """The rows of a message: at equal steps where a rate in Hz is stated.
 
     Raises:
         OutputError: they are too many.

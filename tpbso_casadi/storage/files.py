@@ -183,7 +183,7 @@ def _checked(old: Path, target: Path, check: Callable[[Path], object]) -> None:
 
 
 def _mark(target: Path) -> str:
-    """What the names of folders begin with that are written on this machine to replace ``target``."""
+    """The beginning of the names of folders that are written on this machine to replace ``target``."""
     return f".{target.name[:100]}-{platform.node()[:50].replace('/', '_')}-"
 
 

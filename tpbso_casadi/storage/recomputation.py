@@ -141,7 +141,7 @@ def _names(entries: list[Any]) -> list[str]:
 
 
 def _tolerance_at(path: tuple[str, ...], tolerances: Mapping[str, Tolerance]) -> Tolerance | None:
-    """That of the pattern which fits with the fewest wildcards; None where none does."""
+    """The tolerance of the pattern that fits with the fewest wildcards; None where none does."""
 
     def fits(pattern: str) -> bool:
         keys = pattern.split(".")
@@ -273,7 +273,7 @@ def _is_polished(result: RunResult) -> bool:
 
 
 def impossible(result: RunResult, problem: Problem[Any]) -> Iterator[str]:
-    """What no search of a scenario leaves in its result, whatever its motions are: ``key: reason``."""
+    """Contradictions that no search leaves in its result, whatever its motions are: ``key: reason``."""
     if result.solver is None:
         yield "solver: a table is needed"
     if result.stop_reason is None:
@@ -291,7 +291,7 @@ def impossible(result: RunResult, problem: Problem[Any]) -> Iterator[str]:
 
 
 def _of_history(result: RunResult) -> Iterator[str]:
-    """As many entries of each kind, evaluations that grow and costs that fall to those of the result."""
+    """Faults of a history: unequal lengths, evaluations that do not grow, costs that do not fall to the result's."""
     history = result.history
     if not history.evaluations or len(history.evaluations) != len(history.cost):
         yield "history: as many costs as evaluations are needed, and one at least"
@@ -341,7 +341,7 @@ def _of_retiming(result: RunResult) -> Iterator[str]:
 
 
 def _unsearched(result: RunResult, motion: Motion) -> Iterator[str]:
-    """Where nothing was searched, the solver tries other things first; at the bound is what the slowest joint takes."""
+    """Faults of a plan without a search: another solver, or a duration above the bound that it is said to reach."""
     if result.evaluations or result.solver is None or result.retiming is not None:
         return
     if not result.scenario.solver.is_direct:

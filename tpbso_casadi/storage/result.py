@@ -121,7 +121,7 @@ class RunResult(StoredTable):
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """Read a ``result.json``.
+        """Read the text of a ``result.json``.
 
         Raises:
             InvalidResult: naming the first wrong key; or that it is a simulation's.
@@ -190,7 +190,7 @@ def _of_search(plan: SearchedMotion) -> dict[str, Any]:
 
 
 def of_timing(seconds: float) -> dict[str, Any]:
-    """The same keys where a given path was timed in so many seconds."""
+    """The keys of a search where a given path was timed in so many seconds."""
     nothing = dict.fromkeys(("solver", "seed", "cost", "polish", "stop_reason"))
     counts = {"rounds": 1, "evaluations": 0, "iterations": 0, "seconds": seconds}
     return {**nothing, **counts, "history": HistoryResult(evaluations=[], cost=[])}

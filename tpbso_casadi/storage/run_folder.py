@@ -26,13 +26,13 @@ SUFFIXES = (".json", ".csv", ".npz", ".png", ".pdf", ".svg", ".gif", ".mp4", ".h
 
 
 class FolderResult(Protocol):
-    """What a ``result.json`` holds, the digests of the other files in its folder among it: ``files``."""
+    """The content of a ``result.json``, with digests of the other files in its folder: ``files``."""
 
     def replaced(self, **values: Any) -> Self:
-        """The same with other fields."""
+        """The result with other fields."""
 
     def to_json(self) -> str:
-        """The text, sealed."""
+        """The text with its seal."""
 
 
 class OtherPlan(OutputError):
@@ -85,7 +85,7 @@ def check_replaceable(folder: Path, place: Path) -> dict[str, Any]:
 
 
 def stored_content(folder: Path) -> dict[str, Any]:
-    """What the sealed ``result.json`` in a folder holds; nothing where there is none, or none that is unchanged."""
+    """The content of the sealed ``result.json`` in a folder; nothing where there is none, or it was changed."""
     try:
         content = parsed_json(read_text(folder / "result.json", LARGEST_RESULT))
         check_seal(content)
@@ -134,7 +134,7 @@ def write_plan(
 
 
 def tables_of(motion: Motion, times: FloatArray) -> list[Writer]:
-    """What writes ``trajectory.csv``, with rows at times (n,) in s, and ``stages.csv`` where there are stages."""
+    """Writers of ``trajectory.csv``, with rows at times (n,) in s, and of ``stages.csv`` where there are stages."""
     found: list[Writer] = [lambda staged: write_motion(staged / "trajectory.csv", motion, times)]
     return [*found, lambda staged: write_stages(staged / "stages.csv", motion)] if motion.stages else found
 
@@ -227,7 +227,7 @@ def replace_folder(
 
 
 def _text_of(result: FolderResult, files: dict[str, str]) -> str:
-    """Of ``result.json`` beside files with these digests."""
+    """The text of ``result.json`` beside files with these digests."""
     return result.replaced(files=files).to_json()
 
 

@@ -73,7 +73,7 @@ class SolverResult(StoredTable):
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
-        """Those that a scenario asks for."""
+        """The solver and the settings that a scenario asks for."""
         return cls(name=scenario.solver.name, settings=settings_of(scenario.solver.build()))
 
 
@@ -156,7 +156,7 @@ class StageResult(StoredTable):
 
     @classmethod
     def all_of(cls, motion: Motion) -> list[Self]:
-        """Those of a motion; none where it is one."""
+        """The stages of a motion; none where it is one."""
         return [
             cls(
                 name=stage.label,
@@ -172,7 +172,7 @@ class StageResult(StoredTable):
 
 
 class AtGoalResult(StoredTable):
-    """What comes after arrival.
+    """The clearance of the robot after arrival.
 
     Attributes:
         clear_until: the robot at its goal is proven clear up to then, s; None for ever.
@@ -198,7 +198,7 @@ class CertificateResult(StoredTable):
 
     @classmethod
     def of(cls, motion: Motion) -> Self:
-        """That of a motion."""
+        """The certificate of a motion."""
         return cls(verdict=motion.status, in_words=motion.status_in_words, not_judged=list(motion.not_judged))
 
 
@@ -217,7 +217,7 @@ class VariableResult(StoredTable):
 
 
 class SolutionResult(StoredTable):
-    """The motion itself.
+    """The trajectory of the plan, and the vector that it comes from.
 
     Attributes:
         variables: the best search vector, before any polish; None where there was none.
@@ -239,7 +239,7 @@ class SolutionResult(StoredTable):
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion itself."""
+        """The trajectory that is stored."""
         return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
 
     @property
@@ -265,7 +265,7 @@ class SolutionResult(StoredTable):
 
 
 def quantities_of(motion: Motion) -> dict[str, list[float]]:
-    """By symbol, those of the paper."""
+    """The paper's quantities, by symbol."""
     return {name: values.tolist() for name, values in motion.quantities.items()}
 
 
@@ -308,7 +308,7 @@ class PolishResult(StoredTable):
 
     @classmethod
     def of(cls, polish: Polish) -> Self:
-        """What is stored of a polish."""
+        """The stored table of a polish."""
         solution = polish.search.solution
         return cls(
             before=PolishedMotion.like(polish.before),
@@ -332,7 +332,7 @@ class TimedMotion(PolishedMotion):
 
     @classmethod
     def of(cls, motion: Motion) -> Self:
-        """What is stored of a motion before or after the last stage."""
+        """The stored table of a motion before or after the last stage."""
         return cls(**PolishedMotion.like(motion).values(), duration=motion.trajectory.duration)
 
 
@@ -344,7 +344,7 @@ class PiecesResult(StoredTable):
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion itself."""
+        """The trajectory that is stored."""
         return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
 
     @classmethod
@@ -378,7 +378,7 @@ class RetimingResult(StoredTable):
 
     @classmethod
     def of(cls, retiming: Retiming) -> Self:
-        """What is stored of the last stage."""
+        """The stored table of the last stage."""
         return cls(
             before=TimedMotion.of(retiming.before),
             after=None if retiming.after is None else TimedMotion.of(retiming.after),

@@ -35,7 +35,7 @@ class KnotPostures(Encoding[P]):
     @property
     @abstractmethod
     def knot_rows(self) -> FloatArray:
-        """What is known of each knot: how it depends on the search vector, and where the tool is; (lead + M, w)."""
+        """Rows for the knots: how each depends on the search vector, and where the tool is there; (lead + M, w)."""
 
     @property
     def lead(self) -> int:

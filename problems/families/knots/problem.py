@@ -110,7 +110,7 @@ class PathFollowingProblem(Problem[SplineShape]):
     encoding: KnotsEncoding
 
     def at_free_times(self) -> PathFollowingProblem:
-        """The same where the points of the path are passed in order, at any times."""
+        """The problem in which the points of the path are passed in order, at any times."""
         return replace(self, task=self.task.at_free_times())
 
     def peaks(self, shape: SplineShape, limits: Sequence[Limit]) -> list[Matrix]:
@@ -163,7 +163,7 @@ class PathFollowingProblem(Problem[SplineShape]):
         return self._accuracy(candidates)
 
     def progress_measures(self) -> tuple[ProgressMeasure, ...]:
-        """Trajectory accuracy (24)."""
+        """The trajectory accuracy (24), of candidates and of motions."""
         accuracy = ProgressMeasure(
             name="accuracy",
             label="trajectory accuracy",

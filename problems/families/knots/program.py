@@ -104,7 +104,7 @@ class PathNlp(MotionProgram):
 
     @cached_property
     def form(self) -> NodeForm:
-        """The spline's nodes."""
+        """The spline written in its nodes."""
         return NodeForm(self.motion.spline)
 
     @property

@@ -69,7 +69,7 @@ class RedundancyGrid:
         return theta, reached & self._allowed(theta)
 
     def _allowed(self, theta: FloatArray) -> NDArray[np.bool_]:
-        """Which postures (M, S, k) keep joint limits and keep clear of what they have to, (M, S)."""
+        """Flags of postures (M, S, k) that keep joint limits and clearances, (M, S)."""
         robot, allowed = self.postures.robot, np.ones(theta.shape[:2], dtype=bool)
         if robot.limits.position is not None:
             low, high = np.array(robot.limits.position).T
@@ -87,7 +87,7 @@ class RedundancyGrid:
 
     @cached_property
     def endless(self) -> NDArray[np.bool_]:
-        """Which joints can turn without end, (k,)."""
+        """Flags of the joints that can turn without end, (k,)."""
         ranges = self.postures.robot.limits.position
         if ranges is None:
             return np.ones(self.postures.robot.dof, dtype=bool)

@@ -87,7 +87,7 @@ def _on_posture(robot: Robot, name: str, place: Place, theta: FloatArray) -> Pla
 
 
 def check_posture_values(robot: Robot, field: str, theta: FloatArray) -> None:
-    """As many values as joints, within their limits; a misfit is an InvalidProblem."""
+    """Check that there are as many values as joints, within their limits; a misfit is an InvalidProblem."""
     if theta.shape != (robot.dof,):
         raise InvalidProblem(field, f"{theta.size} joints for a robot of {robot.dof}")
     for joint, (value, (low, high)) in enumerate(zip(theta, robot.limits.position or (), strict=False), start=1):
@@ -102,7 +102,7 @@ def branch_posture(robot: Robot, place: Place) -> FloatArray:
 
 
 def least_time(task: Move) -> float:
-    """What a move between its branches' own postures takes in free space, s, at rest at each; no less where it passes.
+    """The duration of a move between its branches' postures in free space, s, at rest at each; no less where it passes.
 
     Where an end moves, at full speed.
     """

@@ -46,7 +46,7 @@ LATER = 1e-9  # of the least total time: rounding
 
 
 def move_planner(task: Move, objective: Objective, limits: tuple[Limit, ...], keeps_branch: bool) -> MovePlanner:
-    """What plans a move directly: programs alone, or paths too, in space and where programs know all limits.
+    """The planner of a move without a search: programs, and paths in space where programs know all limits.
 
     Args:
         task: the statement.
@@ -226,7 +226,7 @@ class PathPlanner(MovePlanner):
 
     @property
     def _allowed(self) -> Callable[[FloatArray], NDArray[np.bool_]]:
-        """Which postures (n, dof) keep own limits, (n,)."""
+        """The test which postures (n, dof) keep own limits, (n,)."""
         return everywhere if self._own is None else self._own.allow
 
     @property

@@ -52,7 +52,7 @@ class Stop:
         return max((place.choices(robot) for place in self.places), key=len)
 
     def variables(self, task: Move) -> list[Variable]:
-        """What is free at a place, and its elbow, where a posture is chosen; which place, where there are several."""
+        """Variables of a stop: free numbers of its place, an elbow where one is chosen, which of several places."""
         choices = self.choices(task.robot)
         listed = [Variable(f"{each.name}_{self.name}{each.index}", each.lower, each.upper, "1") for each in choices]
         if self.chosen and task.elbow == "free":
@@ -76,7 +76,7 @@ class Stop:
         return not all(place.always_reached for place in self.places)
 
     def missed(self, robot: Robot, theta: Matrix) -> Matrix:
-        """By how much a posture (1, dof) misses the place that it misses least, of its tolerance."""
+        """The distance of a posture (1, dof) from the nearest of the places, as a share of its tolerance."""
         misses = [largest(ca.fabs(place.miss(robot, theta))) / place.tolerance(robot) for place in self.places]
         return smallest(ca.vertcat(*misses))
 
@@ -217,7 +217,7 @@ class ControlPoints(PathTiming):
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Those of the stops, bends, offsets, a time scale at each moving end, [local ones,] [that of all]."""
+        """Variables of the stops, bends, offsets, a time scale at each moving end, [local ones,] [that of all]."""
         joints = range(1, self.task.robot.dof + 1)
         segments = range(1, self.segments + 1)
         offsets = [Variable(f"bend_{segment}[{joint}]", -1.0, 1.0, "1") for segment in segments for joint in joints]

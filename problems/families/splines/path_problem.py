@@ -83,7 +83,7 @@ class SplineProblem(Problem[TimedPath]):
         return self._timed(x, replace(self.robot.limits, jerk=None))
 
     def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
-        """In the least time; in the search's own duration where that is a variable, at its times where they matter."""
+        """The motion in least time; in the search's duration where that is a variable, at its times where needed."""
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
@@ -143,7 +143,7 @@ class MoveSteps(CostSteps[TimedPath]):
 
     @property
     def further_penalties(self) -> tuple[str, ...]:
-        """Those of ends that cannot be attained, of stops that may be missed, of what comes near after arrival."""
+        """Penalties of ends that cannot be attained, of stops that may be missed, of what comes near after arrival."""
         ends = () if self.encoding.at_rest else ("ends",)
         missed = ("missed",) if self.encoding.may_miss else ()
         return (*ends, *missed, *(("stay",) if self.stays else ()))
@@ -217,7 +217,7 @@ class MoveSteps(CostSteps[TimedPath]):
         return {} if logarithms is None else {"speed_shares": logarithms}
 
     def path_vectors(self, points: Matrix, rates: Rates) -> dict[str, Matrix]:
-        """What the scan reads of a path."""
+        """The vectors of a path that the scan reads."""
         start, goal = rates
         ends = {
             "squared": start,
@@ -227,7 +227,7 @@ class MoveSteps(CostSteps[TimedPath]):
         return {"control_points": ca.vec(points.T), **ends}
 
     def _backward(self, along: Sequence[int]) -> Step:
-        """What b may be at each grid point, from the last to the first; kept with what the scan forward needs."""
+        """The step from the last grid point to the first: bounds of b, kept with what the scan forward needs."""
         motion, k, grid = self.motion, self.motion.robot.dof, self.motion.path_grid
         stops = np.isin(np.arange(len(grid.rows)), motion.stops)
         further = [

@@ -31,7 +31,7 @@ CLEAR_JUMP = 0.1  # of a limit: smaller jumps are no reason for a node
 
 
 def node_times(motion: Trajectory, passed: FloatArray, pieces: int, limits: JointLimits) -> FloatArray:
-    """Where to put nodes on a motion, s.
+    """The times of nodes on a motion, s.
 
     Args:
         motion: whose own breakpoints are taken, those first where accelerations or jerks jump most.
@@ -55,7 +55,7 @@ def node_times(motion: Trajectory, passed: FloatArray, pieces: int, limits: Join
 
 
 def _jumps(motion: Trajectory, order: int, bound: tuple[float, ...]) -> FloatArray:
-    """By how much a derivative jumps at the inner breakpoints, of any joint, relative to its bound; (p - 1,)."""
+    """Jumps of a derivative at the inner breakpoints, the largest of any joint relative to its bound; (p - 1,)."""
     at = motion.breakpoints[1:-1]
     jumps = np.abs(motion.at(at, order) - motion.at(np.nextafter(at, 0.0), order)) / np.array(bound)
     return np.asarray(jumps.max(axis=1))
@@ -145,7 +145,7 @@ class PieceVariables:
 
     @property
     def slices(self) -> list[slice]:
-        """Where these are among the variables."""
+        """Slices of the variables, one for each kind."""
         cuts = np.cumsum([0, *self.sizes]).tolist()
         return [slice(*cut) for cut in pairwise(cuts)]
 
@@ -155,7 +155,7 @@ class PieceVariables:
 
     @property
     def names(self) -> list[str]:
-        """Of the variables, joint after joint; nodes count from 0, pieces from 1."""
+        """Names of the variables, joint after joint; nodes count from 0, pieces from 1."""
         joints, nodes, pieces = (range(1, self.robot.dof + 1), range(self.count + 1), range(1, self.count + 1))
         last = ("d2theta", nodes), ("d3theta", pieces)
         accelerations = last if self.smooth else (("d2theta before", pieces), ("d2theta after", pieces))
@@ -174,7 +174,7 @@ class PieceVariables:
         return Pieces(theta, speed, first, second, None, h)
 
     def joins(self, pieces: Pieces) -> list[Constraint]:
-        """That each piece ends where the next one starts."""
+        """Constraints that each piece ends where the next one starts."""
         theta, speed, before, after, jerk, h = pieces
         names = self.robot.joint_names
         way = _times(h / 3.0, speed[:-1, :] + pieces.middle + speed[1:, :])
@@ -191,7 +191,7 @@ class PieceVariables:
         return rows
 
     def evenness(self, pieces: Pieces, each: int) -> list[Constraint]:
-        """That no piece is much shorter or longer than the mean of the ``each`` between two waypoints."""
+        """Constraints that no piece is much shorter or longer than the mean of the ``each`` between two waypoints."""
         lengths = ca.reshape(pieces.h, each, -1)
         means = ca.repmat(ca.sum1(lengths) / each, each, 1)
         rows = ca.horzcat(ca.vec(lengths - SHORTEST_SHARE * means), ca.vec(LONGEST_SHARE * means - lengths))
@@ -302,7 +302,7 @@ CORRECTIONS = 3  # each leaves about 1e-12 of what it corrects
 
 @dataclass(frozen=True)
 class Waypoints:
-    """What a motion through nodes has to meet.
+    """Postures, times and rates that a motion through nodes has to meet.
 
     Attributes:
         nodes: numbers of the nodes that are waypoints, increasing, the first 0 and the last one that of the end, (m,).
@@ -346,7 +346,7 @@ def _motion(h: FloatArray, controls: FloatArray, waypoints: Waypoints, smooth: b
 
 
 def _missing(motion: Trajectory, waypoints: Waypoints, smooth: bool) -> FloatArray:
-    """What is left to correct: of the ways between waypoints, of the last velocity, of the last acceleration."""
+    """The error that is left in the ways between waypoints, in the last velocity, and in the last acceleration."""
     theta = motion.at(motion.breakpoints[waypoints.nodes])
     end = motion.breakpoints[-1:]
     ways = np.diff(waypoints.theta, axis=0) - np.diff(theta, axis=0)

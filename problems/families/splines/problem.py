@@ -112,7 +112,7 @@ def usual_nodes(task: Move, each: int) -> tuple[float, ...]:
 
 
 def _sharing_structure(problems: Iterable[MoveProblem]) -> tuple[MoveProblem, ...]:
-    """The same problems; those of one make share the steps of one program."""
+    """The problems, of which those of one structure share the steps of one program."""
     first: dict[object, MoveProblem] = {}
     return tuple(replace(each, same_structure_as=first.setdefault(each.structure_key, each)) for each in problems)
 
@@ -184,7 +184,7 @@ class MoveProblem(SplineProblem):
 
     @property
     def structure_key(self) -> Hashable:
-        """What is the same for problems whose programs differ in their numbers alone."""
+        """A key that is equal for problems whose programs differ in their numbers alone."""
         return self.variables
 
     def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
@@ -214,7 +214,7 @@ class MoveProblem(SplineProblem):
         return self.same_structure_as.evaluator(options).with_numbers(self.program.parameters)
 
     def nlp(self) -> MoveNlp:
-        """The same problem for solvers that follow gradients: cubic pieces in time, not a spline."""
+        """The problem for solvers that follow gradients: cubic pieces in time, not a spline."""
         return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.quick_trajectory)
 
     @cached_property

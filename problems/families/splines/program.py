@@ -66,7 +66,7 @@ def place_rows(task: Move, theta: Matrix, misses: Matrix) -> list[Constraint]:
 
 
 def goal_misses(task: Move, theta: FloatArray) -> list[FloatArray]:
-    """By how much a posture (k,) misses each of several goals, as the variables say it, each (m,); empty for one."""
+    """Misses of each of several goals by a posture (k,), as the variables say it, each (m,); empty for one goal."""
     robot, posture = task.robot, ca.DM(theta).T
     if len(task.goals) == 1:
         return []
@@ -74,7 +74,7 @@ def goal_misses(task: Move, theta: FloatArray) -> list[FloatArray]:
 
 
 def _size(robot: Robot, place: Place) -> float:
-    """What makes a miss dimensionless."""
+    """The size that makes a miss dimensionless."""
     return place.tolerance(robot) / ANGLE_TOLERANCE
 
 
@@ -143,7 +143,7 @@ class ExactRows:
         ]
 
     def _narrowed(self, row: Constraint) -> Constraint:
-        """With the allowance of a motion that cannot be scaled."""
+        """The row with the allowance of a motion that cannot be scaled."""
         share = 1.0 - ALLOWANCE * self.margin
         assert row.lower is not None
         assert row.upper is not None
@@ -199,7 +199,7 @@ class MoveBounds:
                 bound[block].reshape(self.task.robot.dof, -1)[:, [0, -1]] = values.T
 
     def _kept(self, goal: Place) -> NDArray[np.bool_]:
-        """Which misses of several goals are those of one of them."""
+        """Flags of the misses of several goals that are those of one of them."""
         sizes = [miss.size for miss in goal_misses(self.task, np.zeros(self.task.robot.dof))]
         return np.repeat([other is goal for other in self.task.goals], sizes or 0)
 
@@ -273,7 +273,7 @@ class MoveNlp(MotionProgram):
 
     @property
     def waypoints(self) -> NDArray[np.intp]:
-        """Which nodes are waypoints, (waypoints,)."""
+        """Numbers of the nodes that are waypoints, (waypoints,)."""
         return np.arange(0, self.variables.count + 1, self.pieces)
 
     @property
@@ -327,7 +327,7 @@ class MoveNlp(MotionProgram):
         return self._constraints(self._samples, margin)
 
     def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
-        """On samples of the motion, or on symbols in their place."""
+        """Constraints on samples of the motion, or on symbols in their place."""
         _, pieces, misses, slack = self._symbols
         exact = ExactRows(self.variables, pieces, self.waypoints, not self.task.at_rest, margin)
         rows = [
@@ -351,7 +351,7 @@ class MoveNlp(MotionProgram):
 
     @cached_property
     def hessian(self) -> ca.Function | None:
-        """Where limits or the objective are sampled: in two steps, over the samples."""
+        """The Hessian in two steps, over the samples, where limits or the objective are sampled; else None."""
         if all(limit.order is not None for limit in self.limits) and not self.objective.is_integral:
             return None
         y, inner, samples = replace_with_symbols(self._samples)
@@ -380,7 +380,7 @@ class MoveNlp(MotionProgram):
         return np.concatenate([x, *misses, self.objective.slack_values(as_array(self._angles(x)))])
 
     def node_times(self, motion: PassedMotion) -> FloatArray:
-        """Where to put the nodes on a motion, (N + 1,), s: at equal times where torques count."""
+        """The times of the nodes on a motion, (N + 1,), s: equal steps where torques count."""
         if self._is_dynamic:
             nodes = np.arange(self.variables.count + 1) / self.pieces
             return np.interp(nodes, np.arange(motion.times.size), motion.times)

@@ -50,11 +50,11 @@ class WaypointPostures:
         return not variables(self.task)
 
     def value(self, theta: FloatArray) -> float:
-        """What postures (m, k) cost: s, at rest at each of them; or rad."""
+        """The cost of passing postures (m, k): s, at rest at each of them; or rad."""
         return float(self._sizes(theta).sum())
 
     def _sizes(self, theta: FloatArray) -> FloatArray:
-        """What each way costs, (m - 1, 1), or each joint's, (m - 1, k)."""
+        """The cost of each way, (m - 1, 1), or of each joint's, (m - 1, k)."""
         ways = np.abs(np.diff(theta, axis=0))
         if not self.displacement.longest:
             return np.asarray(ways)
@@ -62,7 +62,7 @@ class WaypointPostures:
 
     @cached_property
     def _postures(self) -> ca.Function:
-        """Of the variables that a search has for them."""
+        """The postures as a function of the variables that a search has for them."""
         x = ca.SX.sym("x", len(variables(self.task)))
         return ca.Function("postures", [x], [ca.vertcat(*postures(self.task, x))])
 
@@ -132,7 +132,7 @@ class WaypointPostures:
         return as_array(solution["x"]).ravel()[: theta.size].reshape(theta.shape, order="F")
 
     def _program(self, places: list[Place]) -> ca.Function:
-        """For a goal, made once."""
+        """The program for a goal, made once."""
         if places[-1] not in self._programs:
             theta = ca.SX.sym("theta", len(places), self.task.robot.dof)
             sizes = ca.SX.sym("size", *self._sizes(np.zeros(theta.shape)).shape)
@@ -157,7 +157,7 @@ class WaypointPostures:
 
 
 def excess(robot: Robot, limits: Iterable[Limit], theta: Matrix, times: Matrix | None = None) -> Matrix:
-    """By how much postures (m, k) in rad break limits, without regard to how they move; of many units, 0 if not.
+    """The excess of postures (m, k) in rad over limits, without regard to how they move; of many units, 0 if none.
 
     Args:
         robot: that takes them.
@@ -267,7 +267,7 @@ class MoveStarts:
 
     @cached_property
     def _shares(self) -> FloatArray:
-        """Where the path of a random start is looked at, from 0 to the number of its ways, (n,)."""
+        """Sample parameters on the path of a random start, from 0 to the number of its ways, (n,)."""
         ways = self._ways * (len(self.task.vias) + 1)
         return np.linspace(0.0, ways, ways * PATH_STEPS + 1)
 
@@ -278,7 +278,7 @@ class MoveStarts:
 
     @property
     def _ways(self) -> int:
-        """From one place to the next, by way of random postures."""
+        """The number of ways from one place to the next, by random postures."""
         return DETOURS[self._around] + 1
 
     def _detour(self, theta: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -294,7 +294,7 @@ class MoveStarts:
 
     @cached_property
     def _excess(self) -> ca.Function:
-        """By how much the straight lines between the postures of a random start break limits."""
+        """The excess over limits of the straight lines between the postures of a random start."""
         count = self._ways * (len(self.task.vias) + 1) + 1
         theta, times = ca.SX.sym("theta", count, self.task.robot.dof), ca.SX.sym("times", self._shares.size)
         path = ca.mtimes(constant(np.maximum(0.0, 1.0 - np.abs(self._shares[:, None] - np.arange(count)))), theta)
@@ -314,7 +314,7 @@ class MoveStarts:
         return PassedMotion(Trajectory(np.concatenate([[0.0], *breakpoints]), coefficients), times)
 
     def _velocities(self, theta: FloatArray) -> FloatArray:
-        """At postures (m, k): in between those of a joint that does not turn back, rad/s."""
+        """Velocities at postures (m, k), rad/s: not zero in between where a joint does not turn back."""
         ways, limits = np.diff(theta, axis=0), self.task.robot.limits
         shorter = np.minimum(np.abs(ways[1:]), np.abs(ways[:-1]))
         fastest = np.minimum(np.array(limits.speed), np.sqrt(shorter * np.array(limits.acceleration)))

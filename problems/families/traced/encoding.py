@@ -130,11 +130,11 @@ class TracedKnots(PathTiming, KnotPostures[TimedPath]):
     @property
     @abstractmethod
     def posture_variables(self) -> list[Variable]:
-        """What is decided about the postures."""
+        """The variables that decide the postures."""
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """Those of the postures, [time scales]; one that changes nothing where nothing is to choose."""
+        """Variables of the postures, [time scales]; one that changes nothing where nothing is to choose."""
         return (*self.posture_variables, *self.timing_variables) or (Variable("unused", 0.0, 1.0, "1"),)
 
     def decode(self, x: Matrix) -> Decoded[TimedPath]:
@@ -199,7 +199,7 @@ LAST_STEPS = 4  # further ones in the finished motion
 
 @dataclass(frozen=True)
 class SpaceKnots(TracedKnots):
-    """On the path by construction, wherever Newton's method finds it; the accuracy at the samples tells.
+    """Knots on the path by construction, wherever Newton's method finds it; the accuracy at the samples tells.
 
     Args:
         task: whose path.
@@ -245,7 +245,7 @@ class SpaceKnots(TracedKnots):
 
     @cached_property
     def knot_rows(self) -> FloatArray:
-        """By how much the shares of the decided offsets grow, and the target; (lead + M, offset_values + w)."""
+        """Rows of the knots: growth of the shares of decided offsets, and the target; (lead + M, offset_values + w)."""
         decided = np.linspace(0.0, 1.0, self.offset_values)
         shares = scipy.interpolate.CubicSpline(decided, np.eye(self.offset_values))(np.array(self.motion.nodes))
         first = np.repeat(shares[:1] / STRIDES, STRIDES, axis=0)
@@ -258,7 +258,7 @@ class SpaceKnots(TracedKnots):
         return STRIDES - 1
 
     def offsets(self, x: Matrix, share: Matrix) -> Matrix:
-        """What shares (1, offset_values) make of the decided offsets: of all joints, (1, dof)."""
+        """Offsets of all joints, (1, dof), by shares (1, offset_values) of the decided ones."""
         count = len(self.joints) * self.offset_values
         values = ca.mtimes(share, ca.reshape(x[:count], self.offset_values, len(self.joints)))
         found: list[Matrix] = [ca.DM(0.0)] * self.task.robot.dof
@@ -308,7 +308,7 @@ class SpaceKnots(TracedKnots):
         return theta.reshape(-1, count, dof).transpose(1, 0, 2)
 
     def _followed(self, x: Matrix, theta: Matrix, count: int = 1) -> Matrix:
-        """From several starts side by side, (1, count dof): postures at the knots, (M, count dof)."""
+        """Postures at the knots, (M, count dof), from several starts side by side, (1, count dof)."""
         knot, last = self._knot.map(count), self._last.map(count)
         found = []
         for row in self.knot_rows:
@@ -361,7 +361,7 @@ def clear_postures(task: SpaceTracing, knots: PathKnots) -> FloatArray:
 
 
 def spread(theta: FloatArray, most: int) -> FloatArray:
-    """At most so many of the postures (n, dof), each as far as can be from those before it."""
+    """A limited number of the postures (n, dof), each as far as can be from those before it."""
     chosen = [0]
     away = np.abs(theta - theta[0]).max(axis=1)
     while len(chosen) < min(most, len(theta)):

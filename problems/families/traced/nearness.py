@@ -25,7 +25,7 @@ KEPT = 0.998  # of accuracies: what splines through postures of a motion leave o
 
 @dataclass(frozen=True, eq=False)
 class Nearness:
-    """That of a task.
+    """The nearness to the path of a task, as limits and places.
 
     Args:
         task: path and accuracies.
@@ -37,7 +37,7 @@ class Nearness:
 
     @cached_property
     def _turns(self) -> FloatArray:
-        """By how much the path turns at each inner point, rad."""
+        """The angle by which the path turns at each inner point, rad."""
         steps = np.diff(self.task.path.array, axis=0)
         units = steps / np.linalg.norm(steps, axis=1)[:, None]
         return np.asarray(np.arccos(np.clip((units[1:] * units[:-1]).sum(axis=1), -1.0, 1.0)))
@@ -48,13 +48,13 @@ class Nearness:
 
     @property
     def corners(self) -> tuple[Position, ...]:
-        """Those that turn sharply, as places that may be missed by the accuracy."""
+        """Corners that turn sharply, as places that may be missed by the accuracy."""
         points = self.task.path.array[1:-1][self._sharp]
         return tuple(Position(tuple(point), within=KEPT * self.task.accuracy) for point in points.tolist())
 
     @cached_property
     def limits(self) -> tuple[ExpressionLimit, ...]:
-        """On the distance, m, and on the sine of an angle where the path gives orientations."""
+        """Limits on the distance, m, and on the sine of an angle where the path gives orientations."""
         robot, most = self.task.robot, self.task.angular_accuracy
         cut = float(np.cos(self._turns[~self._sharp].max(initial=0.0) / 2.0))
 
@@ -75,7 +75,7 @@ class Nearness:
         return tuple(each.for_robot(robot, ()) for each in stated)
 
     def _nearest(self, tool: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """By how much a point (3, 1) misses the nearest line, (3, 1), at which share, and how it turns, (1, w)."""
+        """The miss of the nearest line by a point (3, 1): a vector, (3, 1), its share, and the line's turn, (1, w)."""
         seen = [self._seen(tool, row) for row in self.lines]
         _, missed, share, turned = reduce(_nearer, seen)
         return missed, share, turned
@@ -90,6 +90,6 @@ class Nearness:
 
 
 def _nearer(one: list[ca.SX], other: list[ca.SX]) -> list[ca.SX]:
-    """Of what is seen of two lines, that of the nearer one."""
+    """The values seen of the nearer one of two lines."""
     first = one[0] <= other[0]
     return [ca.if_else(first, *each) for each in zip(one, other, strict=True)]

@@ -46,7 +46,7 @@ LEAST_STEPS = 2  # of the grid between two knots
 def near_path(
     robot: Robot, accuracy: Accuracy, angular: AngularAccuracy | None, theta: Matrix, lines: Matrix
 ) -> list[Constraint]:
-    """That the tool in n postures (n, dof) is near n lines, and turned as they say where that is asked for.
+    """Constraints that the tool in postures (n, dof) is near n lines, and turned as they say where that is asked for.
 
     Args:
         robot: that moves.
@@ -79,7 +79,7 @@ class TracedProblem(SplineProblem):
 
     @cached_property
     def lines(self) -> FloatArray:
-        """Of the line on which each grid point lies: start and end, m; with orientations also how it turns, (n, w)."""
+        """The line on which each grid point lies: start and end, m; with orientations also how it turns, (n, w)."""
         segments, path = self.knots.segments[self.motion.intervals], self.task.path
         lines, orientations = [path.array[segments], path.array[segments + 1]], path.orientations
         if orientations is not None:
@@ -152,7 +152,7 @@ class TracedSteps(MoveSteps):
 def _stated(
     task: ToolTracing, objective: Objective | str, samples: int, values: int, limits: Sequence[LimitKind]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """What problems in the plane and in space have in common, and what their encodings have.
+    """The arguments that problems in the plane and in space have in common, and those of their encodings.
 
     Raises:
         InvalidProblem: an unknown name, or too few samples or values.
@@ -267,7 +267,7 @@ class SpaceTracingProblem(TracedProblem):
     encoding: SpaceKnots
 
     def nlp(self) -> NonlinearProgram:
-        """There is none.
+        """Refuse: there is no nonlinear program.
 
         Raises:
             InvalidProblem: always.
@@ -322,7 +322,7 @@ class TracingNlp(MoveNlp):
         return PROGRAM_STEPS
 
     def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
-        """Those of a move; near the given points when they are passed, near the lines that join them in between."""
+        """Constraints of a move, of nearness to the given points when passed, and to the lines in between."""
         near, lines = (
             Accuracy(self.accuracy),
             np.append(self.knots.segments.repeat(self.steps), self.knots.segments[-1]),

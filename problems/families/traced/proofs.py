@@ -131,7 +131,7 @@ class ToolMotion:
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Of the tool's acceleration and angular acceleration in each piece, both (pieces,), m/s^2 and rad/s^2."""
+        """Bounds of the tool's acceleration, m/s^2, and angular acceleration, rad/s^2, in each piece, (pieces,)."""
         durations = np.diff(self.trajectory.breakpoints)
         first, second = (
             np.abs(bernstein(np.asarray(self.trajectory.derivative(order).c), durations)).max(axis=0)
@@ -154,7 +154,7 @@ class ToolMotion:
         return *self.robot.tool_at(theta), velocity[:, :3], velocity[:, 3:]
 
     def bounds_in(self, middles: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Those of the pieces in which times (n,) lie, both (n,)."""
+        """The bounds of the pieces in which times (n,) lie, both (n,)."""
         pieces = np.searchsorted(self.trajectory.breakpoints, middles, side="right") - 1
         chosen = np.clip(pieces, 0, self.trajectory.breakpoints.size - 2)
         return self.bounds[0][chosen], self.bounds[1][chosen]

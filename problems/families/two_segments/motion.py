@@ -87,7 +87,7 @@ class Quantities:
     t2: Matrix
 
     def time_scaled(self, factor: Operand) -> Quantities:
-        """The same shape run ``factor`` times slower."""
+        """The motion run ``factor`` times slower."""
         slower = self.dtheta_m / factor, self.theta_f, self.t1 * factor, self.t2 * factor
         return Quantities(self.theta_s, self.theta_m, *slower)
 
@@ -111,7 +111,7 @@ class Quantities:
         return {field.name: as_array(getattr(self, field.name)).ravel() for field in fields(self)}
 
     def vector(self) -> Matrix:
-        """All of them one after the other, (4 k + 2, 1)."""
+        """The quantities one after the other, (4 k + 2, 1)."""
         matrices: list[Matrix] = [getattr(self, field.name) for field in fields(self)]
         return ca.vertcat(*(ca.vec(matrix) for matrix in matrices))
 
@@ -136,7 +136,7 @@ class TwoSegments(Motion[Quantities]):
     steps: int
 
     def samples(self, parameters: Quantities) -> Samples:
-        """Both segments in equal steps: (2 steps + 1, k)."""
+        """Samples of both segments in equal steps: (2 steps + 1, k)."""
         tau = np.arange(1, self.steps + 1) / self.steps
         blocks = []
         early, late = parameters.data

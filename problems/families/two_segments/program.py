@@ -114,7 +114,7 @@ class PointToPointNlp(MotionProgram):
         return self._constraints(self._symbols[2], margin)
 
     def _constraints(self, samples: Samples, margin: float) -> tuple[Constraint, ...]:
-        """On samples of the motion, or on symbols in their place."""
+        """Constraints on samples of the motion, or on symbols in their place."""
         _, quantities, _, slack = self._symbols
         ends = [
             ("start", "theta_s", quantities.theta_s, self.task.start),
@@ -140,7 +140,7 @@ class PointToPointNlp(MotionProgram):
 
     @cached_property
     def hessian(self) -> ca.Function | None:
-        """With anything to keep clear of: in two steps, over the samples."""
+        """The Hessian in two steps, over the samples, where there is anything to keep clear of; else None."""
         if not self.task.crowded:
             return None
         motion, slack = self._symbols[2:]
@@ -224,7 +224,7 @@ class PointToPointNlp(MotionProgram):
         return self._scaled(x).trajectory()
 
     def _scaled(self, x: FloatArray) -> Quantities:
-        """With the ends exactly at their points and the limits kept exactly."""
+        """Quantities of a solution with the ends exactly at their points and the limits kept exactly."""
         quantities = self._exact_ends(self._quantities(ca.DM(x[: self._symbols[0].shape[0]])))
         shortest = self.task.time_box[0] / float(ca.fmin(quantities.t1, quantities.t2))
         return quantities.time_scaled(max(shortest, self._time_scale(quantities.trajectory())))

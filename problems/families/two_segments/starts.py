@@ -99,7 +99,7 @@ SAME_VALUE_TOLERANCE = 1e-3  # relative: solutions that are closer than that in 
 
 @dataclass(frozen=True)
 class Ends:
-    """End postures.
+    """The postures at both ends.
 
     Attributes:
         theta_s: at the start, (k,), rad.
@@ -277,7 +277,7 @@ class PointToPointStarts:
         return sorted(PROFILES, key=lambda profile: self._rank(ends, profile))[:TIMED_PROFILES]
 
     def _rank(self, ends: Ends, profile: Profile) -> tuple[float, float]:
-        """By how much the longer segment takes too long, and the duration, s."""
+        """The rank of a profile: by how much its longer segment takes too long, and the duration, s."""
         duration, bounds = self._duration(ends, profile), self.task.duration_bounds
         longest = np.inf if bounds is None else bounds.longest
         return max(0.0, max(profile.share, 1.0 - profile.share) * duration - longest), duration

@@ -110,7 +110,7 @@ def test_any_of_several_goals() -> None:
 def test_a_vector_is_found_back_from_its_motion(seed: int) -> None:
     problem = time_move(stated(goals=(AWAY, OTHER)), samples=24)
     x = sampled(problem, 1, seed)[0]
-    found = problem.vector_of(problem.trajectory(x))
+    found = problem.nearest_candidate(problem.trajectory(x))
     assert int(found[0]) == int(x[0])
     assert problem.trajectory(found).duration == pytest.approx(problem.trajectory(x).duration)
     again, first = (problem.trajectory(one).at(np.linspace(0.0, 0.2, 9)) for one in (found, x))
@@ -119,7 +119,7 @@ def test_a_vector_is_found_back_from_its_motion(seed: int) -> None:
 
 def test_a_motion_that_is_too_long_is_clipped_into_the_box() -> None:
     lower, upper = FREE.bounds
-    x = FREE.vector_of(FREE.trajectory(sampled(FREE, 1, 4)[0]).time_scaled(50.0))
+    x = FREE.nearest_candidate(FREE.trajectory(sampled(FREE, 1, 4)[0]).time_scaled(50.0))
     assert ((x >= lower) & (x <= upper)).all()
     assert FREE.trajectory(x).duration == pytest.approx(FREE.encoding.durations[1])
 
