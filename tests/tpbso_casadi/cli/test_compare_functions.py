@@ -75,13 +75,12 @@ def test_functions_have_figures_and_a_page() -> None:
     assert "No figures were drawn" in Path("runs/compare/comparison.html").read_text()
 
 
-def test_functions_are_compared_from_python(tmp_path: Path) -> None:
-    compared = tp.compare(FUNCTIONS, ["pso", tp.BSO(c1=1.5)], runs=4, evaluations=200, folder=tmp_path)
-    assert repr(compared) == "<comparison: 2 solvers on 2 functions, 16 runs>"
-    alone = tp.minimize(tp.benchmark_function("sphere-3"), [(-5.12, 5.12)] * 3, tp.BSO(c1=1.5), 200, 4)
-    assert compared.objectives["sphere-3", "bso(c1=1.5)"][3] == pytest.approx(alone.cost, rel=1e-12)
+def test_functions_are_compared_from_python() -> None:
+    compared = tp.compare(FUNCTIONS, ["pso", tp.BSO(c1=1.5)], runs=3, evaluations=200)
+    assert repr(compared) == "<comparison: 2 solvers on 2 functions, 12 runs>"
+    alone = tp.minimize(tp.benchmark_function("sphere-3"), [(-5.12, 5.12)] * 3, tp.BSO(c1=1.5), 200, 3)
+    assert compared.objectives["sphere-3", "bso(c1=1.5)"][2] == pytest.approx(alone.cost, rel=1e-12)
     assert [best.run.case for best in compared.best] == ["sphere-3", "rastrigin-2@4"]
-    assert {path.name for path in tmp_path.glob("*.png")} == {"comparison.png", "ecdf.png", "effect-sizes.png"}
 
 
 def test_the_convergence_of_a_function_is_exact(tmp_path: Path) -> None:

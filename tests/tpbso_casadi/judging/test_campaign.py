@@ -28,8 +28,9 @@ from tpbso_casadi.judging.campaign import (
     seconds_of,
 )
 from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor, in_process, processes, run_one
-from tpbso_casadi.judging.grid import SolverSpec, grid, parse_solver, parse_solvers
+from tpbso_casadi.judging.grid import SolverSpec, function_grid, grid, parse_solver, parse_solvers
 from tpbso_casadi.judging.run import PLAN_SECONDS, Outcome, Run
+from tpbso_casadi.judging.searches import FunctionRun
 from tpbso_casadi.judging.store import Store
 
 LIMIT = {"evaluations": 100}
@@ -38,6 +39,12 @@ LIMIT = {"evaluations": 100}
 def runs_of(solvers: str, seeds: Sequence[int] = range(1, 5), case: str = "time-2") -> list[Run]:
     specs = [SolverSpec(s.label, s.name, s.settings, s.polish_starts, LIMIT) for s in parse_solvers(solvers)]
     return grid({case: builtin(case)}, specs, seeds)
+
+
+def functions_of(solvers: str, seeds: Sequence[int] = range(1, 5)) -> list[FunctionRun]:
+    """Searches of a benchmark function, which take no time."""
+    specs = [SolverSpec(s.label, s.name, s.settings, s.polish_starts, LIMIT) for s in parse_solvers(solvers)]
+    return function_grid(["sphere-2"], specs, seeds)
 
 
 def threads(workers: int = 2) -> ExecutorFactory:
@@ -61,7 +68,7 @@ def test_any_executor_gives_the_same_records(executors: ExecutorFactory, tmp_pat
 
 
 def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
-    runs = runs_of("bso")
+    runs = functions_of("bso")
     outcomes: list[Outcome] = []
     with Store(tmp_path / "store") as store:
         run_campaign(runs[:3], store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
@@ -71,7 +78,7 @@ def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
 
 
 def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path) -> None:
-    runs = runs_of("helpers.campaign:Raises,bso", range(1, 9))
+    runs = functions_of("helpers.campaign:Raises,bso", range(1, 9))
     with Store(tmp_path / "store") as store:
         run_campaign(runs, store, threads())
         records = store.records(runs)
@@ -89,7 +96,7 @@ def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path
 @pytest.mark.process
 @pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Path) -> None:
-    runs = runs_of("bso,helpers.campaign:Kills", (1, 2))
+    runs = functions_of("bso,helpers.campaign:Kills", (1, 2))
     with Store(tmp_path / "store") as store:
         run_campaign(runs, store, processes(2))
         records = store.records(runs)
@@ -101,7 +108,7 @@ def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Pat
 @pytest.mark.slow
 def test_a_run_whose_worker_died_once_is_done_again(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
-    runs = runs_of(f"bso,helpers.campaign:Kills(mark={mark})", (1, 2))
+    runs = functions_of(f"bso,helpers.campaign:Kills(mark={mark})", (1, 2))
     with Store(tmp_path / "store") as store:
         run_campaign(runs, store, processes(2))
         assert [record.error for record in store.records(runs)] == [""] * 4
@@ -125,12 +132,11 @@ def test_an_executor_that_is_gone_is_said_in_one_line(tmp_path: Path) -> None:
             Store(tmp_path / f"store-{number}") as store,
             pytest.raises(LostExecutor, match="the workers are gone; completed runs are stored"),
         ):
-            run_campaign(runs_of("bso"), store, ExecutorFactory(gone, gone, 2))
+            run_campaign(functions_of("bso"), store, ExecutorFactory(gone, gone, 2))
 
 
-@pytest.mark.parametrize("case", ["time-2", pytest.param("obstacle-3", marks=pytest.mark.slow)])
 def test_a_search_and_its_polishes_are_one_search_with_the_results_of_three(
-    case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     searched: list[tuple[object, ...]] = []
 
@@ -139,22 +145,22 @@ def test_a_search_and_its_polishes_are_one_search_with_the_results_of_three(
         return minimize(*arguments, **options)  # type: ignore[arg-type]
 
     monkeypatch.setattr("tpbso_casadi.planning.planning.minimize", counted)
-    runs = runs_of("pso,pso+polish,pso+polish3,bso", (1, 2), case)
+    runs = runs_of("pso,pso+polish,pso+polish3,bso", (1,))
     alone = [comparable(run_one(*run.task)) for run in runs]
-    assert len(searched) == 8
+    assert len(searched) == 4
     outcomes: dict[str, Outcome] = {}
     with Store(tmp_path / "store") as store:
         run_campaign(
             runs, store, in_process(Interruption()), progress=lambda run, outcome: outcomes.update({run.key: outcome})
         )
         records = store.records(runs)
-    assert len(searched) == 8 + 4
+    assert len(searched) == 4 + 2
     assert [comparable(outcomes[run.key]) for run in runs] == alone
-    assert [bool(outcomes[run.key].seconds_saved) for run in runs] == 2 * [False, True, True, False]
+    assert [bool(outcomes[run.key].seconds_saved) for run in runs] == [False, True, True, False]
     for record, content in zip(records, alone, strict=True):
         polish = content["polish"]["evaluations"] if "polish" in record.solver else 0
         assert record.evaluations == content["evaluations"] + polish and bool(polish) == ("polish" in record.solver)
-    assert [record.search for record in records] == [runs[index].key for index in (0, 0, 0, 3, 4, 4, 4, 7)]
+    assert [record.search for record in records] == [runs[index].key for index in (0, 0, 0, 3)]
 
 
 def comparable(outcome: Outcome) -> dict[str, Any]:
@@ -185,9 +191,9 @@ def test_a_polish_within_a_time_has_a_search_of_its_own() -> None:
 
 
 def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
-    runs = runs_of("bso", range(1, 20))
+    runs = functions_of("bso", range(1, 20))
 
-    def interrupt(_: Run, outcome: Outcome) -> None:
+    def interrupt(_: FunctionRun, outcome: Outcome) -> None:
         if not interrupted:
             interrupted.append(1)
             raise KeyboardInterrupt
@@ -208,9 +214,9 @@ def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
 def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tpbso_casadi.judging.campaign.GRACE_SECONDS", 0.0)
     mark = tmp_path / "mark"
-    runs = runs_of(f"helpers.campaign:Endless(mark={mark})", (1,)) + runs_of("bso", (1,))
+    runs = functions_of(f"helpers.campaign:Endless(mark={mark})", (1,)) + functions_of("bso", (1,))
 
-    def interrupt(_: Run, outcome: Outcome) -> None:
+    def interrupt(_: FunctionRun, outcome: Outcome) -> None:
         wait_until(lambda: mark.exists() and mark.read_text())
         raise KeyboardInterrupt
 
@@ -223,7 +229,7 @@ def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, mon
 
 @pytest.mark.parametrize("executors", [threads(), pytest.param(processes(1), marks=pytest.mark.process)])
 def test_a_run_that_exits_has_failed(executors: ExecutorFactory, tmp_path: Path) -> None:
-    runs = runs_of("bso,helpers.campaign:Exits", (1,))
+    runs = functions_of("bso,helpers.campaign:Exits", (1,))
     with Store(tmp_path / "store") as store:
         run_campaign(runs, store, executors)
         assert [record.error for record in store.records(runs)] == ["", "SystemExit: 0"]
@@ -257,7 +263,7 @@ RAISED: list[tuple[BaseException, str]] = [
 
 
 def test_whatever_is_raised_is_a_failed_run(tmp_path: Path) -> None:
-    runs = runs_of("bso", range(len(RAISED)))
+    runs = functions_of("bso", range(len(RAISED)))
     with Store(tmp_path / "store") as store:
         for run, (error, expected) in zip(runs, RAISED, strict=True):
             raised = partial(Raised, error)
@@ -283,7 +289,9 @@ def test_workers_that_are_gone_are_noticed(tmp_path: Path, monkeypatch: pytest.M
             raise LostExecutor("no workers")
 
     with Store(tmp_path / "store") as store, pytest.raises(LostExecutor, match="no workers"):
-        run_campaign(runs_of("bso"), store, ExecutorFactory(partial(Silent, 1), partial(Silent, 1), 2, check=check))
+        run_campaign(
+            functions_of("bso"), store, ExecutorFactory(partial(Silent, 1), partial(Silent, 1), 2, check=check)
+        )
     assert len(looks) == 3
 
 

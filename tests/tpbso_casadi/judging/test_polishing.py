@@ -38,10 +38,10 @@ def test_nothing_found_is_no_gain() -> None:
 
 def test_it_is_that_of_each_run_and_stands_in_table_figure_and_page(tmp_path: Path) -> None:
     folder = tmp_path / "out"
-    compared = tp.compare(["time-2"], "pso+polish,pso", runs=3, evaluations=300, folder=folder)
+    compared = tp.compare(["time-2"], "pso+polish,pso", runs=3, evaluations=100, folder=folder)
     (gain,) = compared.results.polish_gains
     assert gain.kept.size == 3 and gain.solver == "pso+polish"
-    plan = tp.plan("time-2", solver="pso", polish=True, evaluations=300, seed=2)
+    plan = tp.plan("time-2", solver="pso", polish=True, evaluations=100, seed=2)
     polish = json.loads(plan.result.to_json())["polish"]
     assert (gain.before[1], gain.after[1], gain.kept[1]) == (
         polish["before"]["objective"], polish["after"]["objective"], polish["accepted"]
@@ -55,4 +55,4 @@ def test_it_is_that_of_each_run_and_stands_in_table_figure_and_page(tmp_path: Pa
     assert "The polish, in numbers" in page and f"{gain.kept.sum()} of 3" in page
     assert "the polish by IPOPT, seed by seed: time-2 [s]" in str(compared)
     with pytest.raises(ValueError, match="polish is left out: nothing was polished"):
-        tp.compare(["time-2"], ["pso"], runs=2, evaluations=100).plot("polish")
+        tp.compare(["function:sphere-2"], ["pso"], runs=1, evaluations=10).plot("polish")

@@ -24,7 +24,6 @@ from tpbso_casadi import builtin
 from tpbso_casadi.cli.commands.compare import main
 from tpbso_casadi.figures.palette import SERIES, colour_of
 from tpbso_casadi.judging import page
-from tpbso_casadi.judging.executors import run_one
 from tpbso_casadi.judging.figures import (
     comparison_figure,
     critical_difference_figure,
@@ -33,9 +32,9 @@ from tpbso_casadi.judging.figures import (
 )
 from tpbso_casadi.judging.grid import grid, parse_solvers
 from tpbso_casadi.judging.page import FIGURES as NAMES
-from tpbso_casadi.judging.page import comparison_page, seeds, solver_rows, write_comparison
+from tpbso_casadi.judging.page import comparison_page, seeds, solver_rows
 from tpbso_casadi.judging.page_figures import FIGURES, drawing_of, inline_svg, pictures_of
-from tpbso_casadi.judging.results import PolishGain, Results, best_runs, results_of
+from tpbso_casadi.judging.results import PolishGain, Results
 from tpbso_casadi.judging.run import Run
 from tpbso_casadi.judging.store import Store
 from tpbso_casadi.judging.targets import PLANS
@@ -45,7 +44,7 @@ from tpbso_casadi.judging.targets import PLANS
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What a command leaves."""
     folder = tmp_path_factory.mktemp("compare")
-    arguments = ["time-2", "rotation-2", "--solvers", "bso,pso(c1=1.5)", "--runs", "4", "--evaluations", "300"]
+    arguments = ["time-2", "rotation-2", "--solvers", "bso,pso(c1=1.5)", "--runs", "4", "--evaluations", "100"]
     with pytest.MonkeyPatch.context() as patch:
         campaigns_here(patch)
         assert main([*arguments, "--workers", "1", "--quiet", "--figures", "svg", "--out", str(folder)]) == 0
@@ -61,7 +60,7 @@ def test_the_page_says_what_was_run_and_how_to_repeat_it(folder: Path) -> None:
     text = (folder / "comparison.html").read_text()
     assert "<h1>Comparison of 2 solvers on 2 cases</h1>" in text
     assert "tpbso compare time-2 rotation-2 --solvers &#39;bso,pso(c1=1.5)&#39; --runs 4" in text
-    assert "with seeds 1 to 4" in text and "c1 = 1.5" in text and "300 evaluations" in text
+    assert "with seeds 1 to 4" in text and "c1 = 1.5" in text and "100 evaluations" in text
     assert "Left out: it needs 3 solvers, here are 2." in text
     assert text.count('<svg class="figure" role="img" aria-label=') == 5  # three figures, two plans
     assert "casadi 3." in text and "numpy 2." in text
@@ -141,17 +140,6 @@ def test_percentages() -> None:
     shown = {0.0: "0 %", 5e-5: "< 0.01 %", 0.01234: "1.23 %", float("inf"): "-"}
     assert {value: PLANS.shown(value) for value in shown} == shown
     assert PLANS.shown(float("nan")) == "-"
-
-
-def test_one_run_of_one_solver_has_a_page(tmp_path: Path) -> None:
-    [spec] = parse_solvers("bso")
-    [run] = runs = grid({"time-2": builtin("time-2")}, [replace(spec, table={"evaluations": 300})], (1,))
-    with Store(tmp_path / "runs.sqlite") as store:
-        store.add(run, run_one(*run.task))
-        found, best = results_of(runs, store), best_runs(runs, store)
-    write_comparison(tmp_path, found, runs, best, formats=("svg",))
-    text = (tmp_path / "comparison.html").read_text()
-    assert "<h1>Comparison of 1 solver on 1 case</h1>" in text and text.count("Left out: ") == 3
 
 
 STYLE = Path(page.__file__).with_name("page.css").read_text()
@@ -271,11 +259,11 @@ def boxes(figure: Figure) -> dict[tuple[str, int], Bbox]:
 @pytest.mark.parametrize(
     ("solvers", "cases"),
     [
-        pytest.param(LONG, (CASE,), id="six-long"),
+        pytest.param(LONG[1:5:3], (CASE,), id="long"),
         *(
             pytest.param(solvers, cases, id=f"{len(solvers)}-{len(cases)}", marks=pytest.mark.slow)
             for solvers in (LONG[:2], LONG)
-            for cases in (("time-3",), ("time-3", CASE, f"{CASE}-2"))
+            for cases in (("time-3",), (CASE, f"{CASE}-2", "time-3"))
         ),
     ],
 )

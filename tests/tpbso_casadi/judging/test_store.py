@@ -19,7 +19,7 @@ from helpers.slow import slow_except
 
 from tpbso_casadi import builtin
 from tpbso_casadi.judging.executors import run_one
-from tpbso_casadi.judging.grid import grid, parse_solvers
+from tpbso_casadi.judging.grid import function_grid, grid, parse_solvers
 from tpbso_casadi.judging.results import Results, StoredSearch, best_runs, convergence_of, improvements, results_of
 from tpbso_casadi.judging.run import Outcome, Run
 from tpbso_casadi.judging.store import Store, StoreError
@@ -136,6 +136,8 @@ def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatc
 
 @pytest.mark.parametrize("every", slow_except([5, 1], 1))
 def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path, every: int) -> None:
+    runs = function_grid(["sphere-2"], parse_solvers("bso"), range(2000))
+
     def add_interrupted(store: Store, seed: int, lines: int) -> bool:
         """Add a run, with Ctrl-C at a line; returns whether there were so many lines."""
 
@@ -149,10 +151,10 @@ def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path, every
         before = sys.gettrace()
         sys.settrace(trace)
         try:
-            store.add(run(seed), Outcome("{}", 1.0))
+            store.add(runs[seed], Outcome("{}", 1.0))
         except KeyboardInterrupt:
             sys.settrace(before)
-            store.add(run(seed + 1), Outcome("{}", 1.0))  # while what is on the stack is alive
+            store.add(runs[seed + 1], Outcome("{}", 1.0))  # while what is on the stack is alive
             return True
         finally:
             sys.settrace(before)
@@ -162,7 +164,7 @@ def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path, every
         places = 0
         while add_interrupted(store, 2 * places, every * places + 1):
             places += 1
-            assert run(2 * places - 1).key in store.done()
+            assert runs[2 * places - 1].key in store.done()
         assert every * places > 20
 
 
