@@ -19,7 +19,7 @@ from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.scenario.cases import TITLES, builtin
 
 SOLVED_TOLERANCE = 1e-3
-BEST_KNOWN = {  # of docs/explanation/ipopt.md
+BEST_KNOWN = {  # of benchmarks/results/within.md
     "time-2": 0.7016,
     "time-3": 0.4618,
     "time-4": 0.3737,
