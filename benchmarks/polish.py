@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tpbso_casadi.planning import Motion, plan
+from tpbso_casadi.planning import JudgedMotion, plan
 from tpbso_casadi.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.cases import TITLES, builtin
 
@@ -32,7 +32,7 @@ class Outcome:
     seconds: float
 
 
-def outcome(motion: Motion, seconds: float) -> Outcome:
+def outcome(motion: JudgedMotion, seconds: float) -> Outcome:
     return Outcome(motion.objective if motion.feasible else float("nan"), seconds)
 
 

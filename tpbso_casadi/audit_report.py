@@ -19,7 +19,7 @@ from problems.base import FloatArray
 from problems.certify import freedom, structure_of
 from problems.limits import SAMPLING_MARGIN, ExpressionLimit
 from problems.programs import Optimality, optimality
-from tpbso_casadi.planning import Motion, nearest_optimum
+from tpbso_casadi.planning import JudgedMotion, nearest_optimum
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import CertificateResult, StoredRun
 
@@ -105,7 +105,7 @@ def audit_run(run: StoredRun) -> dict[str, Any]:
     }
 
 
-def optimality_of(problem: Problem[Any], motion: Motion) -> Optimality:
+def optimality_of(problem: Problem[Any], motion: JudgedMotion) -> Optimality:
     """First-order conditions of a motion in the program of its problem, multipliers by least squares."""
     program = problem.nlp()
     return optimality(program, program.from_trajectory(motion.trajectory))

@@ -1,7 +1,7 @@
 """Everything put together: a statement, a motion, an encoding, limits and an objective make a problem."""
 
 from problems.assembly.certificate import certificate_of, check_certifiable
-from problems.assembly.criteria import Criteria, Stage, joint_following, recorded_motion
+from problems.assembly.criteria import Criteria, MotionStage, joint_following, recorded_motion
 from problems.assembly.direct import Approach, DirectPlanner
 from problems.assembly.encoding import (
     LARGEST_TIME_SCALE,
@@ -30,12 +30,12 @@ __all__ = [
     "FeasibilityFirst",
     "LocalTimeScale",
     "Model",
+    "MotionStage",
     "PaperCost",
     "PathTiming",
     "Problem",
     "SearchedTimeScale",
     "SequenceCriteria",
-    "Stage",
     "Variable",
     "certificate_of",
     "check_certifiable",

@@ -72,10 +72,10 @@ def _name_of(robot: Robot) -> str:
     return robot.chain.name if isinstance(robot, SpatialArm) else "planar arm"
 
 
-def _statements(criteria: Criteria, trajectory: Trajectory) -> Iterator[_Statement]:
+def _statements(criteria: Criteria, trajectory: Trajectory) -> Iterator[_StageClaim]:
     """A statement for each stage that moves, with the time at rest after it."""
     if not criteria.stages:
-        yield _Statement("motion", criteria, trajectory, 0.0)
+        yield _StageClaim("motion", criteria, trajectory, 0.0)
         return
     moving = [stage for stage in criteria.stages if stage.criteria is not None]
     if not moving:
@@ -83,10 +83,10 @@ def _statements(criteria: Criteria, trajectory: Trajectory) -> Iterator[_Stateme
     starts = [stage.start for stage in moving[1:]] + [trajectory.duration]
     for stage, following in zip(moving, starts, strict=True):
         assert stage.criteria is not None
-        yield _Statement(stage.label, stage.criteria, stage.motion(trajectory), max(0.0, following - stage.end))
+        yield _StageClaim(stage.label, stage.criteria, stage.motion(trajectory), max(0.0, following - stage.end))
 
 
-class _Statement:
+class _StageClaim:
     """The claims of a certificate on one stage.
 
     Args:

@@ -37,7 +37,7 @@ from problems.timing import retime
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class MotionStage:
     """A stage of a finished motion.
 
     Attributes:
@@ -84,7 +84,7 @@ class Criteria:
     limits: tuple[Limit, ...]
 
     @property
-    def stages(self) -> tuple[Stage, ...]:
+    def stages(self) -> tuple[MotionStage, ...]:
         """The stages of which a motion is made; none where it is one."""
         return ()
 

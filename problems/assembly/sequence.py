@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.assembly.criteria import Criteria, Stage
+from problems.assembly.criteria import Criteria, MotionStage
 from problems.base import FloatArray
 from problems.certify import AtGoal, CertificateStatus, ClosestApproach, Verdict
 from problems.motions import Trajectory
@@ -30,7 +30,7 @@ class SequenceCriteria(Criteria):
     free_timing: ClassVar[bool] = True
 
     task: Sequence
-    stages: tuple[Stage, ...] = ()
+    stages: tuple[MotionStage, ...] = ()
 
     def at_free_times(self) -> Criteria:
         return self
@@ -96,7 +96,7 @@ class SequenceCriteria(Criteria):
         )
 
     @property
-    def _moving(self) -> list[Stage]:
+    def _moving(self) -> list[MotionStage]:
         return [stage for stage in self.stages if stage.criteria is not None]
 
 

@@ -14,7 +14,7 @@ from problems.base import FloatArray
 from problems.families.splines import move
 from problems.robots.inertia import Inertia
 from problems.tasks import Joints, Move
-from tpbso_casadi.planning import Motion, motion_of
+from tpbso_casadi.planning import JudgedMotion, motion_of
 
 LENGTHS, MASSES, DAMPING, FRICTION, G = (0.5, 0.4), (2.0, 1.5), (0.3, 0.2), (0.5, 0.4), 9.81
 
@@ -29,7 +29,7 @@ def massive_arm(**changes: Any) -> PlanarArm:
 
 
 @cache
-def massive_motion() -> Motion:
+def massive_motion() -> JudgedMotion:
     """A move that nothing was searched for."""
     task = PointToPoint(massive_arm(), (0.6, -0.3), (0.3, 0.6))
     problem = point_to_point(task, "time", "reduced", 50)
@@ -54,7 +54,7 @@ def by_lagrange(q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
 
 
 @cache
-def lifted_motion(limited: bool = True) -> Motion:
+def lifted_motion(limited: bool = True) -> JudgedMotion:
     """A lift with three joints on it turns and rises; 2 kg each, with limits of force and torque or without."""
     robot = sliding_arm()
     body = Inertia(mass=2.0, center=(0.2, 0.0, 0.0))

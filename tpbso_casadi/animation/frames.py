@@ -14,7 +14,7 @@ from problems.assembly import Criteria
 from problems.base import FloatArray
 from tpbso_casadi.figures.scene import Course, courses_of, extent_of
 from tpbso_casadi.figures.space_scene import Scene
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 
 FRAME_COUNT = 121
 LEAST_NOTE = 0.02  # of the motion, for which a note is shown
@@ -79,13 +79,13 @@ class Frames:
         return extent_of(self.problem, self.joints, self.task_points, self.courses)
 
 
-def frames_of(motion: Motion, count: int = FRAME_COUNT) -> Frames:
+def frames_of(motion: JudgedMotion, count: int = FRAME_COUNT) -> Frames:
     """The postures of a motion at ``count`` equally spaced times."""
     times = np.linspace(0.0, motion.trajectory.duration, count)
     return Frames(motion.criteria, motion.trajectory, times, motion.joint_positions(times))
 
 
-def judged_frames(motion: Motion, count: int = FRAME_COUNT) -> Frames:
+def judged_frames(motion: JudgedMotion, count: int = FRAME_COUNT) -> Frames:
     """The same, with what the motion's verdicts say of its clearance, and when it breaks which limits."""
     frames = frames_of(motion, count)
     notes = broken_notes(motion.broken_spans, frames.duration)

@@ -9,7 +9,7 @@ from shutil import which
 from tpbso_casadi.animation.frames import frames_of, judged_frames
 from tpbso_casadi.animation.player import page
 from tpbso_casadi.plain import visible
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.storage import OutputError, check_file, check_writable, write_text, write_with, writing
 
 FILM_FRAMES = 81  # each takes some 50 ms to draw
@@ -42,7 +42,7 @@ def ffmpeg() -> str | None:
         return None
 
 
-def animate(path: Path, title: str, motion: Motion) -> None:
+def animate(path: Path, title: str, motion: JudgedMotion) -> None:
     """Write a motion as GIF, MP4 or HTML.
 
     Args:

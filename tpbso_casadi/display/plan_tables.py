@@ -13,7 +13,7 @@ from problems.certify import AtGoal, WorstIs
 from problems.tasks import RecordedMotion
 from solvers import StopReason
 from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
-from tpbso_casadi.planning import BOUND, Motion, PlannedMotion, Polish, Retiming, SearchedMotion
+from tpbso_casadi.planning import BOUND, JudgedMotion, PlannedMotion, Polish, Retiming, SearchedMotion
 from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
 
 MARKS = {
@@ -59,7 +59,7 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
         console.say(remark)
 
 
-def print_stages(motion: Motion, console: OutputConsole) -> None:
+def print_stages(motion: JudgedMotion, console: OutputConsole) -> None:
     """When each stage begins and ends, whether its limits hold, and what is told."""
     table = table_of(word("stage"), number("start, s"), number("end, s"), word(""), prose("signal"))
     for stage, verdicts in zip(motion.stages, motion.by_stage, strict=True):
@@ -70,7 +70,7 @@ def print_stages(motion: Motion, console: OutputConsole) -> None:
     console.print_table("stages", table)
 
 
-def nearness_of(motion: Motion) -> Iterator[str]:
+def nearness_of(motion: JudgedMotion) -> Iterator[str]:
     """How near the motion comes to an obstacle, and what comes after arrival, in a line each."""
     closest = motion.closest_approach
     if closest is not None:

@@ -16,7 +16,7 @@ from typing import Any, Self
 from problems import CertificateStatus, InvalidProblem, Verdict
 from tpbso_casadi.facade.certifying import file_content
 from tpbso_casadi.plain import one_line, plain, versions
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.scenario import FIELDS, READERS, Scenario, ScenarioError, parse_scenario, read_motion
 
 UNREADABLE = "unreadable"
@@ -142,7 +142,7 @@ class Judge:
             worst=_in_words(failed),
         )
 
-    def motion(self, file: Path) -> Motion:
+    def motion(self, file: Path) -> JudgedMotion:
         """The motion of a file, with its verdicts.
 
         Raises:
@@ -154,7 +154,7 @@ class Judge:
             criteria = table.criteria(*self._scene)
         except InvalidProblem as error:
             raise ScenarioError(f"{FIELDS.get(error.field, error.field)}: {error.reason}") from error
-        return Motion(criteria, criteria.given_motion(), {})
+        return JudgedMotion(criteria, criteria.given_motion(), {})
 
 
 def _in_words(failed: Sequence[Verdict]) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from problems import CertificateStatus, Trajectory, Verdict
-from problems.assembly import Stage
+from problems.assembly import MotionStage
 from problems.base import FloatArray
 from solvers import Result
 from tpbso_casadi.audit_report import audit_run
@@ -20,7 +20,7 @@ from tpbso_casadi.facade.showing import chosen, data_frame, exports_of
 from tpbso_casadi.figures import figure_writers, write_run
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
-from tpbso_casadi.planning import ControllerRows, Motion, PlannedMotion
+from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import (
     RunResult,
@@ -52,7 +52,7 @@ class Player:
     height: int
 
     @classmethod
-    def of(cls, motion: Motion, title: str, height: int) -> Self:
+    def of(cls, motion: JudgedMotion, title: str, height: int) -> Self:
         """The player of a motion."""
         from tpbso_casadi.animation.frames import judged_frames  # noqa: PLC0415 (slow to load)
         from tpbso_casadi.animation.player import page  # noqa: PLC0415
@@ -90,7 +90,7 @@ class PlannedStage:
     signal: tuple[str, bool | float | str] | None
 
     @classmethod
-    def of(cls, stage: Stage, verdicts: tuple[Verdict, ...], whole: Trajectory) -> Self:
+    def of(cls, stage: MotionStage, verdicts: tuple[Verdict, ...], whole: Trajectory) -> Self:
         """A stage with its part of the whole motion."""
         own = None if stage.criteria is None else stage.motion(whole)
         return cls(stage.label, stage.kind, stage.start, stage.end, own, verdicts, stage.signal)
@@ -120,7 +120,7 @@ class Plan:
         return self.planned.scenario
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> JudgedMotion:
         """The motion with its verification."""
         return self.planned.motion
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from problems.base import shown_value
 from tpbso_casadi.facade.arguments import in_words_of_python, positive
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.storage import DEFAULT_RATE, EXPORTS, Writer, equal_steps, export_motion
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple
     return kinds
 
 
-def exports_of(motion: Motion, kinds: Sequence[str], rate: float | None = None) -> list[Writer]:
+def exports_of(motion: JudgedMotion, kinds: Sequence[str], rate: float | None = None) -> list[Writer]:
     """What writes each export, at a rate in Hz where one is stated.
 
     Raises:

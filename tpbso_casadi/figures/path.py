@@ -33,7 +33,7 @@ from tpbso_casadi.figures.scene import (
 from tpbso_casadi.figures.space import Posture, Way, space_figure
 from tpbso_casadi.figures.space_scene import Scene
 from tpbso_casadi.figures.style import ONE_COLUMN, PlaceLabel, in_print, label_places, legend_columns, title_figure
-from tpbso_casadi.planning import Motion, PlannedMotion
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion
 
 COUNT = 9
 OPACITIES, CLOSE = (0.12, 0.22, 0.35), 0.55  # of obstacles that move: at the start, halfway, at the end; when closest
@@ -56,7 +56,7 @@ class Snapshot:
     opacity: float = 0.0
 
 
-def fan_of(motion: Motion) -> list[Snapshot]:
+def fan_of(motion: JudgedMotion) -> list[Snapshot]:
     """``COUNT`` postures, equally spaced in time, the first at the start, the last at the end, from light to dark."""
     shares = np.linspace(0.0, 1.0, COUNT)
     labels = {0: "start", COUNT - 1: "end"}
@@ -67,7 +67,7 @@ def fan_of(motion: Motion) -> list[Snapshot]:
     ]
 
 
-def snapshots(motion: Motion) -> list[Snapshot]:
+def snapshots(motion: JudgedMotion) -> list[Snapshot]:
     """The fan, and the posture of the closest approach to an obstacle, if there is one within reach."""
     closest = motion.closest_approach
     fan = fan_of(motion)
@@ -79,7 +79,7 @@ def times_of(shown: list[Snapshot]) -> FloatArray:
     return np.array([snapshot.time for snapshot in shown])
 
 
-def legend_of(motion: Motion) -> str:
+def legend_of(motion: JudgedMotion) -> str:
     """What a legend says of the fan."""
     return f"{COUNT} postures, every {motion.trajectory.duration / (COUNT - 1):.3g} s, light to dark"
 
@@ -109,7 +109,7 @@ class Nearest:
         return f"{apart} at {self.time:.3g} s"
 
 
-def nearest_of(motion: Motion) -> Nearest | None:
+def nearest_of(motion: JudgedMotion) -> Nearest | None:
     """The closest approach; None where no obstacle is within reach."""
     approach = motion.closest_approach
     if approach is None:
@@ -162,7 +162,7 @@ def in_space(pair: CollisionPair, frames: list[FloatArray], time: float) -> tupl
 NEAREST = {2: in_plane, 3: in_space}  # by the robot's dimensions
 
 
-def passed_by(motion: Motion) -> list[Points]:
+def passed_by(motion: JudgedMotion) -> list[Points]:
     """Where the tool is at the motion's times of interest, each (1, dim), m."""
     return [
         Points(milestone.label, motion.joint_positions(np.array([milestone.time]))[:, -1])

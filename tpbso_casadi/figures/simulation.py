@@ -30,7 +30,7 @@ from tpbso_casadi.figures.scene import (
 from tpbso_casadi.figures.space import VIEWS, Posture, draw_measurable, draw_solids
 from tpbso_casadi.figures.space_scene import Scene
 from tpbso_casadi.figures.style import SMALL, TWO_COLUMNS, EndLabel, in_print, label_ends, write_figure
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.simulation import MEANINGS, SimulationRecord, simulated_motion, stands
 
 HEIGHTS = {2: 4.0, 3: 3.1}  # of the scene by the robot's dimensions, inches
@@ -71,7 +71,7 @@ def row_times(record: SimulationRecord) -> FloatArray:
     return record.executed.times(int(np.ceil(ROWS_PER_SECOND * record.duration)) + 1)
 
 
-def draw_replans(axes: Axes, record: SimulationRecord, motion: Motion, columns: list[int]) -> None:
+def draw_replans(axes: Axes, record: SimulationRecord, motion: JudgedMotion, columns: list[int]) -> None:
     """The way of the tool, and on it where each answer was executed from, by its kind."""
     axes.plot(*motion.joint_positions(row_times(record))[:, -1, columns].T, color=PATH, linewidth=1.2, label="tool")
     for kind, (colour, marker, size) in STYLES.items():
@@ -89,7 +89,7 @@ def draw_times(axes: Axes, courses: tuple[Course, ...], columns: list[int]) -> N
             axes.annotate(text, tuple(place[columns]), fontsize=7, ha="center", va="center", zorder=7)
 
 
-def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: Motion) -> Axes:
+def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: JudgedMotion) -> Axes:
     """The scene of an arm in the plane."""
     axes, times, criteria = figure.add_subplot(place), row_times(record), motion.criteria
     joints = motion.joint_positions(times)
@@ -108,7 +108,7 @@ def in_plane(figure: Figure, place: SubplotSpec, record: SimulationRecord, motio
     return axes
 
 
-def in_space(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: Motion) -> Axes:
+def in_space(figure: Figure, place: SubplotSpec, record: SimulationRecord, motion: JudgedMotion) -> Axes:
     """The scene of a robot in space, from above and from the front."""
     times, criteria = row_times(record), motion.criteria
     courses = courses_of(record.obstacles, times)

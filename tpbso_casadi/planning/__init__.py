@@ -12,7 +12,14 @@ from tpbso_casadi.planning.finishing import (
     SearchedMotion,
     has_descents,
 )
-from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, alternatives, motion_of, shares_of_limits, torques_of
+from tpbso_casadi.planning.motion import (
+    INFEASIBLE_MERIT,
+    JudgedMotion,
+    alternatives,
+    motion_of,
+    shares_of_limits,
+    torques_of,
+)
 from tpbso_casadi.planning.optimum import Optimum, Price, nearest_optimum
 from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feasible, may_start_again, plan, step_name
 from tpbso_casadi.planning.planning import SharedSearches
@@ -29,7 +36,7 @@ __all__ = [
     "SAME_PATH",
     "SILENT",
     "ControllerRows",
-    "Motion",
+    "JudgedMotion",
     "NoMotion",
     "Optimum",
     "PlannedMotion",

@@ -30,7 +30,7 @@ from tpbso_casadi.planning.finishing import (
     refine,
     retimed,
 )
-from tpbso_casadi.planning.motion import Motion, motion_of
+from tpbso_casadi.planning.motion import JudgedMotion, motion_of
 from tpbso_casadi.planning.planning import Planning
 from tpbso_casadi.planning.progress import Progress, log_search
 
@@ -55,7 +55,7 @@ class RacedBranch(NamedTuple):
         return self.search.cost
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> JudgedMotion:
         """The motion of the best candidate."""
         return motion_of(self.problem, self.search.x)
 
@@ -169,9 +169,9 @@ class SearchRound:
     """
 
     search: Result
-    motion: Motion
+    motion: JudgedMotion
     polish: Polish | None
-    outlook: Motion
+    outlook: JudgedMotion
 
     @property
     def rank(self) -> tuple[bool, float]:
@@ -179,7 +179,7 @@ class SearchRound:
         return not self.outlook.feasible, self.outlook.merit
 
 
-Improve: TypeAlias = Callable[[Result, Motion, Archive, float], SearchRound]
+Improve: TypeAlias = Callable[[Result, JudgedMotion, Archive, float], SearchRound]
 
 
 def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known: FloatArray | None) -> SearchedMotion:
@@ -226,7 +226,7 @@ def _descents(problem: Problem[Any], planning: Planning) -> Improve:
     refinement = planning.interruption.breakable(partial(Refinement, problem, IPOPT()))
     structured = refinement.program.starts(np.random.default_rng(planning.settings.seed))
 
-    def improve(search: Result, motion: Motion, archive: Archive, seconds: float) -> SearchRound:
+    def improve(search: Result, motion: JudgedMotion, archive: Archive, seconds: float) -> SearchRound:
         chosen = distinct(problem, [search.x, *archive.x], planning.settings.polish_starts or CANDIDATES)
         starts = by_turns(structured, map(refinement.program.from_search, chosen))
         planning.progress.phase("polishing")
@@ -239,7 +239,7 @@ def _descents(problem: Problem[Any], planning: Planning) -> Improve:
 def _programs(problem: Problem[Any], progress: Progress) -> Improve:
     """Sequential linear programs, which are also the plan's last stage: they tell what each motion will become."""
 
-    def improve(search: Result, motion: Motion, archive: Archive, seconds: float) -> SearchRound:
+    def improve(search: Result, motion: JudgedMotion, archive: Archive, seconds: float) -> SearchRound:
         return SearchRound(search, motion, None, retimed(motion, problem.direct, progress).chosen)
 
     return improve

@@ -24,7 +24,7 @@ from problems.certify import exact_time_scale
 from problems.motions import MotionRows
 
 if TYPE_CHECKING:
-    from tpbso_casadi.planning.motion import Motion
+    from tpbso_casadi.planning.motion import JudgedMotion
 
 NANOSECOND = 1e-9  # s, in which messages count
 SHORTEST = (2e-6, 1e-5, 5e-5, 2e-4)  # s: what is shorter joins its neighbour
@@ -46,13 +46,13 @@ class ControllerRows:
         time_scale: how much slower the source is than the motion that was planned.
     """
 
-    source: Motion
+    source: JudgedMotion
     times: FloatArray
     accelerations: bool = True
     time_scale: float = 1.0
 
     @classmethod
-    def of(cls, motion: Motion) -> ControllerRows:
+    def of(cls, motion: JudgedMotion) -> ControllerRows:
         """Rows from which a controller makes a motion that is proven, where any are found, else the fastest.
 
         Args:
@@ -86,7 +86,7 @@ class ControllerRows:
         return MotionRows(ends, np.zeros_like(position), (self.time_scale - 1.0) * velocity, lost).trajectory
 
     @cached_property
-    def joined(self) -> Motion:
+    def joined(self) -> JudgedMotion:
         """The motion that a controller makes of them, judged as that which was planned."""
         position, velocity, *others = self.states
         trajectory = MotionRows(self.stamps, position, velocity, others[0] if others else None).trajectory
@@ -104,7 +104,7 @@ def _whole_nanoseconds(times: FloatArray) -> FloatArray:
     return np.asarray(np.round(times / NANOSECOND) * NANOSECOND)
 
 
-def _slowed_rows(motion: Motion) -> Iterator[ControllerRows]:
+def _slowed_rows(motion: JudgedMotion) -> Iterator[ControllerRows]:
     """Rows at places of several kinds, each as fast as they may be; what breaks limits by itself stays as it is."""
     smooth = motion.trajectory.jumps_below(3) is None
     near = (
@@ -139,7 +139,7 @@ def _knots(breakpoints: FloatArray, least: float, parts: int) -> FloatArray:
     return np.asarray(np.interp(np.arange(parts * (len(edges) - 1) + 1) / parts, np.arange(len(edges)), edges))
 
 
-def _rows(motion: Motion, edges: FloatArray, scale: float, smooth: bool) -> ControllerRows:
+def _rows(motion: JudgedMotion, edges: FloatArray, scale: float, smooth: bool) -> ControllerRows:
     """The rows at edges, s, of a motion that is slowed, up to its end."""
 
     def clock(times: FloatArray) -> FloatArray:

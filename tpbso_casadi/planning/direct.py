@@ -17,7 +17,7 @@ from problems.base import FloatArray
 from problems.certify import ROUNDING_ALLOWANCE
 from solvers import StopReason, unsearched
 from tpbso_casadi.planning.finishing import AS_FAST, SearchedMotion, is_better, slowed
-from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
 
 LOG = logging.getLogger(__name__)
@@ -93,14 +93,14 @@ def along_paths(problem: Problem[Any], planning: Planning, known: SearchedMotion
     return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, len(tried))
 
 
-def judged(problem: Criteria, trajectory: Trajectory) -> Motion:
+def judged(problem: Criteria, trajectory: Trajectory) -> JudgedMotion:
     """A motion that is to keep its limits, judged; slower, where it does not."""
-    motion = Motion(problem, trajectory.time_scaled(1.0 + ROUNDING_ALLOWANCE), {}, retimed=True)
+    motion = JudgedMotion(problem, trajectory.time_scaled(1.0 + ROUNDING_ALLOWANCE), {}, retimed=True)
     return motion if motion.feasible else slowed(replace(motion, trajectory=trajectory))
 
 
 def _plan(
-    planning: Planning, problem: Problem[Any], motion: Motion, began: float, reason: StopReason, rounds: int
+    planning: Planning, problem: Problem[Any], motion: JudgedMotion, began: float, reason: StopReason, rounds: int
 ) -> SearchedMotion:
     search = unsearched(motion.objective, time.perf_counter() - began, planning.settings.seed, reason)
     return SearchedMotion(scenario=planning.scenario, problem=problem, search=search, motion=motion, rounds=rounds)

@@ -18,7 +18,7 @@ from problems.limits import holds_time
 from problems.programs import NonlinearProgram
 from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
-from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.progress import Progress, log_search
 from tpbso_casadi.scenario import Scenario
 
@@ -45,12 +45,12 @@ class Refinement:
         self.problem = problem
         self.program = problem.nlp() if program is None else program
         self.descent = Descent(self.program, solver)
-        self._latest: tuple[FloatArray, Motion] | None = None
+        self._latest: tuple[FloatArray, JudgedMotion] | None = None
 
-    def motion(self, x: FloatArray) -> Motion:
+    def motion(self, x: FloatArray) -> JudgedMotion:
         """The motion of a solution's variables (n,); the same as last time, judged already, where these are."""
         if self._latest is None or not np.array_equal(self._latest[0], x):
-            self._latest = x, Motion(self.problem, self.program.trajectory(x), self.program.quantities(x))
+            self._latest = x, JudgedMotion(self.problem, self.program.trajectory(x), self.program.quantities(x))
         return self._latest[1]
 
     def merit(self, solution: Solution) -> float:
@@ -95,8 +95,8 @@ class Polish:
         multipliers: by constraint, the sum of the absolute final multipliers of its scaled rows.
     """
 
-    before: Motion
-    after: Motion
+    before: JudgedMotion
+    after: JudgedMotion
     search: DescentResult
     seconds: float
     multipliers: dict[str, float]
@@ -107,14 +107,14 @@ class Polish:
         return self.after.feasible and self.after.merit < self.before.merit
 
     @property
-    def chosen(self) -> Motion:
+    def chosen(self) -> JudgedMotion:
         """The better of the two motions."""
         return self.after if self.accepted else self.before
 
 
 def polish(
     problem: Problem[Any],
-    before: Motion,
+    before: JudgedMotion,
     candidates: Sequence[FloatArray],
     starts: int,
     progress: Progress,
@@ -141,7 +141,7 @@ def polish(
 
 
 def refine(
-    before: Motion, starts: Iterable[FloatArray], refinement: Refinement, budget: Budget, progress: Progress
+    before: JudgedMotion, starts: Iterable[FloatArray], refinement: Refinement, budget: Budget, progress: Progress
 ) -> Polish:
     """Descend from starts (n,) of the compiled program; the best counts, if it is better than ``before``."""
     search = refinement.descend(starts, budget, callback=progress.status)
@@ -186,8 +186,8 @@ class Retiming:
         seconds: that it took.
     """
 
-    before: Motion
-    after: Motion | None
+    before: JudgedMotion
+    after: JudgedMotion | None
     candidate: str
     seconds: float
 
@@ -197,12 +197,12 @@ class Retiming:
         return self.after is not None and is_better(self.after, self.before)
 
     @property
-    def chosen(self) -> Motion:
+    def chosen(self) -> JudgedMotion:
         """The better of the two motions."""
         return self.after if self.after is not None and self.accepted else self.before
 
 
-def is_better(motion: Motion, before: Motion) -> bool:
+def is_better(motion: JudgedMotion, before: JudgedMotion) -> bool:
     """Whether a motion is certified, and the other is not, has a larger objective, or the same one and takes longer."""
     objective = motion.problem.objective
     if not motion.feasible or not before.feasible:
@@ -213,7 +213,7 @@ def is_better(motion: Motion, before: Motion) -> bool:
     return same and motion.trajectory.duration < before.trajectory.duration
 
 
-def retimed(before: Motion, planner: DirectPlanner, progress: Progress) -> Retiming:
+def retimed(before: JudgedMotion, planner: DirectPlanner, progress: Progress) -> Retiming:
     """Time a finished motion anew, in all the ways there are.
 
     Where free space will do, nothing is faster between the same postures, unless it had to be slowed down for limits
@@ -226,7 +226,7 @@ def retimed(before: Motion, planner: DirectPlanner, progress: Progress) -> Retim
     """
     began = time.perf_counter()
     progress.phase("retiming")
-    made: dict[str, Motion] = {}
+    made: dict[str, JudgedMotion] = {}
     settled = False
     # the motion in free space first: there is no faster one between two postures
     for name, trajectories, certain in (
@@ -246,7 +246,7 @@ def retimed(before: Motion, planner: DirectPlanner, progress: Progress) -> Retim
     return Retiming(before, made.get(best), best, seconds)
 
 
-def _attempted(trajectories: Iterable[Trajectory], before: Motion) -> tuple[Motion | None, float]:
+def _attempted(trajectories: Iterable[Trajectory], before: JudgedMotion) -> tuple[JudgedMotion | None, float]:
     """The first certified motion of a candidate, or its last, None where it cannot be made; how much it was slowed."""
     motion, slower = None, 1.0
     try:
@@ -260,13 +260,13 @@ def _attempted(trajectories: Iterable[Trajectory], before: Motion) -> tuple[Moti
     return motion, slower
 
 
-def slowed(motion: Motion) -> Motion:
+def slowed(motion: JudgedMotion) -> JudgedMotion:
     """The motion, slower where its limits need it."""
     scale = motion.criteria.safe_time_scale(motion.trajectory)
     return motion if scale <= 1.0 else replace(motion, trajectory=motion.trajectory.time_scaled(scale))
 
 
-def in_least_time(motion: Motion) -> Motion:
+def in_least_time(motion: JudgedMotion) -> JudgedMotion:
     """The motion as fast as its limits allow without changing its shape, where sooner is better; else only slower."""
     problem = motion.problem
     if problem.task.end_velocities.any():
@@ -278,7 +278,7 @@ def in_least_time(motion: Motion) -> Motion:
     return replace(motion, trajectory=motion.trajectory.time_scaled(least))
 
 
-def _same_path(before: Motion) -> Iterator[Trajectory]:
+def _same_path(before: JudgedMotion) -> Iterator[Trajectory]:
     """The motion's own path in the least time, unless that is what it is; an end that moves keeps its velocity.
 
     A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long; nor
@@ -295,7 +295,7 @@ def _same_path(before: Motion) -> Iterator[Trajectory]:
     yield retime(before.path, robot.limits, rates, chain=robot.rigid_chain)
 
 
-def _free_space(before: Motion) -> Iterator[Trajectory]:
+def _free_space(before: JudgedMotion) -> Iterator[Trajectory]:
     """The fastest motion between the same ends, where nothing but time counts and nothing is passed on the way."""
     problem = before.problem
     if not (problem.objective.is_time_dependent and problem.objective.sooner_is_better and problem.task.passes_nothing):
@@ -322,7 +322,7 @@ class PlannedMotion:
     """
 
     scenario: Scenario
-    motion: Motion
+    motion: JudgedMotion
     retiming: Retiming | None = None
     interrupted: bool = False
     seconds_timed: float = 0.0

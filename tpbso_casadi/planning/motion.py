@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from problems import CertificateStatus, Objective, Problem, Robot, Trajectory, Verdict
-from problems.assembly import Criteria, Stage
+from problems.assembly import Criteria, MotionStage
 from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, ClosestApproach, WorstIs, broken_spans
 from problems.limits import Clearance
@@ -73,7 +73,7 @@ MINIMUM_ROWS = 201  # of trajectory.csv
 
 
 @dataclass(frozen=True, repr=False)
-class Motion:
+class JudgedMotion:
     """A trajectory and its verification.
 
     Attributes:
@@ -115,7 +115,7 @@ class Motion:
         return isinstance(self.problem.task, RecordedMotion)
 
     @property
-    def stages(self) -> tuple[Stage, ...]:
+    def stages(self) -> tuple[MotionStage, ...]:
         """The stages of which the motion is made; none where it is one."""
         return self.criteria.stages
 
@@ -255,8 +255,10 @@ class Motion:
         return self.objective if self.feasible else INFEASIBLE_MERIT * (1.0 + self.worst_violation)
 
 
-def motion_of(problem: Problem[Any], x: FloatArray) -> Motion:
+def motion_of(problem: Problem[Any], x: FloatArray) -> JudgedMotion:
     """The motion of a search vector (d,), slowed by the least factor with which its limits hold for all t."""
     trajectory = problem.trajectory(x)
     scale = max(1.0, problem.safe_time_scale(trajectory))
-    return Motion(problem, trajectory.time_scaled(scale), problem.quantities(x), scale, retimed=problem.free_timing)
+    return JudgedMotion(
+        problem, trajectory.time_scaled(scale), problem.quantities(x), scale, retimed=problem.free_timing
+    )

@@ -27,7 +27,7 @@ from problems.base import STEP, Relaxation, as_array
 from problems.programs import NonlinearProgram
 from solvers import IPOPT, Solution, StopReason
 from tpbso_casadi.planning.finishing import Refinement, in_least_time, retimed
-from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.progress import Progress
 
 LONGEST = 60.0  # s, of all descents
@@ -107,7 +107,7 @@ class Optimum:
     seconds: float
 
 
-def nearest_optimum(problem: Problem[Any], plan: Motion, found: Motion, retimes: bool) -> Optimum | None:
+def nearest_optimum(problem: Problem[Any], plan: JudgedMotion, found: JudgedMotion, retimes: bool) -> Optimum | None:
     """Descend from a plan to the optimum near it; None where no certified motion is found.
 
     Args:
@@ -117,7 +117,7 @@ def nearest_optimum(problem: Problem[Any], plan: Motion, found: Motion, retimes:
         retimes: whether plans of this scenario are timed anew.
     """
     began = time.perf_counter()
-    own = Replanner(problem, retimes, began + LONGEST)
+    own = ProgramPlanner(problem, retimes, began + LONGEST)
     ends = own.optimum(plan if problem.nlp().takes_any_motion else found)
     if ends is None:
         return None
@@ -142,7 +142,7 @@ def nearest_optimum(problem: Problem[Any], plan: Motion, found: Motion, retimes:
     )
 
 
-def _finished(problem: Problem[Any], motion: Motion, retimes: bool) -> Motion:
+def _finished(problem: Problem[Any], motion: JudgedMotion, retimes: bool) -> JudgedMotion:
     """The motion as plans are finished: as fast as its limits allow, and timed anew where plans of its scenario are."""
     fastest = in_least_time(motion)
     timed_anew = retimes and problem.objective.is_time_dependent
@@ -159,12 +159,12 @@ class Descended:
         program: the objective there as the program sees it, in its unit.
     """
 
-    motion: Motion
+    motion: JudgedMotion
     solution: Solution
     program: float
 
 
-class Replanner:
+class ProgramPlanner:
     """A problem that is planned again from motions of its own or of a neighbour's.
 
     Args:
@@ -179,9 +179,9 @@ class Replanner:
         self._retimes = retimes
         self._near: Refinement | None = None
 
-    def relaxed(self, relaxation: Relaxation) -> Replanner:
+    def relaxed(self, relaxation: Relaxation) -> ProgramPlanner:
         """The planner of the problem with one limit looser, by its step."""
-        return Replanner(self.problem.relaxed(relaxation, relaxation.step), self._retimes, self.deadline)
+        return ProgramPlanner(self.problem.relaxed(relaxation, relaxation.step), self._retimes, self.deadline)
 
     @cached_property
     def _whole(self) -> NonlinearProgram:
@@ -196,7 +196,7 @@ class Replanner:
         refinement.descent.stop.deadline = self.deadline
         return refinement
 
-    def _refinements(self, motion: Motion) -> Iterator[Refinement]:
+    def _refinements(self, motion: JudgedMotion) -> Iterator[Refinement]:
         """Refinements by the rows that matter near the motion of the first descent, then by the whole program."""
         if self._near is None:
             near = self._whole.near(motion.trajectory)
@@ -205,7 +205,7 @@ class Replanner:
         if self._near.program is not self._whole and time.perf_counter() < self.deadline:
             yield self._of_whole
 
-    def descended(self, start: Motion) -> Descended | None:
+    def descended(self, start: JudgedMotion) -> Descended | None:
         """The end of a descent from a motion; None where that is no certified motion."""
         for refinement in self._refinements(start):
             solution = refinement(refinement.program.from_trajectory(start.trajectory))
@@ -216,7 +216,7 @@ class Replanner:
                 return Descended(motion, solution, solution.objective * refinement.program.objective_size)
         return None
 
-    def optimum(self, start: Motion) -> tuple[Descended, Descended] | None:
+    def optimum(self, start: JudgedMotion) -> tuple[Descended, Descended] | None:
         """Near a motion that from which a descent leads to nothing better, and where it leads; None where none is."""
         best = self.descended(start)
         if best is None:
@@ -229,7 +229,7 @@ class Replanner:
             best = again
         return best, again
 
-    def value(self, motion: Motion) -> float:
+    def value(self, motion: JudgedMotion) -> float:
         """The certified objective of a motion that is finished under the limits of this problem; else infinite.
 
         It is not timed anew where the program itself chooses all of its timing.
@@ -250,10 +250,10 @@ class Pricing:
         plans: motions of the plan, before and after it was timed anew.
     """
 
-    own: Replanner
+    own: ProgramPlanner
     best: Descended
     again: Descended
-    plans: tuple[Motion, ...]
+    plans: tuple[JudgedMotion, ...]
 
     def price(self, relaxation: Relaxation) -> Price | None:
         """The price of a limit; None where it is worth nothing, or no certified motion is found."""
@@ -281,7 +281,7 @@ class Pricing:
     def _value_again(self) -> float:
         return self.own.value(self.again.motion)
 
-    def _planned_again(self, looser: Replanner) -> float:
+    def _planned_again(self, looser: ProgramPlanner) -> float:
         """The change of the objective when the motion is planned again under a looser limit."""
         found = looser.descended(self.best.motion)
         value = np.inf if found is None else looser.value(found.motion)
@@ -292,12 +292,12 @@ class Pricing:
         back = self.own.descended(found.motion)
         return value - (self._value_again if back is None else min(self._value_again, self.own.value(back.motion)))
 
-    def _timed_again(self, looser: Replanner) -> float:
+    def _timed_again(self, looser: ProgramPlanner) -> float:
         """The change of the objective when the plan is timed again under a looser limit; 0 if it is not certified."""
         return min(map(looser.value, self.plans)) - self._value if np.isfinite(self._value) else 0.0
 
 
-def _near(problem: Problem[Any], motion: Motion) -> tuple[list[Relaxation], list[str]]:
+def _near(problem: Problem[Any], motion: JudgedMotion) -> tuple[list[Relaxation], list[str]]:
     """The numbers that may hold a motion back, and the names of near limits of which no number is known."""
     samples = motion.trajectory.samples(motion.trajectory.times(LOOKS), problem.robot)
     timed = problem.nlp().has_free_durations

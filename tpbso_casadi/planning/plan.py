@@ -34,7 +34,7 @@ from tpbso_casadi.planning.finishing import (
     polish,
     retimed,
 )
-from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, Motion, motion_of
+from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, JudgedMotion, motion_of
 from tpbso_casadi.planning.planning import Planning, SharedSearches
 from tpbso_casadi.planning.progress import Progress, log_search
 from tpbso_casadi.planning.sequence import planned_sequence
@@ -53,7 +53,7 @@ def plan(
     evaluation: EvaluationOptions | None = None,
     problem: Problem[Any] | None = None,
     starts: Sequence[Trajectory] = (),
-    warm_start: PlannedMotion | Motion | None = None,
+    warm_start: PlannedMotion | JudgedMotion | None = None,
     shared: SharedSearches | None = None,
 ) -> PlannedMotion:
     """Plan a scenario; a :class:`SearchedMotion` where there is something to search.
@@ -123,7 +123,7 @@ def _timed(scenario: Scenario, progress: Progress, interruption: Interruption) -
     began = time.perf_counter()
     progress.phase("retiming")
     try:
-        motion = interruption.breakable(lambda: Motion(criteria, criteria.given_motion(), {}))
+        motion = interruption.breakable(lambda: JudgedMotion(criteria, criteria.given_motion(), {}))
     except InvalidProblem as error:
         raise ScenarioError(f"task.{FIELDS.get(error.field, error.field)}: {error.reason}") from error
     seconds = time.perf_counter() - began
@@ -246,7 +246,7 @@ def finished(found: SearchedMotion, planning: Planning) -> SearchedMotion:
     return replace(found, motion=motion, retiming=retiming, interrupted=planning.is_cut_short)
 
 
-def candidates_of(problem: Problem[Any], previous: PlannedMotion | Motion | None) -> FloatArray | None:
+def candidates_of(problem: Problem[Any], previous: PlannedMotion | JudgedMotion | None) -> FloatArray | None:
     """The candidates (m, d) that a plan leaves for the search of another problem; None where no plan is given.
 
     They are the best candidate of its own search, where that had the same variables, and the motion itself, where the

@@ -27,7 +27,7 @@ from solvers import (
     minimize,
 )
 from tpbso_casadi.planning.finishing import PlannedMotion
-from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario import Scenario, SolverSection
 
@@ -36,7 +36,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Search:
+class SearchRecord:
     """The result of a metaheuristic on a problem.
 
     Attributes:
@@ -63,15 +63,15 @@ class SharedSearches:
     def __init__(self, archived: bool) -> None:
         self.archived = archived
         self.seconds_saved = 0.0
-        self._known: dict[tuple[Any, ...], Search] = {}
+        self._known: dict[tuple[Any, ...], SearchRecord] = {}
 
-    def known(self, key: tuple[Any, ...]) -> Search | None:
+    def known(self, key: tuple[Any, ...]) -> SearchRecord | None:
         """An earlier search; None where there is none that ended by itself."""
         search = self._known.get(key)
         self.seconds_saved += 0.0 if search is None else search.result.seconds
         return search
 
-    def keep(self, key: tuple[Any, ...], search: Search) -> None:
+    def keep(self, key: tuple[Any, ...], search: SearchRecord) -> None:
         """Keep a search for other plans."""
         if search.result.stop_reason not in (StopReason.INTERRUPTED, StopReason.ERROR):
             self._known[key] = search
@@ -104,7 +104,7 @@ class Planning:
     starts: Sequence[Trajectory] = ()
     deadline: float = inf
     shared: SharedSearches | None = None
-    warm_start: PlannedMotion | Motion | None = None
+    warm_start: PlannedMotion | JudgedMotion | None = None
     failures: list[BaseException] = field(default_factory=list)
 
     @property
@@ -164,7 +164,7 @@ class Planning:
         """The result of work that Ctrl-C breaks off at once; None where it raises."""
         return self.attempt(partial(self.interruption.attempt, work))
 
-    def search(self, problem: Problem[Any], budget: Budget, known: FloatArray | None = None) -> Search:
+    def search(self, problem: Problem[Any], budget: Budget, known: FloatArray | None = None) -> SearchRecord:
         """Search a problem by the metaheuristic of this plan, unless another plan has done just that.
 
         Args:
@@ -185,7 +185,7 @@ class Planning:
         archive = Archive(box) if needed else None
         seed, status = self.settings.seed, self.progress.status
         result = self.searched(partial(minimize, evaluate, box, solver, budget, seed, status, archive, known))
-        search = Search(problem=problem, result=result, archive=archive)
+        search = SearchRecord(problem=problem, result=result, archive=archive)
         if self.shared is not None:
             self.shared.keep(key, search)
         return search

@@ -26,7 +26,7 @@ from problems.tasks import Joints, Place, ToolPath
 from problems.timing import least_durations, retime
 from tpbso_casadi.planning.direct import directly, judged
 from tpbso_casadi.planning.finishing import PlannedMotion
-from tpbso_casadi.planning.motion import Motion
+from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
 from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
@@ -54,7 +54,7 @@ UNKNOWN = 3.0  # times their bound is what other edges are then taken to need
 
 
 @dataclass(eq=False)
-class Stop:
+class SequenceStop:
     """Postures in which the arm may stand before the first stage, or after one.
 
     Attributes:
@@ -68,7 +68,7 @@ class Stop:
     paths: list[JointPath | None]
 
     @classmethod
-    def free(cls, postures: FloatArray) -> Stop:
+    def free(cls, postures: FloatArray) -> SequenceStop:
         """Postures that may be reached from anywhere."""
         return cls(postures, [-1] * len(postures), [None] * len(postures))
 
@@ -119,7 +119,7 @@ def planned_sequence(
     trajectory, ends = work.joined(chain)
     criteria = judged_by_stage(scenario, trajectory, ends)
     quantities = {ENDS: ends, BOUND: np.array([bound or work.bound])}
-    motion = Motion(criteria, trajectory, quantities)
+    motion = JudgedMotion(criteria, trajectory, quantities)
     return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=time.perf_counter() - began)
 
 
@@ -170,7 +170,7 @@ class SequencePlanner:
         _, cell = next(islice(walked(self.scenario, np.array(postures)), first, None))
         return cell
 
-    def _stops(self) -> list[Stop]:
+    def _stops(self) -> list[SequenceStop]:
         """Postures to choose from, stop by stop."""
         try:
             cell = Cell.at_first(self.scenario)
@@ -178,7 +178,7 @@ class SequencePlanner:
             start = self._postures(robot, (), [built(self.task.start)], None, "start")
         except InvalidProblem as error:
             raise ScenarioError(f"task.{error.field}: {error.reason}") from error
-        stops = [Stop.free(start)]
+        stops = [SequenceStop.free(start)]
         for layer in range(len(self.moving)):
             try:
                 stops.append(self._stop_after(layer, stops))
@@ -190,7 +190,7 @@ class SequencePlanner:
                 raise self._of_stage(layer, error) from error
         return stops
 
-    def _stop_after(self, layer: int, stops: Sequence[Stop]) -> Stop:
+    def _stop_after(self, layer: int, stops: Sequence[SequenceStop]) -> SequenceStop:
         """The stop at which a stage may end."""
         stage, before = self.stage(layer), stops[-1]
         cell = self._cell(layer, [stop.postures[0] for stop in stops])
@@ -202,9 +202,9 @@ class SequencePlanner:
         if self.task.cyclic and layer == len(self.moving) - 1:
             if not all(any(goal.is_at(criteria.robot, theta) for goal in goals) for theta in stops[0].postures):
                 raise InvalidProblem("goal", "is not where the sequence begins, as that of a cycle has to be")
-            return Stop.free(stops[0].postures)
+            return SequenceStop.free(stops[0].postures)
         found = self._postures(criteria.robot, criteria.obstacles, goals, before.postures, "goal")
-        return Stop.free(found)
+        return SequenceStop.free(found)
 
     def _postures(
         self, robot: Robot, obstacles: Sequence[Any], goals: Sequence[Place], near: FloatArray | None, key: str
@@ -229,13 +229,13 @@ class SequencePlanner:
         soonest = _bounds(robot, near, postures).min(axis=0)
         return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
 
-    def _led(self, layer: int, cell: Cell, before: Stop) -> Stop:
+    def _led(self, layer: int, cell: Cell, before: SequenceStop) -> SequenceStop:
         """The stop to which the tool is led, from each posture before.
 
         Raises:
             InvalidProblem: from none of them.
         """
-        stage, robot, found = self.stage(layer), cell.robot, Stop(np.empty((0, cell.robot.dof)), [], [])
+        stage, robot, found = self.stage(layer), cell.robot, SequenceStop(np.empty((0, cell.robot.dof)), [], [])
         failure: InvalidProblem | None = None
         for number, posture in enumerate(before.postures):
             way = stage.tool_path(robot, posture)
@@ -352,7 +352,7 @@ class SequencePlanner:
         content = statement.replaced(task=statement.task.replaced(start=None, goal=None)).as_text()
         known = self._motions.get((content, goal.tobytes(), start.tobytes()))
         if known is not None:
-            motion = Motion(statement.judged(), known.reversed(), {}, retimed=True)
+            motion = JudgedMotion(statement.judged(), known.reversed(), {}, retimed=True)
             if motion.feasible:
                 return motion.trajectory
         found = self._planned(statement, thorough)

@@ -19,7 +19,7 @@ Kind: TypeAlias = Literal["new", "old", "stop"]
 
 
 @dataclass(frozen=True)
-class Approach:
+class NearestApproach:
     """The place at which a motion comes nearest to obstacles that move.
 
     Attributes:
@@ -33,7 +33,7 @@ class Approach:
     pair: str
 
     @classmethod
-    def of(cls, proof: ClearanceProof | None) -> Approach | None:
+    def of(cls, proof: ClearanceProof | None) -> NearestApproach | None:
         """The nearest approach that a proof has seen; None where nothing moves."""
         return None if proof is None else cls(proof.smallest, proof.time, proof.where)
 
@@ -64,7 +64,7 @@ class Step:
     seconds: float
     scenario: Scenario
     proof_age: float | None = None
-    closest: Approach | None = None
+    closest: NearestApproach | None = None
     x: FloatArray | None = None
 
 

@@ -17,7 +17,7 @@ from problems.motions import SLIVER
 from problems.timing import MotionState
 from tpbso_casadi.replanning.candidates import StepCandidate, direct_moves, lasting, stops
 from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear
-from tpbso_casadi.replanning.search import Search
+from tpbso_casadi.replanning.search import SuccessiveSearches
 
 SOONER = 0.99  # of the time until the arm arrives: another motion has to take no more than this share of it
 SLOW = 1.1  # times the least time that there is: what takes longer is worth a search
@@ -88,7 +88,7 @@ class Decision:
     stopping: bool
     foreseen: ClearanceProof | None
     goals: Sequence[FloatArray]
-    search: Search
+    search: SuccessiveSearches
     seconds: Callable[[], float | None]
     every: float
     rate: float

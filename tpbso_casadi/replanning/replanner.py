@@ -25,10 +25,18 @@ from problems.scene import standing
 from problems.tasks import check_at_least, check_obstacles
 from problems.timing import MotionState
 from tpbso_casadi.planning import PlannedMotion
-from tpbso_casadi.replanning.candidates import SAME, Approach, Step, direct_moves, passed, remaining, stands_at_end_of
+from tpbso_casadi.replanning.candidates import (
+    SAME,
+    NearestApproach,
+    Step,
+    direct_moves,
+    passed,
+    remaining,
+    stands_at_end_of,
+)
 from tpbso_casadi.replanning.decision import KEPT_FOR_STOPS, Decision, Judged
 from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear
-from tpbso_casadi.replanning.search import Search
+from tpbso_casadi.replanning.search import SuccessiveSearches
 from tpbso_casadi.scenario import Scenario, ScenarioError
 
 SHORTEST, LONGEST = 1e-3, 1e4  # s: between two steps
@@ -129,7 +137,7 @@ class Replanner:
             if evaluations is None
             else evaluations
         )
-        self.search = Search(self.robot, scenario.model.further_limits, count, seed)
+        self.search = SuccessiveSearches(self.robot, scenario.model.further_limits, count, seed)
         self._limits = RobotLimits(self.robot, scenario.model.further_limits)
         if self.task.start_posture is not None:
             rest = np.zeros(self.robot.dof)
@@ -206,7 +214,7 @@ class Replanner:
             seconds=time.perf_counter() - began,
             proof_age=chosen.proof_age,
             scenario=self.scenario,
-            closest=Approach.of(chosen.proof),
+            closest=NearestApproach.of(chosen.proof),
             x=chosen.candidate.x,
         )
 

@@ -32,7 +32,7 @@ class FoundMotion:
     x: FloatArray
 
 
-class Search:
+class SuccessiveSearches:
     """Searches that follow each other.
 
     Args:

@@ -11,7 +11,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems import InvalidProblem, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
-from problems.assembly import Criteria, SequenceCriteria, Stage
+from problems.assembly import Criteria, MotionStage, SequenceCriteria
 from problems.base import Count, FloatArray, InvalidTable, as_array, did_you_mean, in_words
 from problems.objectives import OBJECTIVES
 from problems.robots import SpatialArm, quaternions_of
@@ -335,7 +335,7 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
         cells.append(cell)
         signal = (stage.signal, stage.value) if isinstance(stage, OutputStage) else None
         criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
-        stages.append(Stage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
+        stages.append(MotionStage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
     robot = scenario.model.kept_by(cells[0].robot)
     tools = as_array(robot.tool(ca.DM(postures)))
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]

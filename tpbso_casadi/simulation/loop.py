@@ -18,7 +18,7 @@ from solvers import Interruption
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, built, parse_scenario
 from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit, joined, jumps_between, part, rest_time
-from tpbso_casadi.simulation.world import World
+from tpbso_casadi.simulation.world import SimulatedWorld
 
 DRAWS = 200  # of the numbers that are free at a place, where the middle of their ranges will not do
 SEED = 18  # of the draws: a place has the same posture in every simulation
@@ -99,7 +99,7 @@ class SimulationSetting:
     scenario: Scenario
     settings: SimulationSection
     robot: Robot
-    world: World
+    world: SimulatedWorld
     start: Joints
     goals: tuple[Joints, ...]
 
@@ -114,7 +114,7 @@ class SimulationSetting:
         start, goals = _places(scenario, settings)
         criteria = scenario.criteria()
         robot, obstacles = criteria.robot, criteria.obstacles
-        world = World.of(scenario.obstacles, settings, scenario.solver.seed)
+        world = SimulatedWorld.of(scenario.obstacles, settings, scenario.solver.seed)
         first = _posture("task.start", start, robot, obstacles, None)
         near = np.array(first.values)
         visited = tuple(_posture(key, place, robot, standing(obstacles), near) for key, place in goals)
@@ -157,7 +157,7 @@ def _table(joints: Joints) -> dict[str, list[float]]:
 REACHED = 1e-6  # rad or m: a joint that near to its goal is there
 
 
-class Planner(Protocol):
+class StepPlanner(Protocol):
     """Who is asked at every tick; see :class:`tpbso_casadi.replanning.replanner.Replanner`."""
 
     def replan(self, executed: Trajectory, obstacles: Sequence[Obstacle], goal: Place | None = None) -> Step:
@@ -174,7 +174,7 @@ class Simulation:
     """
 
     setting: SimulationSetting
-    planner: Planner
+    planner: StepPlanner
 
     def __post_init__(self) -> None:
         start = np.array(self.setting.start.values)

@@ -12,7 +12,7 @@ from problems import Joints, Move, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.limits import proximity_limits
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.scenario import Scenario, SimulationSection
 
 
@@ -162,13 +162,13 @@ def rest_time(trajectory: Trajectory) -> float:
 MEANINGS = {"new": "a new motion", "old": "the motion goes on", "stop": "stops"}  # of the kinds of answers
 
 
-def simulated_motion(record: SimulationRecord) -> Motion:
+def simulated_motion(record: SimulationRecord) -> JudgedMotion:
     """The executed motion; its criteria are for drawing: true obstacles, and all goals."""
     start = Joints(tuple(record.executed.at(np.zeros(1))[0].tolist()))
     task = Move(record.robot, start, record.goals, obstacles=record.obstacles)
     limits = proximity_limits(replace(record.robot, margin=0.0), record.obstacles)
     objective = record.scenario.criteria().objective
-    return Motion(Criteria(task=task, objective=objective, limits=limits), record.executed, {})
+    return JudgedMotion(Criteria(task=task, objective=objective, limits=limits), record.executed, {})
 
 
 def notes(record: SimulationRecord) -> tuple[tuple[float, str], ...]:

@@ -21,7 +21,7 @@ from problems.limits import CoverLimit, Proximity, complete_limits, limits_of, p
 from problems.motions import Samples
 from solvers import Interruption
 from tpbso_casadi.plain import as_json, plain, versions
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.simulation.record import SimulationRecord, part, stands
 from tpbso_casadi.storage import (
@@ -360,7 +360,7 @@ def write_simulation(
 
     def tables(staged: Path) -> None:
         times = row_times(record)
-        motion = Motion(record.scenario.criteria(), record.executed, {})
+        motion = JudgedMotion(record.scenario.criteria(), record.executed, {})
         write_motion(staged / "trajectory.csv", motion, times)
         write_csv(staged / "replans.csv", REPLANS, replan_rows(record))
         write_csv(staged / "obstacles.csv", *obstacle_table(record, times))

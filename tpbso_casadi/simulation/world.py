@@ -131,7 +131,7 @@ class Wanderer(Actor):
 
 
 @dataclass(frozen=True)
-class World:
+class SimulatedWorld:
     """All obstacles of a simulation."""
 
     actors: tuple[Actor, ...]

@@ -12,7 +12,7 @@ from pathlib import Path
 from problems.assembly import certificate_of, check_certifiable
 from problems.base import InvalidProblem
 from problems.certify import FORMAT
-from tpbso_casadi.planning import Motion
+from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage.files import OutputError, write_with, writing
 
@@ -47,7 +47,7 @@ def check_certificate_file(path: Path) -> None:
         raise OutputError(f"{path}: is there already, and is no certificate")
 
 
-def write_certificate(path: Path, motion: Motion) -> Path:
+def write_certificate(path: Path, motion: JudgedMotion) -> Path:
     """Write a certificate, JSON; zipped where the name ends with .gz.
 
     Args:

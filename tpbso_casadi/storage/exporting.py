@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from problems.base import FloatArray, as_array
-from tpbso_casadi.planning import ControllerRows, Motion
+from tpbso_casadi.planning import ControllerRows, JudgedMotion
 from tpbso_casadi.storage.files import OutputError, write_csv, write_text, write_with, writing
 
 TORQUE = "tau"  # of a joint: how the names of such columns begin
 
 
-def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
+def write_motion(path: Path, motion: JudgedMotion, times: FloatArray) -> Path:
     """Write the table of a motion at times (n,) in s.
 
     Raises:
@@ -26,7 +26,7 @@ def write_motion(path: Path, motion: Motion, times: FloatArray) -> Path:
     return write_csv(path, header, table.tolist())
 
 
-def write_stages(path: Path, motion: Motion) -> Path:
+def write_stages(path: Path, motion: JudgedMotion) -> Path:
     """Write when each stage begins and ends, s, and what is told at its beginning.
 
     Raises:
@@ -39,7 +39,7 @@ def write_stages(path: Path, motion: Motion) -> Path:
     return write_csv(path, ["stage", "kind", "start", "end", "signal", "value"], rows)
 
 
-def table_of(motion: Motion, times: FloatArray) -> tuple[list[str], FloatArray]:
+def table_of(motion: JudgedMotion, times: FloatArray) -> tuple[list[str], FloatArray]:
     """``t, q1..qk, qd1..qdk, qdd1..qddk`` and the tool's pose at times (n,) in s: the header and a row for each.
 
     The pose is ``x, y`` in the plane, ``x, y, z, qx, qy, qz, qw`` in space; s, rad and m. Where masses are known,
@@ -129,7 +129,7 @@ HIGHEST_RATE = 10_000.0  # Hz
 MOST_ROWS = 200_000  # which take some hundred MB
 
 
-def export_motion(folder: Path, motion: Motion, kind: str, rate: float | None = None) -> Path:
+def export_motion(folder: Path, motion: JudgedMotion, kind: str, rate: float | None = None) -> Path:
     """Write a motion as a file for robots.
 
     Args:
@@ -148,7 +148,7 @@ def export_motion(folder: Path, motion: Motion, kind: str, rate: float | None = 
         return TABLES[kind](folder, motion, equal_steps(motion, rate or DEFAULT_RATE))
 
 
-def rows_for_controller(motion: Motion, rate: float | None = None) -> ControllerRows:
+def rows_for_controller(motion: JudgedMotion, rate: float | None = None) -> ControllerRows:
     """The rows of a message: at equal steps where a rate in Hz is stated.
 
     Raises:
@@ -157,7 +157,7 @@ def rows_for_controller(motion: Motion, rate: float | None = None) -> Controller
     return motion.controller_rows if rate is None else ControllerRows(motion, equal_steps(motion, rate))
 
 
-def equal_steps(motion: Motion, rate: float) -> FloatArray:
+def equal_steps(motion: JudgedMotion, rate: float) -> FloatArray:
     """Times in s from 0 to the end of the motion, at least two.
 
     Raises:
@@ -181,11 +181,11 @@ def _ros_yaml(folder: Path, rows: ControllerRows) -> Path:
     return write_text(folder / "joint_trajectory.yaml", lambda file: file.writelines(message_yaml(rows)))
 
 
-def _csv(folder: Path, motion: Motion, times: FloatArray) -> Path:
+def _csv(folder: Path, motion: JudgedMotion, times: FloatArray) -> Path:
     return write_motion(folder / "joint_trajectory.csv", motion, times)
 
 
-def _npz(folder: Path, motion: Motion, times: FloatArray) -> Path:
+def _npz(folder: Path, motion: JudgedMotion, times: FloatArray) -> Path:
     robot, samples = motion.problem.robot, motion.trajectory.samples(times)
     pose = np.column_stack([*robot.pose(as_array(samples.theta)).values()])
     arrays = {
@@ -206,5 +206,5 @@ def _npz(folder: Path, motion: Motion, times: FloatArray) -> Path:
 
 
 MESSAGES: dict[str, Callable[[Path, ControllerRows], Path]] = {"ros-json": _ros_json, "ros-yaml": _ros_yaml}
-TABLES: dict[str, Callable[[Path, Motion, FloatArray], Path]] = {"csv": _csv, "npz": _npz}
+TABLES: dict[str, Callable[[Path, JudgedMotion, FloatArray], Path]] = {"csv": _csv, "npz": _npz}
 EXPORTS = (*MESSAGES, *TABLES)

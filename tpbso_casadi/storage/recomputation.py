@@ -22,7 +22,7 @@ from tpbso_casadi.planning import (
     POLISHED,
     RESTARTS,
     SAME_PATH,
-    Motion,
+    JudgedMotion,
     Retiming,
     has_descents,
     may_start_again,
@@ -169,7 +169,7 @@ def _shown(value: Any) -> str:
     return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]}..."
 
 
-def check_result(result: RunResult, problem: Problem[Any] | None, found: Motion, motion: Motion) -> None:
+def check_result(result: RunResult, problem: Problem[Any] | None, found: JudgedMotion, motion: JudgedMotion) -> None:
     """Make sure that a result says what follows from its scenario, its search vector and its motions.
 
     Args:
@@ -226,7 +226,7 @@ def _proven_otherwise(result: RunResult, rows: Sequence[ConstraintResult]) -> li
 
 
 def _of_search(
-    result: RunResult, problem: Problem[Any], searched: Motion | None, found: Motion, motion: Motion
+    result: RunResult, problem: Problem[Any], searched: JudgedMotion | None, found: JudgedMotion, motion: JudgedMotion
 ) -> dict[str, Any]:
     """The keys of a search, its polish and its last stage that follow from their motions.
 
@@ -340,7 +340,7 @@ def _of_retiming(result: RunResult) -> Iterator[str]:
         yield "retiming.accepted: there is no motion"
 
 
-def _unsearched(result: RunResult, motion: Motion) -> Iterator[str]:
+def _unsearched(result: RunResult, motion: JudgedMotion) -> Iterator[str]:
     """Faults of a plan without a search: another solver, or a duration above the bound that it is said to reach."""
     if result.evaluations or result.solver is None or result.retiming is not None:
         return
@@ -356,7 +356,7 @@ def _unsearched(result: RunResult, motion: Motion) -> Iterator[str]:
 
 
 def unlike(
-    result: RunResult, problem: Problem[Any], searched: Motion | None, found: Motion, motion: Motion
+    result: RunResult, problem: Problem[Any], searched: JudgedMotion | None, found: JudgedMotion, motion: JudgedMotion
 ) -> Iterator[str]:
     """How motions do not belong together that are timed path by path: ``key: reason``; as in :func:`check_result`."""
     vector = result.solution.vector
@@ -382,7 +382,7 @@ def _departures(key: str, path: JointPath, trajectory: Trajectory) -> Iterator[s
         yield f"{key}: the motion leaves its path, by up to {away:.2g} rad"
 
 
-def check_trajectory(key: str, motion: Motion, problem: Problem[Any] | None) -> None:
+def check_trajectory(key: str, motion: JudgedMotion, problem: Problem[Any] | None) -> None:
     """Pieces one after the other from t = 0, as smooth as they have to be, with the velocities of the task at the ends.
 
     Args:

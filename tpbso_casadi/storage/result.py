@@ -12,7 +12,7 @@ from typing import Annotated, Any, Self
 from problems.base import InvalidTable, Range, ReadBy, shown, shown_value
 from solvers import StopReason
 from tpbso_casadi.plain import SEAL, BrokenSeal, NotJSON, as_json, check_seal, parsed_json, plain, sealed, versions
-from tpbso_casadi.planning import Motion, PlannedMotion, SearchedMotion
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion, SearchedMotion
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage.tables import (
     AtGoalResult,
@@ -158,7 +158,7 @@ def result_of(plan: PlannedMotion) -> RunResult:
     )
 
 
-def of_motion(motion: Motion) -> dict[str, Any]:
+def of_motion(motion: JudgedMotion) -> dict[str, Any]:
     """The keys that judge a motion."""
     closest, at_goal = motion.closest_approach, motion.at_goal
     return {

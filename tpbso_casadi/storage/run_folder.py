@@ -13,7 +13,7 @@ from typing import Any, NoReturn, Protocol, Self, TypeAlias
 from problems.base import FloatArray
 from solvers import Interruption
 from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
-from tpbso_casadi.planning import Motion, PlannedMotion
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion
 from tpbso_casadi.scenario import ScenarioError, read_text
 from tpbso_casadi.storage.exporting import write_motion, write_stages
 from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, replacing, write_text, writing
@@ -133,7 +133,7 @@ def write_plan(
     )
 
 
-def tables_of(motion: Motion, times: FloatArray) -> list[Writer]:
+def tables_of(motion: JudgedMotion, times: FloatArray) -> list[Writer]:
     """Writers of ``trajectory.csv``, with rows at times (n,) in s, and of ``stages.csv`` where there are stages."""
     found: list[Writer] = [lambda staged: write_motion(staged / "trajectory.csv", motion, times)]
     return [*found, lambda staged: write_stages(staged / "stages.csv", motion)] if motion.stages else found

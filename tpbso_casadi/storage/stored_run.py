@@ -13,7 +13,7 @@ import numpy as np
 from problems import InvalidProblem, Problem
 from problems.base import number_of
 from problems.motions import JointPath
-from tpbso_casadi.planning import SAME_PATH, Motion
+from tpbso_casadi.planning import SAME_PATH, JudgedMotion
 from tpbso_casadi.scenario import Scenario, ScenarioError, pieces_table, plugin_failures_named, read_text
 from tpbso_casadi.storage.exporting import TORQUE, table_of
 from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
@@ -38,8 +38,8 @@ class StoredRun:
     """
 
     result: RunResult
-    motion: Motion
-    found: Motion
+    motion: JudgedMotion
+    found: JudgedMotion
     problem: Problem[Any] | None
 
     @property
@@ -77,7 +77,7 @@ def read_run(folder: Path) -> StoredRun:
     return run
 
 
-def check_table(path: Path, motion: Motion) -> None:
+def check_table(path: Path, motion: JudgedMotion) -> None:
     """The rows of ``trajectory.csv`` are those of the motion; older ones have no torques.
 
     Raises:
@@ -167,7 +167,7 @@ def checked(result: RunResult) -> StoredRun:
     problem = _searched(scenario, solution) if scenario.task.is_searched else None
     quantities = {name: np.array(values) for name, values in solution.quantities.items()}
     criteria = scenario.criteria_of(solution.trajectory, quantities) if problem is None else problem
-    motion = Motion(criteria, solution.trajectory, quantities, solution.time_scale)
+    motion = JudgedMotion(criteria, solution.trajectory, quantities, solution.time_scale)
     found = motion
     if result.retiming is not None and result.retiming.motion is not None:
         found = replace(motion, trajectory=result.retiming.motion.trajectory)

@@ -17,7 +17,7 @@ from problems.base import Count as NumberOf
 from problems.certify import WorstIs
 from solvers import StopReason
 from tpbso_casadi.plain import plain, settings_of
-from tpbso_casadi.planning import Motion, PlannedMotion, Polish, Retiming
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion, Polish, Retiming
 from tpbso_casadi.scenario import Scenario, current_name
 
 MOST_ENTRIES = 10_000_000  # of a list
@@ -104,7 +104,7 @@ class ObjectiveResult(StoredTable):
     parts: list[ObjectivePart] = field(default_factory=list)
 
     @classmethod
-    def of(cls, motion: Motion) -> Self:
+    def of(cls, motion: JudgedMotion) -> Self:
         """The objective of a motion, and its parts where it is a weighted sum."""
         objective = motion.problem.objective
         parts = [
@@ -155,7 +155,7 @@ class StageResult(StoredTable):
     value: bool | int | float | str | None = None
 
     @classmethod
-    def all_of(cls, motion: Motion) -> list[Self]:
+    def all_of(cls, motion: JudgedMotion) -> list[Self]:
         """The stages of a motion; none where it is one."""
         return [
             cls(
@@ -197,7 +197,7 @@ class CertificateResult(StoredTable):
     not_judged: list[str]
 
     @classmethod
-    def of(cls, motion: Motion) -> Self:
+    def of(cls, motion: JudgedMotion) -> Self:
         """The certificate of a motion."""
         return cls(verdict=motion.status, in_words=motion.status_in_words, not_judged=list(motion.not_judged))
 
@@ -264,7 +264,7 @@ class SolutionResult(StoredTable):
         )
 
 
-def quantities_of(motion: Motion) -> dict[str, list[float]]:
+def quantities_of(motion: JudgedMotion) -> dict[str, list[float]]:
     """The paper's quantities, by symbol."""
     return {name: values.tolist() for name, values in motion.quantities.items()}
 
@@ -331,7 +331,7 @@ class TimedMotion(PolishedMotion):
     duration: Number
 
     @classmethod
-    def of(cls, motion: Motion) -> Self:
+    def of(cls, motion: JudgedMotion) -> Self:
         """The stored table of a motion before or after the last stage."""
         return cls(**PolishedMotion.like(motion).values(), duration=motion.trajectory.duration)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from problems import Problem, Trajectory, Verdict
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from tpbso_casadi.planning import Motion, PlannedMotion, motion_of
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion, motion_of
 from tpbso_casadi.scenario import Scenario, parse_scenario
 from tpbso_casadi.suite.frozen import INTEGRALS_AT_SAMPLES
 
@@ -35,7 +35,7 @@ class SuiteMotion:
         return f"<{self.planned.name}: {self.objective:.6g}, {self.motion.status}>"
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> JudgedMotion:
         """The motion with everything that is known of it."""
         return self.planned.motion
 

@@ -29,7 +29,7 @@ FARTHEST_TURN = 3.0 * pi  # rad: half a turn, and a whole one more for the limit
 
 
 @dataclass(frozen=True)
-class Stop:
+class SplineStop:
     """A place of a move, or several of which any one will do.
 
     Attributes:
@@ -89,13 +89,13 @@ def selected(postures: Sequence[Matrix], which: Matrix) -> Matrix:
     return found
 
 
-def stops(task: Move) -> tuple[Stop, ...]:
+def stops(task: Move) -> tuple[SplineStop, ...]:
     """Start, vias and goal, with their variables one after the other."""
     vias = [(f"via_{number}", (via,)) for number, via in enumerate(task.vias, start=1)]
-    made: list[Stop] = []
+    made: list[SplineStop] = []
     first = 0
     for name, places in (("start", (task.start,)), *vias, ("goal", task.goals)):
-        made.append(Stop(name, places, first))
+        made.append(SplineStop(name, places, first))
         first += len(made[-1].variables(task))
     return tuple(made)
 

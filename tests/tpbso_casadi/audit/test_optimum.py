@@ -22,7 +22,7 @@ from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import SearchedMotion, nearest_optimum, plan
 from tpbso_casadi.planning import optimum as replanned
-from tpbso_casadi.planning.optimum import Replanner
+from tpbso_casadi.planning.optimum import ProgramPlanner
 
 pytestmark = pytest.mark.optimum
 SHARE = 0.3  # of the reach
@@ -106,9 +106,9 @@ def test_pairs_that_stay_apart_are_left_out(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_what_was_left_out_is_put_back_where_the_optimum_breaks_it(monkeypatch: pytest.MonkeyPatch) -> None:
     found = planned()
-    expected = Replanner(found.problem, False, np.inf).descended(found.motion)
+    expected = ProgramPlanner(found.problem, False, np.inf).descended(found.motion)
     monkeypatch.setattr(TorqueLimit, "near", lambda self, samples: None)
-    back = Replanner(found.problem, False, np.inf).descended(found.motion)
+    back = ProgramPlanner(found.problem, False, np.inf).descended(found.motion)
     assert expected is not None and back is not None
     assert back.program == pytest.approx(expected.program, rel=1e-6)
     assert back.motion.feasible

@@ -19,7 +19,7 @@ from helpers.running import refusal
 
 from tpbso_casadi import builtin
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.planning import Motion, plan
+from tpbso_casadi.planning import JudgedMotion, plan
 from tpbso_casadi.storage import OutputError, add_to_plan, read_run, write_plan
 from tpbso_casadi.storage.exporting import write_motion
 
@@ -291,7 +291,7 @@ def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest
     quick = ["--evaluations", "500", "--no-plots", "--quiet"]
     written: list[Path] = []
 
-    def other_plan_comes(path: Path, motion: Motion, times: np.ndarray) -> None:
+    def other_plan_comes(path: Path, motion: JudgedMotion, times: np.ndarray) -> None:
         written.append(path)
         write_motion(path, motion, times)
         if len(written) == 1:

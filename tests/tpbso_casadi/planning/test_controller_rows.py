@@ -16,7 +16,7 @@ from scipy.interpolate import BPoly
 import tpbso_casadi as tp
 from problems import Trajectory
 from tpbso_casadi.cli.commands import solve
-from tpbso_casadi.planning import ControllerRows, Motion, plan
+from tpbso_casadi.planning import ControllerRows, JudgedMotion, plan
 from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.storage import export_motion
 
@@ -29,13 +29,13 @@ HASTE = {"goal": {"joints": [0.4, 0.9, 0.5]}}
 
 
 @cache
-def panda() -> Motion:
+def panda() -> JudgedMotion:
     """With limits of jerk."""
     return tp.plan("panda", **PANDA).motion
 
 
 @cache
-def jerky() -> Motion:
+def jerky() -> JudgedMotion:
     """Accelerations jump: nothing limits the jerk."""
     content = space_scenario(task=HASTE, obstacles=[], solver={"name": "direct", "evaluations": None})
     return plan(parse_scenario(content)).motion
@@ -93,7 +93,7 @@ def test_rows_at_a_rate_are_judged_too(tmp_path: Path) -> None:
     assert even.said == f"{len(even.times)} rows, joined by quintics: {again.status}"
 
 
-def with_a_sliver(motion: Motion, length: float) -> Motion:
+def with_a_sliver(motion: JudgedMotion, length: float) -> JudgedMotion:
     """The same motion, with another row so much after one of its own."""
     trajectory = motion.trajectory
     cut = trajectory.breakpoints[len(trajectory.breakpoints) // 2] + length

@@ -15,7 +15,7 @@ from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
 from solvers import Status, best_so_far
-from tpbso_casadi.planning import Motion, Progress, SearchedMotion, plan
+from tpbso_casadi.planning import JudgedMotion, Progress, SearchedMotion, plan
 from tpbso_casadi.storage import read_run, write_plan
 
 
@@ -178,6 +178,6 @@ def test_no_model_evaluates_a_candidate_that_is_not_finite(bad: float) -> None:
 def test_a_motion_that_is_none_is_worse_than_any() -> None:
     found = plan(stated("time-2"))
     trajectory = replace(found.trajectory, coefficients=np.full_like(found.trajectory.coefficients, np.nan))
-    none: Motion = replace(found.motion, trajectory=trajectory)
+    none: JudgedMotion = replace(found.motion, trajectory=trajectory)
     assert none.merit == np.inf and not none.feasible
     assert np.isfinite(found.motion.merit)

@@ -23,10 +23,10 @@ from problems.motions import Samples
 from problems.scene import Obstacle
 from problems.tasks import Joints, Move
 from solvers import IPOPT
-from tpbso_casadi.planning import Motion, SearchedMotion, nearest_optimum, plan
+from tpbso_casadi.planning import JudgedMotion, SearchedMotion, nearest_optimum, plan
 from tpbso_casadi.planning import optimum as optimum_module
 from tpbso_casadi.planning.finishing import Refinement
-from tpbso_casadi.planning.optimum import Price, Pricing, Replanner
+from tpbso_casadi.planning.optimum import Price, Pricing, ProgramPlanner
 
 FOREVER = float("inf")
 
@@ -86,8 +86,8 @@ def under_a_ceiling(factor: float) -> SearchedMotion:
     return found
 
 
-def price_of(motion: Motion, problem: Problem[Any], limit: str, of: str) -> Price | None:
-    own = Replanner(problem, False, FOREVER)
+def price_of(motion: JudgedMotion, problem: Problem[Any], limit: str, of: str) -> Price | None:
+    own = ProgramPlanner(problem, False, FOREVER)
     ends = own.optimum(motion)
     assert ends is not None
     [relaxation] = [each for each in problem.relaxations if (each.limit, each.of) == (limit, of)]
@@ -134,7 +134,7 @@ def joints(speed: float, acceleration: float, jerk: float | None = None, **more:
     return PlanarArm((1.0, 1.0), (speed,) * 2, (acceleration,) * 2, max_jerk=jerks, **more)
 
 
-def descended(problem: Problem[Any]) -> Motion:
+def descended(problem: Problem[Any]) -> JudgedMotion:
     """The better of two descents from the program's own starts."""
     refinement = Refinement(problem, IPOPT())
     starts = islice(refinement.program.starts(np.random.default_rng(1)), 2)
@@ -208,14 +208,14 @@ def test_prices_are_ranked_and_agree_with_each_other() -> None:
 
 def test_what_there_was_no_time_for_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = turning(joints(20.0, 8.0))
-    motion, found_in_time = descended(problem), Replanner.optimum
+    motion, found_in_time = descended(problem), ProgramPlanner.optimum
 
-    def at_the_last_moment(own: Replanner, start: Motion) -> Any:
+    def at_the_last_moment(own: ProgramPlanner, start: JudgedMotion) -> Any:
         ends = found_in_time(own, start)
         own.deadline = 0.0
         return ends
 
-    monkeypatch.setattr(Replanner, "optimum", at_the_last_moment)
+    monkeypatch.setattr(ProgramPlanner, "optimum", at_the_last_moment)
     optimum = nearest_optimum(problem, motion, motion, retimes=False)
     assert optimum is not None and optimum.unpriced == ("acceleration",) and not optimum.ranking
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from problems.base import FloatArray
 from problems.scene import Obstacle, Tabulated
 from tpbso_casadi import ScenarioError
-from tpbso_casadi.simulation.world import Wandering, World
+from tpbso_casadi.simulation.world import SimulatedWorld, Wandering
 
 BOX = {"shape": "box", "center": [3.0, 0.5], "size": [0.4, 0.2], "velocity": [-0.3, 0.4]}
 STILL = {"shape": "box", "center": [-3.0, 0.5], "size": [0.4, 0.2]}
@@ -21,7 +21,7 @@ REGION = [[-4.0, -4.0], [4.0, 4.0]]
 ROWS = [[0.0, 1.0, 0.0], [1.0, 2.0, 0.0], [2.0, 2.0, 3.0], [4.0, -1.0, 3.0]]
 
 
-def world(*obstacles: dict[str, Any], seed: int = 1, **table: Any) -> World:
+def world(*obstacles: dict[str, Any], seed: int = 1, **table: Any) -> SimulatedWorld:
     return setting(obstacles=list(obstacles), simulation=table, solver={"seed": seed}).world
 
 

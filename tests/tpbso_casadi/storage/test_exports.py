@@ -17,7 +17,7 @@ from helpers.space import sliding_arm, small_arm
 from helpers.space_plans import space_plan
 from scipy.spatial.transform import Rotation
 
-from tpbso_casadi.planning import ControllerRows, Motion
+from tpbso_casadi.planning import ControllerRows, JudgedMotion
 from tpbso_casadi.scenario import InputFolder, read_joint_rows
 from tpbso_casadi.storage import EXPORTS, export_motion, table_of, write_motion
 from tpbso_casadi.storage.exporting import message_yaml, ros_message
@@ -25,7 +25,9 @@ from tpbso_casadi.storage.recomputation import Contradiction
 from tpbso_casadi.storage.stored_run import check_table
 
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
-MOTIONS: dict[str, tuple[Callable[[], Motion], list[str], float]] = {  # what stands after the accelerations, and a rate
+MOTIONS: dict[
+    str, tuple[Callable[[], JudgedMotion], list[str], float]
+] = {  # what stands after the accelerations, and a rate
     "in the plane": (lambda: plane_plan().motion, ["x", "y"], 37.0),
     "with masses": (massive_motion, ["x", "y", "tau1", "tau2"], 100.0),
     "in space": (lambda: space_plan().motion, POSE, 50.0),
@@ -48,7 +50,7 @@ def rewritten(path: Path, columns: slice, row: int | None = None, change: float 
     path.write_text("".join(",".join(line) + "\n" for line in cells))
 
 
-def of_an_arm_without_masses() -> Motion:
+def of_an_arm_without_masses() -> JudgedMotion:
     motion = massive_motion()
     robot = massive_arm(link_masses=None, max_torque=None, viscous_friction=None, coulomb_friction=None)
     return replace(motion, problem=replace(motion.problem, task=replace(motion.problem.task, robot=robot)))
@@ -66,7 +68,7 @@ def turned_by_hand(theta: np.ndarray) -> tuple[np.ndarray, Rotation]:
 
 @EACH_MOTION
 def test_every_export_holds_the_same_motion(
-    motion: Callable[[], Motion], last: list[str], rate: float, tmp_path: Path
+    motion: Callable[[], JudgedMotion], last: list[str], rate: float, tmp_path: Path
 ) -> None:
     whole = motion()
     joints = range(1, whole.problem.robot.dof + 1)
@@ -108,7 +110,7 @@ def test_stamps_increase_in_a_ros_message() -> None:
 
 @EACH_MOTION
 def test_an_audit_reads_a_table_and_finds_a_changed_cell_and_it_is_a_path_to_be_timed(
-    motion: Callable[[], Motion], last: list[str], rate: float, tmp_path: Path
+    motion: Callable[[], JudgedMotion], last: list[str], rate: float, tmp_path: Path
 ) -> None:
     whole = motion()
     path = write_motion(tmp_path / "trajectory.csv", whole, whole.times)
