@@ -36,7 +36,7 @@ from tpbso_casadi.judging.referee import BEATEN, Referee, on_common_problems
 from tpbso_casadi.judging.results import recordings
 from tpbso_casadi.judging.searches import SuiteRun
 from tpbso_casadi.judging.statistics import holm, p_text, ranking, signed_rank
-from tpbso_casadi.judging.store import STORE, Store
+from tpbso_casadi.judging.store import STORE, RunStore
 from tpbso_casadi.scenario import find_solver
 from tpbso_casadi.suite import SUITE, Recording, SuiteProblem, read_runs, suite, write_runs
 
@@ -179,7 +179,7 @@ DIGITS = 9  # of merits
 def keep() -> None:
     RESULTS.mkdir(exist_ok=True)
     for stage in stages():
-        with Store(stage.folder / STORE) as store:
+        with RunStore(stage.folder / STORE) as store:
             runs = [thinned(each) for each in recordings(stage.runs(stage.problems), store)]
         if stage.elsewhere:
             runs += [thinned(each) for each in read_runs(stage.folder_elsewhere / RUNS)]
@@ -219,7 +219,7 @@ def found_by_each(problem: SuiteProblem) -> dict[str, tuple[float, np.ndarray]]:
     """The lowest merit of all runs of each solver, and its candidate (d,)."""
     best: dict[str, tuple[float, np.ndarray]] = {}
     for stage in stages():
-        with Store(stage.folder / STORE) as store:
+        with RunStore(stage.folder / STORE) as store:
             for run, text in store.texts(stage.runs([problem])):
                 result = {} if text is None else json.loads(text)
                 if result and (run.solver not in best or result["cost"] < best[run.solver][0]):

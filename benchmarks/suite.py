@@ -35,7 +35,7 @@ from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import SolverSection, find_solver
 from tpbso_casadi.suite import SUITE, SUITES, SuiteProblem, suite
 from tpbso_casadi.suite.fronts import CORNER
-from tpbso_casadi.suite.frozen import DESCRIPTIONS, Content, content_of, folder_of
+from tpbso_casadi.suite.frozen import DESCRIPTIONS, FunctionContent, content_of, folder_of
 from tpbso_casadi.suite.motions import problem_of
 from tpbso_casadi.suite.problem import BEST_KNOWN
 from tpbso_casadi.trade_off.front import hypervolume
@@ -75,7 +75,7 @@ def scenarios_of(definition: Definition) -> Sequence[Tables]:
     if definition.name in MENDED:
         [before] = suite(SUITE, [definition.name], [1])
         return content_of(SUITE, definition.name, before.function.digest).scenarios
-    return Content.read(path_of(definition.fine).read_bytes()).scenarios if definition.fine else ()
+    return FunctionContent.read(path_of(definition.fine).read_bytes()).scenarios if definition.fine else ()
 
 
 def forget(function: str) -> None:

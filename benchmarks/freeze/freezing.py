@@ -28,8 +28,8 @@ from problems.objectives import DirectMoves
 from problems.timing import least_durations
 from solvers import LSHADE, Box, Budget, minimize
 from tpbso_casadi.scenario import ScenarioError, parse_scenario
-from tpbso_casadi.suite.frozen import Content, Description, check_points, digest_of
-from tpbso_casadi.suite.kernels import Kernel
+from tpbso_casadi.suite.frozen import Description, FunctionContent, check_points, digest_of
+from tpbso_casadi.suite.kernels import SuiteKernel
 from tpbso_casadi.suite.motions import problems_of
 
 SEED = 1  # of the suite
@@ -225,8 +225,8 @@ def frozen(definition: Definition, fine: Sequence[Tables] = ()) -> tuple[Descrip
     scenes = [instance.scenes() for instance in instances]
     corners = [instance.problem.bounds for instance in instances]
     sources = [structure.source for structure in first.structures]
-    content = Content(
-        kernels=tuple(Kernel(s, program.values) for s, (program, _) in zip(sources, first.programs, strict=True)),
+    content = FunctionContent(
+        kernels=tuple(SuiteKernel(s, program.values) for s, (program, _) in zip(sources, first.programs, strict=True)),
         numbers=tuple(np.array([scene[k][0] for scene in scenes]) for k in range(len(sources))),
         indices=tuple(np.array([scene[k][1] for scene in scenes]) for k in range(len(sources))),
         lower=np.array([lower for lower, _ in corners]),
@@ -252,7 +252,7 @@ def frozen(definition: Definition, fine: Sequence[Tables] = ()) -> tuple[Descrip
     return description, written
 
 
-def checks_of(content: Content) -> Iterator[str]:
+def checks_of(content: FunctionContent) -> Iterator[str]:
     """Digests of the values at the check points of each instance."""
     for number, (lower, upper) in enumerate(zip(content.lower, content.upper, strict=True)):
         points = check_points(lower, upper)

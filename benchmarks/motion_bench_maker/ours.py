@@ -15,7 +15,7 @@ from benchmarks.motion_bench_maker.records import Record, Records
 from benchmarks.motion_bench_maker.setting import Setting
 from tpbso_casadi.judging.grid import SolverSpec
 from tpbso_casadi.judging.run import Run
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.scenario import Scenario, parse_scenario
 
 
@@ -101,7 +101,7 @@ def runs_of(
 
 
 def judge_all(
-    setting: Setting, runs: Sequence[tuple[MotionProblem, Run]], store: Store, records: Records
+    setting: Setting, runs: Sequence[tuple[MotionProblem, Run]], store: RunStore, records: Records
 ) -> Iterator[Record]:
     """The records of the runs that are stored; those that there are not yet are made and kept."""
     known = {record.key: record for record in records.every}
@@ -115,7 +115,7 @@ def judge_all(
             yield known[key]
 
 
-def _judged(setting: Setting, problem: MotionProblem, run: Run, store: Store) -> Record:
+def _judged(setting: Setting, problem: MotionProblem, run: Run, store: RunStore) -> Record:
     """What became of a run, with its motion checked at samples."""
     given = problem.name, run.solver, run.seed, run.key, setting.bound(problem)
     (outcome,) = store.records([run])

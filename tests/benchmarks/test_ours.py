@@ -22,7 +22,7 @@ from benchmarks.peers.space.command import compare_in_space
 from problems.scene.solids import Box, Cylinder
 from tpbso_casadi.judging.grid import parse_solvers
 from tpbso_casadi.judging.run import Outcome
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 
 
 def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:
@@ -129,7 +129,7 @@ def test_a_run_that_failed_is_a_record(setting: Setting, folder: Path) -> None:
     question = Question(setting, to_pose=False)
     runs = runs_of(question, read_problems(folder / "small.jsonl"), parse_solvers("lshade,pso"), [1])
     records = Records(folder / "records.jsonl")
-    with Store(folder / "runs.sqlite") as store:
+    with RunStore(folder / "runs.sqlite") as store:
         store.add(runs[0][1], Outcome(None, 2.0, "ScenarioError: in collision"))
         for _ in range(2):
             (record,) = judge_all(setting, runs, store, records)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from tpbso_casadi.judging.results import Results
-from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.run import RunRecord
 from tpbso_casadi.judging.targets import Convergence
 
 Steps = Sequence[tuple[float, float]]  # evaluations, and the objective from then on; none for a run without a plan
@@ -18,8 +18,8 @@ def convergence(steps: Steps, done: int = 100, case: str = "case", solver: str =
     return Convergence(case=case, solver=solver, seed=seed, evaluations=evaluations, values=objectives, done=done)
 
 
-def record(case: str, solver: str, seed: int, steps: Steps, done: int = 100, error: str = "") -> Record:
-    return Record(
+def record(case: str, solver: str, seed: int, steps: Steps, done: int = 100, error: str = "") -> RunRecord:
+    return RunRecord(
         case=case,
         solver=solver,
         seed=seed,

@@ -20,7 +20,7 @@ from tpbso_casadi.judging.executors import ExecutorFactory
 from tpbso_casadi.judging.grid import grid, parse_solvers
 from tpbso_casadi.judging.page import write_comparison
 from tpbso_casadi.judging.results import best_runs, results_of
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.planning import plan
 from tpbso_casadi.reproduction.page_figures import illustrate
 from tpbso_casadi.scenario import ScenarioError
@@ -73,7 +73,7 @@ def test_it_is_planned_drawn_animated_and_audited(capsys: pytest.CaptureFixture[
 def test_it_is_compared(tmp_path: Path) -> None:
     runs = grid({"move": read_scenario(Path("move.toml"))}, parse_solvers("bso,pso+polish"), (1,))
     executors = ExecutorFactory(lambda: ThreadPoolExecutor(2), lambda: ThreadPoolExecutor(1), 4)
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(runs, store, executors)
         assert [record.error for record in store.records(runs)] == [""] * 2
         assert {store.result(run).scenario.task.kind for run in runs} == {"joint-move"}

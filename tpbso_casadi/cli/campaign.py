@@ -33,8 +33,8 @@ from tpbso_casadi.judging.executors import (
     processes,
 )
 from tpbso_casadi.judging.logs import WRITERS
-from tpbso_casadi.judging.run import AnyRun, Record
-from tpbso_casadi.judging.store import STORE, Store, StoreError
+from tpbso_casadi.judging.run import AnyRun, RunRecord
+from tpbso_casadi.judging.store import STORE, RunStore, StoreError
 from tpbso_casadi.judging.tables import check_export
 from tpbso_casadi.storage import OutputError, check_file, check_writable, writing
 
@@ -133,7 +133,7 @@ def prepare(options: argparse.Namespace, *files: str) -> None:
 
 
 @contextmanager
-def stored(options: argparse.Namespace) -> Iterator[Store]:
+def stored(options: argparse.Namespace) -> Iterator[RunStore]:
     """The store in the output folder.
 
     Raises:
@@ -142,7 +142,7 @@ def stored(options: argparse.Namespace) -> Iterator[Store]:
     """
     with writing(options.out):
         pass
-    with Store(options.out / STORE) as store:
+    with RunStore(options.out / STORE) as store:
         yield store
 
 
@@ -157,7 +157,7 @@ def local(options: argparse.Namespace, searches: int | None = None) -> ExecutorF
     return executors if searches is None or searches >= workers else processes(searches, options.backend)
 
 
-def run_with_progress(runs: Sequence[AnyRun], store: Store, options: argparse.Namespace) -> None:
+def run_with_progress(runs: Sequence[AnyRun], store: RunStore, options: argparse.Namespace) -> None:
     """Do the remaining runs; their number, an estimate, and then progress are said on standard error.
 
     Raises:
@@ -212,7 +212,7 @@ def announce(runs: Sequence[AnyRun], pending: Sequence[AnyRun], workers: int, op
     say(size)
 
 
-def failures(records: Sequence[Record]) -> Exit:
+def failures(records: Sequence[RunRecord]) -> Exit:
     """Report the runs that failed; the exit status: 0 where there is none, else 1."""
     failed = [record for record in records if record.error]
     if not failed:

@@ -44,10 +44,10 @@ from tpbso_casadi.judging.grid import (
 )
 from tpbso_casadi.judging.page import write_comparison
 from tpbso_casadi.judging.results import POLISH_HEADER, Best, Results, best_runs, results_of
-from tpbso_casadi.judging.run import AnyRun, Record
+from tpbso_casadi.judging.run import AnyRun, RunRecord
 from tpbso_casadi.judging.searches import PREFIX
 from tpbso_casadi.judging.statistics import Summary
-from tpbso_casadi.judging.store import STORE, Store
+from tpbso_casadi.judging.store import STORE, RunStore
 from tpbso_casadi.judging.tables import HEADER, export, print_polish_gains, print_tables, rows
 from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import Scenario, ScenarioError
@@ -80,7 +80,7 @@ class Comparison:
     best: tuple[Best, ...]
 
     @classmethod
-    def of(cls, runs: Sequence[AnyRun], store: Store) -> Self:
+    def of(cls, runs: Sequence[AnyRun], store: RunStore) -> Self:
         """The comparison of runs, as far as they are stored.
 
         Raises:
@@ -89,7 +89,7 @@ class Comparison:
         return cls(results_of(runs, store), tuple(runs), tuple(best_runs(runs, store)))
 
     @property
-    def records(self) -> tuple[Record, ...]:
+    def records(self) -> tuple[RunRecord, ...]:
         """Every run in a few numbers."""
         return tuple(self.results.records)
 
@@ -272,7 +272,7 @@ def _done(
         with writing(place):
             pass
         interruption = opened.enter_context(deferred_interrupt())
-        store = opened.enter_context(Store(place / STORE))
+        store = opened.enter_context(RunStore(place / STORE))
         executors = processes(workers) if workers > 1 and known_to_workers(campaign) else in_process(interruption)
         ended = [0]
 

@@ -15,9 +15,8 @@ import numpy as np
 
 from solvers import AnySolver, Budget
 from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor, run_together
-from tpbso_casadi.judging.run import AnyRun, Outcome, failed
-from tpbso_casadi.judging.run import AnyRunT as Run
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.run import AnyRun, AnyRunT, Outcome, failed
+from tpbso_casadi.judging.store import RunStore
 
 POPULATION = BATCH = 32  # candidates; where a solver chooses its population itself, too
 DESCENT_CANDIDATES = (2_000, 9_000)  # of which a descent by IPOPT takes the time: measured on seven cases
@@ -106,11 +105,11 @@ GRACE_SECONDS = 5.0  # after Ctrl-C, for the runs that have begun
 
 
 def run_campaign(
-    runs: Sequence[Run],
-    store: Store,
+    runs: Sequence[AnyRunT],
+    store: RunStore,
     executors: ExecutorFactory,
     retry_failed: bool = False,
-    progress: Callable[[Run, Outcome], object] = lambda run, outcome: None,
+    progress: Callable[[AnyRunT, Outcome], object] = lambda run, outcome: None,
 ) -> None:
     """Do the runs that are not in the store yet.
 
@@ -132,7 +131,7 @@ def run_campaign(
     done = store.done(failed_too=not retry_failed)
     pending = deque(searches_of(run for run in runs if run.key not in done))
 
-    def keep(run: Run, outcome: Outcome) -> None:
+    def keep(run: AnyRunT, outcome: Outcome) -> None:
         store.add(run, outcome)
         ending = outcome.error or "done"
         LOG.info("run: %s, %s, seed %d: %s in %.3f s", run.case, run.solver, run.seed, ending, outcome.seconds)
@@ -148,9 +147,9 @@ def run_campaign(
             raise LostExecutor("no worker can be started; completed runs are stored")
 
 
-def searches_of(runs: Iterable[Run]) -> list[list[Run]]:
+def searches_of(runs: Iterable[AnyRunT]) -> list[list[AnyRunT]]:
     """The runs, each once, together with those that have the same search; in the order of the first of these."""
-    found: dict[str, dict[str, Run]] = {}
+    found: dict[str, dict[str, AnyRunT]] = {}
     for run in runs:
         found.setdefault(run.search, {})[run.key] = run
     return [list(together.values()) for together in found.values()]
@@ -169,13 +168,16 @@ def _opened(start: Callable[[], Executor]) -> Iterator[Executor]:
 
 
 def _work(
-    pending: deque[list[Run]], executor: Executor, executors: ExecutorFactory, keep: Callable[[Run, Outcome], None]
-) -> list[list[Run]]:
+    pending: deque[list[AnyRunT]],
+    executor: Executor,
+    executors: ExecutorFactory,
+    keep: Callable[[AnyRunT, Outcome], None],
+) -> list[list[AnyRunT]]:
     """Work until nothing is pending or the executor breaks; returns the runs that were in progress then."""
-    in_progress: dict[Future[list[Outcome]], list[Run]] = {}
-    suspects: list[list[Run]] = []
+    in_progress: dict[Future[list[Outcome]], list[AnyRunT]] = {}
+    suspects: list[list[AnyRunT]] = []
 
-    def keep_all(future: Future[list[Outcome]], together: list[Run]) -> None:
+    def keep_all(future: Future[list[Outcome]], together: list[AnyRunT]) -> None:
         for run, outcome in zip(together, _outcomes(future, len(together)), strict=True):
             keep(run, outcome)
 
@@ -233,7 +235,7 @@ def _outcomes(future: Future[list[Outcome]], runs: int) -> list[Outcome]:
     return [failed(error)] * runs
 
 
-def _alone(run: Run, executors: ExecutorFactory) -> Outcome:
+def _alone(run: AnyRunT, executors: ExecutorFactory) -> Outcome:
     """Repeat a run on an executor of its own."""
     for _ in range(SOLO_ATTEMPTS):
         with _opened(executors.alone) as executor:

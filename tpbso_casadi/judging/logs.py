@@ -23,7 +23,7 @@ import numpy as np
 
 from tpbso_casadi.judging.results import searches
 from tpbso_casadi.judging.run import AnyRun
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.judging.targets import Convergence
 from tpbso_casadi.storage import OutputError, check_writable, write_text, writing
 
@@ -210,7 +210,7 @@ def check_logs(formats: Sequence[str], folder: Path, cases: int) -> None:
         check_writable(folder / name)
 
 
-def logged(runs: Sequence[AnyRun], store: Store) -> list[Convergence]:
+def logged(runs: Sequence[AnyRun], store: RunStore) -> list[Convergence]:
     """Searches that did not fail, without those that descend a program, whose values are no costs of candidates.
 
     The value is the cost that the search minimises, penalties included. Where the lowest is not known it is that of all

@@ -15,7 +15,7 @@ from markupsafe import Markup
 from solvers import Budget
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.html import number
-from tpbso_casadi.judging.referee import SHOWN_TARGETS, TARGETS, Referee, told
+from tpbso_casadi.judging.referee import SHOWN_TARGETS, TARGETS, Referee, evaluations_text
 from tpbso_casadi.judging.results import POLISH_HEADER, Best, Results
 from tpbso_casadi.judging.run import AnyRun
 from tpbso_casadi.judging.statistics import against_first, p_text
@@ -51,7 +51,7 @@ def page(name: str, filters: dict[str, Callable[..., Any]], folder: Path = TEMPL
 
 
 @dataclass(frozen=True, kw_only=True)
-class Picture:
+class PagePicture:
     """A figure on a page, or why there is none.
 
     Attributes:
@@ -93,7 +93,7 @@ def write_comparison(
     Raises:
         OutputError: they cannot be written.
     """
-    pictures: list[Picture] = []
+    pictures: list[PagePicture] = []
     plans: dict[str, Markup] = {}
     with writing(folder):
         write_csv(folder / SUMMARY, HEADER, rows(results.summaries))
@@ -119,7 +119,7 @@ def comparison_page(
     runs: Sequence[AnyRun],
     best: Sequence[Best],
     command: str,
-    pictures: Sequence[Picture],
+    pictures: Sequence[PagePicture],
     plans: dict[str, Markup],
 ) -> str:
     """The page of a comparison.
@@ -210,7 +210,7 @@ def write_suite(folder: Path, referee: Referee, command: str, pictures: bool = T
         OutputError: a file cannot be written.
     """
     with writing(folder):
-        drawn: list[Picture] = []
+        drawn: list[PagePicture] = []
         if pictures:
             from tpbso_casadi.judging.page_figures import suite_pictures  # noqa: PLC0415 (matplotlib)
 
@@ -258,7 +258,7 @@ def rank_rows(referee: Referee) -> list[tuple[Any, ...]]:
     ]
 
 
-def suite_page(referee: Referee, pictures: Sequence[Picture], command: str) -> str:
+def suite_page(referee: Referee, pictures: Sequence[PagePicture], command: str) -> str:
     """The page of runs on a suite.
 
     Args:
@@ -268,7 +268,7 @@ def suite_page(referee: Referee, pictures: Sequence[Picture], command: str) -> s
     """
     return page(
         "suite",
-        {"number": told, "percent": lambda share: f"{100.0 * share:.0f} %", "gap": PLANS.shown},
+        {"number": evaluations_text, "percent": lambda share: f"{100.0 * share:.0f} %", "gap": PLANS.shown},
         referee=referee,
         classes=[
             (name, len(problems), tally)

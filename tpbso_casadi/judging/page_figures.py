@@ -28,7 +28,7 @@ from tpbso_casadi.judging.figures import (
     rank_figure,
     shares_figure,
 )
-from tpbso_casadi.judging.page import Picture
+from tpbso_casadi.judging.page import PagePicture
 from tpbso_casadi.judging.referee import Referee
 from tpbso_casadi.judging.results import Best, Results
 from tpbso_casadi.judging.statistics import FEWEST_SOLVERS, cases_needed
@@ -208,7 +208,7 @@ def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     return Markup(re.sub(r"^<svg[^>]*>", lambda _: opening, text))
 
 
-def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[Picture]:
+def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[PagePicture]:
     """Write every figure into a folder, unless it makes no sense; returns them for a page.
 
     An older file of a figure that is left out is removed.
@@ -230,7 +230,7 @@ def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[
             figure = kind.draw(results)
             write_figure(folder, kind.name, figure, formats)
             svg = inline_svg(figure, kind.name, f"{title} {of}")
-        found.append(Picture(title=title, name=kind.name, reading=reading, svg=svg, reason=reason))
+        found.append(PagePicture(title=title, name=kind.name, reading=reading, svg=svg, reason=reason))
     return found
 
 
@@ -246,10 +246,10 @@ def plans_of(best: Sequence[Best]) -> dict[str, Markup]:
     }
 
 
-def suite_pictures(referee: Referee) -> list[Picture]:
+def suite_pictures(referee: Referee) -> list[PagePicture]:
     """The pictures of a page of runs on a suite."""
     drawn = [
-        Picture(
+        PagePicture(
             title="Targets reached",
             name="shares",
             reading="The share of runs and targets that were reached after so many evaluations, by the number of "
@@ -263,5 +263,5 @@ def suite_pictures(referee: Referee) -> list[Picture]:
             "Mean ranks of median runs, the best on the left; a bar joins solvers that do not differ significantly."
         )
         svg = inline_svg(figure, "ranks", "Mean ranks of the solvers")
-        drawn.append(Picture(title="Ranks", name="ranks", reading=reading, svg=svg))
+        drawn.append(PagePicture(title="Ranks", name="ranks", reading=reading, svg=svg))
     return drawn

@@ -202,7 +202,11 @@ class Referee:
         """The solvers with the fewest and with the most evaluations; empty where all have had about as many."""
         fewest, most = (choose(self.budgets, key=self.budgets.__getitem__) for choose in (min, max))
         low, high = self.budgets[fewest], self.budgets[most]
-        return f"{told(low)} of {fewest}, {told(high)} of {most}" if high > MOST_UNEQUAL * low else ""
+        return (
+            f"{evaluations_text(low)} of {fewest}, {evaluations_text(high)} of {most}"
+            if high > MOST_UNEQUAL * low
+            else ""
+        )
 
     @property
     def too_few(self) -> str:
@@ -273,7 +277,7 @@ def on_common_problems(runs: Sequence[Recording]) -> list[Recording]:
     return [run for run in runs if solvers[run.problem.name] == everybody]
 
 
-def told(value: float) -> str:
+def evaluations_text(value: float) -> str:
     """Evaluations by dimension, in three digits."""
     if value == inf:
         return "never"

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, InvalidTable
-from tpbso_casadi.judging.run import AnyRun, Record, RunFinding
+from tpbso_casadi.judging.run import AnyRun, RunFinding, RunRecord
 from tpbso_casadi.judging.searches import StoredPart, SuiteRun, find_problem
 from tpbso_casadi.judging.statistics import Summary, compare_summaries, summarise
-from tpbso_casadi.judging.store import Store, StoreError
+from tpbso_casadi.judging.store import RunStore, StoreError
 from tpbso_casadi.judging.targets import PLANS, Convergence, Measure, expected_running_time, gaps_of, quantile
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.storage import Contradiction, HistoryResult, InvalidResult
@@ -79,7 +79,7 @@ class StoredSearch(StoredPart):
         return _Motion(objective=self.objective.value, feasible=self.feasible) if stage is None else stage.before
 
 
-def searches(runs: Iterable[AnyRun], store: Store) -> list[tuple[AnyRun, StoredSearch | None]]:
+def searches(runs: Iterable[AnyRun], store: RunStore) -> list[tuple[AnyRun, StoredSearch | None]]:
     """Runs with the part of each that is stored, in their order; None of one that failed.
 
     Raises:
@@ -95,7 +95,7 @@ def searches(runs: Iterable[AnyRun], store: Store) -> list[tuple[AnyRun, StoredS
     return found
 
 
-def recordings(runs: Sequence[SuiteRun], store: Store) -> Iterator[Recording]:
+def recordings(runs: Sequence[SuiteRun], store: RunStore) -> Iterator[Recording]:
     """Recordings of the stored runs on a suite, without those that failed.
 
     Raises:
@@ -266,7 +266,7 @@ class Results:
         summaries: one for each case and solver, made of the records.
     """
 
-    records: Sequence[Record]
+    records: Sequence[RunRecord]
     convergences: Sequence[Convergence]
     measure: Measure = PLANS
     polish_gains: Sequence[PolishGain] = ()
@@ -338,7 +338,7 @@ class Results:
         return np.array([[compare_summaries(one, other).a12 for other in summaries] for one in summaries])
 
 
-def results_of(runs: Sequence[AnyRun], store: Store) -> Results:
+def results_of(runs: Sequence[AnyRun], store: RunStore) -> Results:
     """The results of these runs, as far as they are stored.
 
     Raises:
@@ -362,18 +362,18 @@ class Best:
     """
 
     run: AnyRun
-    record: Record
+    record: RunRecord
     found: RunFinding
 
 
-def best_runs(runs: Sequence[AnyRun], store: Store) -> list[Best]:
+def best_runs(runs: Sequence[AnyRun], store: RunStore) -> list[Best]:
     """The best run of each case that has one, in the order of the cases.
 
     Raises:
         StoreError: what is stored is no result, or not what a recomputation gives.
     """
     by_labels = {(run.case, run.solver, run.seed): run for run in runs}
-    best: dict[str, tuple[float, Record]] = {}
+    best: dict[str, tuple[float, RunRecord]] = {}
     for record in store.records(runs):
         if record.feasible and record.objective is not None:
             lowest = best[record.case][0] if record.case in best else inf
@@ -383,7 +383,7 @@ def best_runs(runs: Sequence[AnyRun], store: Store) -> list[Best]:
     return [Best(run=run, record=record, found=found_by(run, store)) for run, record in chosen]
 
 
-def found_by(run: AnyRun, store: Store) -> RunFinding:
+def found_by(run: AnyRun, store: RunStore) -> RunFinding:
     """The finding of a run that did not fail.
 
     Raises:

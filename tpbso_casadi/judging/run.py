@@ -25,7 +25,7 @@ from tpbso_casadi.storage import Contradiction, RunResult, checked
 
 
 @dataclass(frozen=True, kw_only=True)
-class Record:
+class RunRecord:
     """The numbers of a stored run; of a failed run only the first five fields.
 
     Attributes:
@@ -59,7 +59,7 @@ class Record:
     search: str = ""
 
 
-def read_record(values: Mapping[str, Any]) -> Record:
+def read_record(values: Mapping[str, Any]) -> RunRecord:
     """The record of values that a database holds.
 
     Args:
@@ -76,7 +76,7 @@ def read_record(values: Mapping[str, Any]) -> Record:
             raise ValueError(f"{missing} is missing")
     if given.get("feasible") in (0, 1):
         given["feasible"] = bool(given["feasible"])
-    return reader(Record)(given)  # type: ignore[no-any-return]
+    return reader(RunRecord)(given)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,7 +24,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray
-from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.run import RunRecord
 from tpbso_casadi.judging.targets import PLANS, TIE_TOLERANCE, Measure, quantile
 
 SIGNIFICANCE_LEVEL = 0.05
@@ -109,15 +109,15 @@ class Summary:
         return self.failed + self.infeasible, self.mean if self.feasible_objectives.size else float("inf")
 
 
-def summarise(records: Iterable[Record], measure: Measure = PLANS) -> list[Summary]:
+def summarise(records: Iterable[RunRecord], measure: Measure = PLANS) -> list[Summary]:
     """One summary for each case and solver, in the order in which they appear."""
-    groups: dict[tuple[str, str], list[Record]] = {}
+    groups: dict[tuple[str, str], list[RunRecord]] = {}
     for record in records:
         groups.setdefault((record.case, record.solver), []).append(record)
     return [_summary(*labels, group, measure) for labels, group in groups.items()]
 
 
-def _summary(case: str, solver: str, records: Sequence[Record], measure: Measure) -> Summary:
+def _summary(case: str, solver: str, records: Sequence[RunRecord], measure: Measure) -> Summary:
     done = [record for record in records if not record.error]
     objectives = [record.objective if record.feasible else None for record in done]
     values = np.array([np.inf if objective is None else objective for objective in objectives], dtype=np.float64)

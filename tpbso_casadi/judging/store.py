@@ -15,8 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
-from tpbso_casadi.judging.run import AnyRunT as Run
-from tpbso_casadi.judging.run import Outcome, Record, difference, read_record
+from tpbso_casadi.judging.run import AnyRun, AnyRunT, Outcome, RunRecord, difference, read_record
 from tpbso_casadi.plain import versions
 from tpbso_casadi.storage import InvalidResult, RunResult
 
@@ -52,7 +51,7 @@ class StoreError(ValueError):
     """A store that cannot be read or written, or is of another program; the message is one line."""
 
 
-class Store:
+class RunStore:
     """The completed runs of a campaign. One campaign at a time, any number of readers; a context manager.
 
     A run is on the disk when :meth:`add` returns: SQLite's transactions survive a kill and a power cut.
@@ -138,7 +137,7 @@ class Store:
             self._connection.execute("PRAGMA journal_mode = DELETE")
         self._opened.close()
 
-    def add(self, run: Run, outcome: Outcome) -> None:
+    def add(self, run: AnyRun, outcome: Outcome) -> None:
         """Store the outcome of a run; it replaces that of an earlier attempt that failed.
 
         Raises:
@@ -160,7 +159,7 @@ class Store:
         with self._named():
             return {key for (key,) in self._connection.execute(f"SELECT key FROM runs{condition}")}
 
-    def records(self, runs: Iterable[Run]) -> list[Record]:
+    def records(self, runs: Iterable[AnyRun]) -> list[RunRecord]:
         """The records of these runs, in their order and with their labels; without those that are not stored.
 
         Raises:
@@ -171,14 +170,14 @@ class Store:
             rows = {key: row for key, *row in selected}
         return [self._record(run, rows[run.key]) for run in runs if run.key in rows]
 
-    def _record(self, run: Run, row: list[Any]) -> Record:
+    def _record(self, run: AnyRun, row: list[Any]) -> RunRecord:
         labels = {"case": run.case, "solver": run.solver, "seed": run.seed, "search": run.search}
         try:
             return read_record(labels | dict(zip(COLUMNS, row, strict=True)))
         except ValueError as error:
             raise StoreError(f"{self.place(run)}: {error}") from error
 
-    def result(self, run: Run) -> RunResult:
+    def result(self, run: AnyRun) -> RunResult:
         """The whole ``result.json`` of a run that did not fail.
 
         Raises:
@@ -193,7 +192,7 @@ class Store:
         except InvalidResult as error:
             raise StoreError(f"{self.place(run)}: {error}") from error
 
-    def texts(self, runs: Iterable[Run]) -> Iterator[tuple[Run, str | None]]:
+    def texts(self, runs: Iterable[AnyRunT]) -> Iterator[tuple[AnyRunT, str | None]]:
         """The text of the ``result.json`` of each of these runs that is stored, None of one that failed."""
         for run in runs:
             with self._named():
@@ -201,7 +200,7 @@ class Store:
             if row is not None:
                 yield run, row[0]
 
-    def place(self, run: Run) -> str:
+    def place(self, run: AnyRun) -> str:
         """The place where a run is stored, for messages."""
         return f"{self.path}: result of {run.case}, {run.solver}, seed {run.seed}"
 

@@ -17,7 +17,7 @@ from rich.measure import Measurement
 from rich.table import Table
 
 from tpbso_casadi.judging.results import PolishGain, references
-from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.run import RunRecord
 from tpbso_casadi.judging.statistics import Judgement, Relation, Summary, against_first, p_text
 from tpbso_casadi.judging.targets import gaps_of, percent
 from tpbso_casadi.storage import OutputError, check_file, check_writable, write_csv, write_with, writing
@@ -158,7 +158,7 @@ def check_export(path: Path) -> None:
     check_file(path)
 
 
-def export(records: Sequence[Record], path: Path) -> None:
+def export(records: Sequence[RunRecord], path: Path) -> None:
     """Write one row a run.
 
     Raises:
@@ -166,12 +166,12 @@ def export(records: Sequence[Record], path: Path) -> None:
     """
     with writing(path.parent):
         if path.suffix == ".csv":
-            write_csv(path, [field.name for field in fields(Record)], [astuple(record) for record in records])
+            write_csv(path, [field.name for field in fields(RunRecord)], [astuple(record) for record in records])
         else:
             _write_parquet(path, records)
 
 
-def _write_parquet(path: Path, records: Sequence[Record]) -> None:
+def _write_parquet(path: Path, records: Sequence[RunRecord]) -> None:
     import pyarrow  # noqa: PLC0415 (optional)
     from pyarrow import parquet  # noqa: PLC0415
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from problems.base import FloatArray
 from tpbso_casadi.judging.grid import SolverSpec, grid, parse_solver
-from tpbso_casadi.judging.run import Record, Run
+from tpbso_casadi.judging.run import Run, RunRecord
 from tpbso_casadi.judging.statistics import Summary, summarise
 from tpbso_casadi.scenario import TITLES, SolverSection, builtin, find_solver
 
@@ -174,7 +174,7 @@ class Evidence:
     """
 
     runs: list[Run]
-    records: list[Record]
+    records: list[RunRecord]
     convergence: dict[tuple[str, str], list[tuple[int, int]]]
     distances: dict[tuple[str, str], list[float]]
     histories: Mapping[tuple[str, str, str], list[CostHistory]]

@@ -25,7 +25,7 @@ from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.judging.figures import draw_runs
 from tpbso_casadi.judging.run import Run
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.planning import SearchedMotion, plan
 from tpbso_casadi.reproduction.experiment import (
     BASES,
@@ -170,7 +170,7 @@ def scaling_figure(scaling: Mapping[str, Any], orders: Mapping[str, Order], unit
 CompletedRun: TypeAlias = tuple[Run, RunResult]
 
 
-def gather(runs: list[Run], store: Store, scaling: dict[str, Any], pace: Pace) -> Evidence:
+def gather(runs: list[Run], store: RunStore, scaling: dict[str, Any], pace: Pace) -> Evidence:
     """The evidence in a store.
 
     Args:
@@ -194,7 +194,7 @@ def gather(runs: list[Run], store: Store, scaling: dict[str, Any], pace: Pace) -
     return Evidence(runs, store.records(runs), convergence, distances, histories, scaling, pace)
 
 
-def completed_runs(runs: Iterable[Run], store: Store, case: str, solver: str) -> list[CompletedRun]:
+def completed_runs(runs: Iterable[Run], store: RunStore, case: str, solver: str) -> list[CompletedRun]:
     """The runs of one solver, by its label, on one case with their whole results; without those that failed."""
     completed = []
     for run in runs:
@@ -212,7 +212,7 @@ def largest_distance(result: RunResult) -> float:
     return float("inf") if worst is None else worst
 
 
-def illustrations(runs: list[Run], store: Store, executor: Executor) -> list[Illustration]:
+def illustrations(runs: list[Run], store: RunStore, executor: Executor) -> list[Illustration]:
     """The median run of TPBSO at equal iterations on each case, repeated and drawn."""
     futures = []
     for case in TITLES:

@@ -65,12 +65,6 @@ def _pace_search(name: str, basis: str, size: Size) -> tuple[Solver, Budget]:
     return solver, section.budget()
 
 
-def _search_seconds(cost: PopulationFunction, box: Box, solver: Solver, budget: Budget, seed: int) -> float:
-    began = time.process_time()
-    minimize(cost, box, solver, budget, seed)
-    return time.process_time() - began
-
-
 Scaling: TypeAlias = dict[str, dict[str, dict[str, dict[str, Any]]]]  # by experiment, symbol and solver
 REPEATS = 3  # of a measurement of time; the fastest counts
 CASES = {"point-to-point": "time-3", "path": "pentagram-time"}  # by experiment, the scenario that is resized
@@ -190,7 +184,7 @@ def exponent_above(sizes: Sequence[float], values: Sequence[float]) -> float:
 def _seconds(point: ScalingPoint, quick: bool) -> float:
     cost, box = _cost(point)
     solver, budget = _solver(point.solver, point.n_p), Budget(iterations=point.n_i)
-    return min(_search(cost, box, solver, budget) for _ in range(1 if quick else REPEATS))
+    return min(_search_seconds(cost, box, solver, budget) for _ in range(1 if quick else REPEATS))
 
 
 def _solver(name: str, population: int) -> Solver:
@@ -199,9 +193,12 @@ def _solver(name: str, population: int) -> Solver:
     return solver
 
 
-def _search(cost: Callable[[FloatArray], FloatArray], box: Box, solver: Solver, budget: Budget) -> float:
-    began = time.process_time()  # not what other processes do meanwhile
-    minimize(cost, box, solver, budget, 1)
+def _search_seconds(
+    cost: Callable[[FloatArray], FloatArray], box: Box, solver: Solver, budget: Budget, seed: int = 1
+) -> float:
+    """Processor time of a search, s: what other processes do meanwhile does not count."""
+    began = time.process_time()
+    minimize(cost, box, solver, budget, seed)
     return time.process_time() - began
 
 

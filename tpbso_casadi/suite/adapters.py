@@ -121,11 +121,11 @@ def pymoo_problem(problem: SuiteProblem, core: Any) -> Any:
 
 def pygmo_problem(problem: SuiteProblem, pygmo: Any) -> Any:
     """The problem for pygmo: objectives and inequality constraints; the merit alone where the form is penalised."""
-    return pygmo.problem(Pygmo(problem))
+    return pygmo.problem(PygmoProblem(problem))
 
 
 @dataclass(frozen=True, eq=False)
-class Pygmo:
+class PygmoProblem:
     """The methods that pygmo asks of a problem.
 
     Attributes:

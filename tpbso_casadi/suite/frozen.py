@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from tpbso_casadi.suite.kernels import FloatArray, Kernel
+from tpbso_casadi.suite.kernels import FloatArray, SuiteKernel
 
 SUITES = ("arm-motions-1", "arm-motions-2")
 SUITE = SUITES[0]  # the default: results of it are published
@@ -80,7 +80,7 @@ class Description:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Content:
+class FunctionContent:
     """The file of a function with n instances.
 
     Attributes:
@@ -93,7 +93,7 @@ class Content:
         scenarios: tables of the scenario files.
     """
 
-    kernels: tuple[Kernel, ...]
+    kernels: tuple[SuiteKernel, ...]
     numbers: tuple[FloatArray, ...]
     indices: tuple[Any, ...]
     lower: FloatArray
@@ -118,13 +118,13 @@ class Content:
         return lzma.compress(file.getvalue(), preset=6)
 
     @classmethod
-    def read(cls, content: bytes) -> Content:
+    def read(cls, content: bytes) -> FunctionContent:
         """The content that :meth:`written` gave."""
         with np.load(io.BytesIO(lzma.decompress(content)), allow_pickle=False) as file:
             header = json.loads(file["header"].tobytes())
             each = [(number, values) for number, values in enumerate(header["values"])]
             return cls(
-                kernels=tuple(Kernel(file[f"source_{k}"].tobytes().decode(), values) for k, values in each),
+                kernels=tuple(SuiteKernel(file[f"source_{k}"].tobytes().decode(), values) for k, values in each),
                 numbers=tuple(file[f"numbers_{k}"] for k, _ in each),
                 indices=tuple(file[f"indices_{k}"] for k, _ in each),
                 lower=file["lower"],
@@ -197,7 +197,7 @@ def descriptions(suite: str) -> tuple[tuple[str, Description], ...]:
 
 
 @cache
-def content_of(suite: str, function: str, digest: str) -> Content:
+def content_of(suite: str, function: str, digest: str) -> FunctionContent:
     """The file of a function.
 
     Raises:
@@ -210,4 +210,4 @@ def content_of(suite: str, function: str, digest: str) -> Content:
         raise InvalidSuite(f"{path}: {error.strerror}") from error
     if sha256(content).hexdigest() != digest:
         raise InvalidSuite(f"{path}: {INVALID_FILE}")
-    return Content.read(content)
+    return FunctionContent.read(content)

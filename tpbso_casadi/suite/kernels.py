@@ -34,7 +34,7 @@ class NoCompiler(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Kernel:
+class SuiteKernel:
     """The values of candidates, for every instance of a function.
 
     Attributes:

@@ -21,8 +21,8 @@ from tpbso_casadi.suite.fronts import BestFront
 from tpbso_casadi.suite.frozen import (
     INVALID_FILE,
     SUITE,
-    Content,
     Description,
+    FunctionContent,
     InvalidSuite,
     check_points,
     content_of,
@@ -305,7 +305,7 @@ class SuiteProblem:
         return adapted(self, library)
 
     @property
-    def _content(self) -> Content:
+    def _content(self) -> FunctionContent:
         return content_of(self.suite, self.function.name, self.function.digest)
 
 

@@ -19,7 +19,7 @@ from tpbso_casadi.judging.executors import run_one
 from tpbso_casadi.judging.grid import function_grid, parse_solvers
 from tpbso_casadi.judging.results import results_of
 from tpbso_casadi.judging.searches import Recorder
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.plain import versions
 
 FUNCTIONS = ["function:sphere-3", "function:rastrigin-2@4"]
@@ -86,7 +86,7 @@ def test_functions_are_compared_from_python() -> None:
 def test_the_convergence_of_a_function_is_exact(tmp_path: Path) -> None:
     [spec] = parse_solvers("pso")
     [search] = runs = function_grid(["sphere-3"], [replace(spec, table={"evaluations": 200})], [1])
-    with Store(tmp_path / "runs.sqlite") as store:
+    with RunStore(tmp_path / "runs.sqlite") as store:
         store.add(search, run_one(*search.task))
         [(_, text)] = store.texts(runs)
         [convergence] = results_of(runs, store).convergences
@@ -142,7 +142,7 @@ def test_the_key_of_a_run_knows_what_decides_it_and_no_label() -> None:
 def test_a_run_that_fails_is_stored_as_such(tmp_path: Path) -> None:
     searches = function_grid(["sphere-2"], parse_solvers("helpers.campaign:Raises"), range(1, 30))
     search, outcome = next((s, o) for s in searches if (o := run_one(*s.task)).error)
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         store.add(search, outcome)
         [record] = store.records([search])
     assert record.error == outcome.error != ""

@@ -31,7 +31,7 @@ from tpbso_casadi.judging.executors import ExecutorFactory, LostExecutor, in_pro
 from tpbso_casadi.judging.grid import SolverSpec, function_grid, grid, parse_solver, parse_solvers
 from tpbso_casadi.judging.run import PLAN_SECONDS, Outcome, Run
 from tpbso_casadi.judging.searches import FunctionRun
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 
 LIMIT = {"evaluations": 100}
 
@@ -53,7 +53,7 @@ def threads(workers: int = 2) -> ExecutorFactory:
 
 def records_by(executors: ExecutorFactory, path: Path) -> list[dict[str, object]]:
     runs = runs_of("bso,pso+polish", (1, 2))
-    with Store(path) as store:
+    with RunStore(path) as store:
         run_campaign(runs, store, executors)
         results = [store.result(run) for run in runs]
     tables = [result.table() | {"seconds": 0.0} for result in results]
@@ -70,7 +70,7 @@ def test_any_executor_gives_the_same_records(executors: ExecutorFactory, tmp_pat
 def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
     runs = functions_of("bso")
     outcomes: list[Outcome] = []
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(runs[:3], store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
         run_campaign(runs, store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
         run_campaign([*runs, *runs], store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
@@ -79,7 +79,7 @@ def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
 
 def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path) -> None:
     runs = functions_of("helpers.campaign:Raises,bso", range(1, 9))
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(runs, store, threads())
         records = store.records(runs)
         failed = [record for record in records if record.error]
@@ -97,7 +97,7 @@ def test_a_run_that_raises_is_kept_as_failed_and_the_rest_goes_on(tmp_path: Path
 @pytest.mark.slow
 def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Path) -> None:
     runs = functions_of("bso,helpers.campaign:Kills", (1, 2))
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(runs, store, processes(2))
         records = store.records(runs)
     assert [bool(record.error) for record in records] == [False, True, False, True]
@@ -109,7 +109,7 @@ def test_a_run_that_kills_its_worker_is_found_and_the_rest_goes_on(tmp_path: Pat
 def test_a_run_whose_worker_died_once_is_done_again(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     runs = functions_of(f"bso,helpers.campaign:Kills(mark={mark})", (1, 2))
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(runs, store, processes(2))
         assert [record.error for record in store.records(runs)] == [""] * 4
     assert mark.exists()
@@ -129,7 +129,7 @@ def test_an_executor_that_is_gone_is_said_in_one_line(tmp_path: Path) -> None:
     executors: list[Callable[[], Executor]] = [partial(Cancels, 1), partial(Raised, ConnectionResetError("closed"))]
     for number, gone in enumerate(executors):
         with (
-            Store(tmp_path / f"store-{number}") as store,
+            RunStore(tmp_path / f"store-{number}") as store,
             pytest.raises(LostExecutor, match="the workers are gone; completed runs are stored"),
         ):
             run_campaign(functions_of("bso"), store, ExecutorFactory(gone, gone, 2))
@@ -149,7 +149,7 @@ def test_a_search_and_its_polishes_are_one_search_with_the_results_of_three(
     alone = [comparable(run_one(*run.task)) for run in runs]
     assert len(searched) == 4
     outcomes: dict[str, Outcome] = {}
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(
             runs, store, in_process(Interruption()), progress=lambda run, outcome: outcomes.update({run.key: outcome})
         )
@@ -174,7 +174,7 @@ def comparable(outcome: Outcome) -> dict[str, Any]:
 def test_a_search_that_its_polish_finds_stored_is_not_shared(tmp_path: Path) -> None:
     runs = runs_of("pso,pso+polish", (1,))
     outcomes: list[Outcome] = []
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(runs[:1], store, threads())
         run_campaign(runs, store, threads(), progress=lambda _, outcome: outcomes.append(outcome))
         assert len(store.records(runs)) == 2
@@ -199,7 +199,7 @@ def test_ctrl_c_keeps_what_was_begun(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     interrupted: list[int] = []
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         with pytest.raises(KeyboardInterrupt):
             run_campaign(runs, store, threads(), progress=interrupt)
         kept = store.records(runs)
@@ -220,7 +220,7 @@ def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, mon
         wait_until(lambda: mark.exists() and mark.read_text())
         raise KeyboardInterrupt
 
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         with pytest.raises(KeyboardInterrupt):
             run_campaign(runs, store, processes(2), progress=interrupt)
         assert [record.solver for record in store.records(runs)] == ["bso"]
@@ -230,7 +230,7 @@ def test_ctrl_c_waits_a_moment_only_for_runs_that_have_begun(tmp_path: Path, mon
 @pytest.mark.parametrize("executors", [threads(), pytest.param(processes(1), marks=pytest.mark.process)])
 def test_a_run_that_exits_has_failed(executors: ExecutorFactory, tmp_path: Path) -> None:
     runs = functions_of("bso,helpers.campaign:Exits", (1,))
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         run_campaign(runs, store, executors)
         assert [record.error for record in store.records(runs)] == ["", "SystemExit: 0"]
 
@@ -264,7 +264,7 @@ RAISED: list[tuple[BaseException, str]] = [
 
 def test_whatever_is_raised_is_a_failed_run(tmp_path: Path) -> None:
     runs = functions_of("bso", range(len(RAISED)))
-    with Store(tmp_path / "store") as store:
+    with RunStore(tmp_path / "store") as store:
         for run, (error, expected) in zip(runs, RAISED, strict=True):
             raised = partial(Raised, error)
             run_campaign([run], store, ExecutorFactory(raised, raised, 1))
@@ -288,7 +288,7 @@ def test_workers_that_are_gone_are_noticed(tmp_path: Path, monkeypatch: pytest.M
         if len(looks) == 3:
             raise LostExecutor("no workers")
 
-    with Store(tmp_path / "store") as store, pytest.raises(LostExecutor, match="no workers"):
+    with RunStore(tmp_path / "store") as store, pytest.raises(LostExecutor, match="no workers"):
         run_campaign(
             functions_of("bso"), store, ExecutorFactory(partial(Silent, 1), partial(Silent, 1), 2, check=check)
         )

@@ -36,7 +36,7 @@ from tpbso_casadi.judging.page import comparison_page, seeds, solver_rows
 from tpbso_casadi.judging.page_figures import FIGURES, drawing_of, inline_svg, pictures_of
 from tpbso_casadi.judging.results import PolishGain, Results
 from tpbso_casadi.judging.run import Run
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.judging.targets import PLANS
 
 
@@ -97,7 +97,7 @@ def test_the_command_on_the_page_gives_the_same_table(
 def test_the_key_on_the_page_leads_to_the_best_plan(folder: Path) -> None:
     text = (folder / "comparison.html").read_text()
     keys = re.findall(r"<code>([0-9a-f]{32})</code>", text)
-    with Store(folder / "runs.sqlite") as store:
+    with RunStore(folder / "runs.sqlite") as store:
         assert len(keys) == 2 and set(keys) <= store.done()
 
 

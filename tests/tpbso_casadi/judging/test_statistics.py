@@ -19,7 +19,7 @@ from scipy.stats import f as f_distribution
 
 from tpbso_casadi.judging.figures import gap_curve
 from tpbso_casadi.judging.results import Results
-from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.run import RunRecord
 from tpbso_casadi.judging.statistics import (
     Relation,
     cases_needed,
@@ -49,7 +49,7 @@ from tpbso_casadi.judging.targets import (
 INF = np.inf
 
 
-def record(solver: str, objective: float | None, error: str = "") -> Record:
+def record(solver: str, objective: float | None, error: str = "") -> RunRecord:
     return made("case", solver, 1, [] if objective is None else [(10.0, objective)], done=10, error=error)
 
 
@@ -74,7 +74,7 @@ def test_comparisons_by_hand() -> None:
     assert compare_summaries(*same).p == 1.0
 
 
-def searched(solver: str, objectives: Sequence[float | None], seeds: Sequence[int]) -> list[Record]:
+def searched(solver: str, objectives: Sequence[float | None], seeds: Sequence[int]) -> list[RunRecord]:
     return [
         replace(record(solver, value), search=f"search {seed}") for value, seed in zip(objectives, seeds, strict=True)
     ]

@@ -22,7 +22,7 @@ from tpbso_casadi.judging.executors import run_one
 from tpbso_casadi.judging.grid import function_grid, grid, parse_solvers
 from tpbso_casadi.judging.results import Results, StoredSearch, best_runs, convergence_of, improvements, results_of
 from tpbso_casadi.judging.run import Outcome, Run
-from tpbso_casadi.judging.store import Store, StoreError
+from tpbso_casadi.judging.store import RunStore, StoreError
 from tpbso_casadi.scenario import parse_scenario
 
 
@@ -40,11 +40,11 @@ def path(tmp_path: Path) -> Path:
 def test_what_is_added_is_there_again(path: Path) -> None:
     done, failed, undone = run(1), run(2), run(3)
     outcome = run_one(*done.task)
-    with Store(path) as store:
+    with RunStore(path) as store:
         store.add(done, outcome)
         store.add(failed, Outcome(None, 0.5, "ValueError: no", "Traceback ..."))
         store.keep("growth", {"time": [1.0, 2.5]})
-    with Store(path) as store:
+    with RunStore(path) as store:
         assert store.done() == {done.key, failed.key}
         assert store.done(failed_too=False) == {done.key}
         first, second = store.records([undone, done, failed])
@@ -62,7 +62,7 @@ def test_what_is_added_is_there_again(path: Path) -> None:
 
 def test_a_run_is_kept_once_and_a_failed_one_may_be_replaced(path: Path) -> None:
     again = run()
-    with Store(path) as store:
+    with RunStore(path) as store:
         store.add(again, Outcome(None, 0.1, "RuntimeError: first"))
         store.add(again, run_one(*again.task))
         assert store.records([again])[0].error == ""
@@ -90,7 +90,7 @@ def test_runs_are_the_same_that_say_the_same_whatever_their_labels() -> None:
 
 def error_of(path: Path) -> str:
     with pytest.raises(StoreError) as caught:
-        Store(path)
+        RunStore(path)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
@@ -109,7 +109,7 @@ def test_what_is_not_ours_is_refused_and_left_alone(path: Path, tmp_path: Path) 
 
 
 def test_other_versions_and_formats_are_refused(path: Path) -> None:
-    with Store(path):
+    with RunStore(path):
         pass
     with sqlite3.connect(path) as connection:
         connection.execute("UPDATE versions SET version = '3.0' WHERE name = 'casadi'")
@@ -120,9 +120,9 @@ def test_other_versions_and_formats_are_refused(path: Path) -> None:
 
 
 def test_one_at_a_time(path: Path) -> None:
-    with Store(path):
+    with RunStore(path):
         assert error_of(path) == f"{path}: in use by another campaign"
-    with Store(path):
+    with RunStore(path):
         pass
 
 
@@ -130,7 +130,7 @@ def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatc
     monkeypatch.setattr("tpbso_casadi.judging.store.versions", lambda: {"a": None})
     assert "NOT NULL" in error_of(path)
     monkeypatch.undo()
-    with Store(path) as store:
+    with RunStore(path) as store:
         assert store.done() == set()
 
 
@@ -138,7 +138,7 @@ def test_an_interrupted_creation_leaves_nothing_half_made(path: Path, monkeypatc
 def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path, every: int) -> None:
     runs = function_grid(["sphere-2"], parse_solvers("bso"), range(2000))
 
-    def add_interrupted(store: Store, seed: int, lines: int) -> bool:
+    def add_interrupted(store: RunStore, seed: int, lines: int) -> bool:
         """Add a run, with Ctrl-C at a line; returns whether there were so many lines."""
 
         def trace(frame: FrameType, event: str, _: object) -> Any:
@@ -160,7 +160,7 @@ def test_wherever_an_interruption_comes_the_next_run_is_stored(path: Path, every
             sys.settrace(before)
         return False
 
-    with Store(path) as store:
+    with RunStore(path) as store:
         places = 0
         while add_interrupted(store, 2 * places, every * places + 1):
             places += 1
@@ -174,7 +174,7 @@ def companions(path: Path) -> set[str]:
 
 def test_others_may_read_while_a_campaign_works(path: Path) -> None:
     first, second = run(1), run(2)
-    with Store(path) as store:
+    with RunStore(path) as store:
         store.add(first, run_one(*first.task))
         with closing(sqlite3.connect(path, timeout=0.0, isolation_level=None)) as reader:
             reader.execute("BEGIN")
@@ -188,12 +188,12 @@ def test_others_may_read_while_a_campaign_works(path: Path) -> None:
 
 def test_a_reader_does_not_keep_a_campaign_from_ending(path: Path) -> None:
     with closing(sqlite3.connect(path, isolation_level=None)) as reader:
-        with Store(path) as store:
+        with RunStore(path) as store:
             store.keep("growth", 1.0)
             reader.execute("BEGIN")
             assert reader.execute("SELECT value FROM measurements").fetchall() == [("1.0",)]
         assert companions(path) >= {"", "-wal"}
-    with Store(path) as store:
+    with RunStore(path) as store:
         assert store.measurement("growth") == 1.0
     assert companions(path) == {"", ".lock"}
 
@@ -201,11 +201,11 @@ def test_a_reader_does_not_keep_a_campaign_from_ending(path: Path) -> None:
 def test_after_a_kill_the_log_is_part_of_the_store(path: Path, tmp_path: Path) -> None:
     killed = tmp_path / "killed"
     killed.mkdir()
-    with Store(path) as store:
+    with RunStore(path) as store:
         store.keep("growth", 1.0)
         for name in (path.name, f"{path.name}-wal"):  # what a kill leaves
             shutil.copy(tmp_path / name, killed / name)
-    with Store(killed / path.name) as store:
+    with RunStore(killed / path.name) as store:
         assert store.measurement("growth") == 1.0
 
 
@@ -227,26 +227,26 @@ NO_RECORDS = {
 
 def test_what_is_no_record_is_one_line(path: Path, tmp_path: Path) -> None:
     stored = run()
-    with Store(path) as store:
+    with RunStore(path) as store:
         store.add(stored, run_one(*stored.task))
     for number, (statement, expected) in enumerate(NO_RECORDS.items()):
         copy = Path(shutil.copy(path, tmp_path / f"{number}.sqlite"))
         with closing(sqlite3.connect(copy, isolation_level=None)) as connection:
             connection.execute(statement)
-        with Store(copy) as store, pytest.raises(StoreError) as caught:
+        with RunStore(copy) as store, pytest.raises(StoreError) as caught:
             store.records([stored])
         assert str(caught.value).startswith(f"{copy}: ") and "\n" not in str(caught.value)
         assert expected in str(caught.value)
 
 
 def test_measurements_that_are_no_json_and_values_that_no_store_can_hold(path: Path) -> None:
-    with Store(path) as store:
+    with RunStore(path) as store:
         store.keep("growth", 1.0)
         with pytest.raises(StoreError, match="cannot hold a value"):
             store.keep("\udc80", 1.0)
     with closing(sqlite3.connect(path, isolation_level=None)) as connection:
         connection.execute("UPDATE measurements SET value = 'much'")
-    with Store(path) as store, pytest.raises(StoreError, match="measurement growth: is not JSON"):
+    with RunStore(path) as store, pytest.raises(StoreError, match="measurement growth: is not JSON"):
         store.measurement("growth")
 
 
@@ -269,7 +269,7 @@ def campaign() -> list[Run]:
 def searched(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A store of six runs and of one that failed."""
     searched = tmp_path_factory.mktemp("store") / "runs.sqlite"
-    with Store(searched) as store:
+    with RunStore(searched) as store:
         for run in campaign()[:-1]:
             store.add(run, run_one(*run.task))
         store.add(campaign()[-1], Outcome(None, 0.1, "ValueError: no"))
@@ -277,7 +277,7 @@ def searched(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def stored(searched: Path) -> Results:
-    with Store(searched) as store:
+    with RunStore(searched) as store:
         return results_of(campaign(), store)
 
 
@@ -298,7 +298,7 @@ def test_every_run_ends_with_its_certified_objective(searched: Path) -> None:
 
 def test_the_best_plan_is_computed_again(searched: Path) -> None:
     results = stored(searched)
-    with Store(searched) as store:
+    with RunStore(searched) as store:
         [best] = best_runs(campaign(), store)
     assert (
         best.record.objective
@@ -336,7 +336,7 @@ def test_what_is_no_search_is_one_line(searched: Path, tmp_path: Path) -> None:
 def test_a_best_plan_that_was_changed_is_one_line(searched: Path, tmp_path: Path) -> None:
     change = "UPDATE runs SET result = json_set(result, '$.objective.value', 0.001) WHERE error = ''"
     copy = updated(searched, tmp_path / "runs.sqlite", change)
-    with Store(copy) as store, pytest.raises(StoreError, match=r"result of rotation-2, bso, seed 1: .*changed"):
+    with RunStore(copy) as store, pytest.raises(StoreError, match=r"result of rotation-2, bso, seed 1: .*changed"):
         best_runs(campaign(), store)
 
 

@@ -23,7 +23,7 @@ from solvers import SOLVERS
 from tpbso_casadi.cli import campaign
 from tpbso_casadi.cli.commands import reproduce
 from tpbso_casadi.judging.executors import ExecutorFactory
-from tpbso_casadi.judging.run import Record
+from tpbso_casadi.judging.run import RunRecord
 from tpbso_casadi.reproduction import experiment, page_figures, scaling
 from tpbso_casadi.reproduction import scaling as pace_of_searches
 from tpbso_casadi.reproduction.claims import CLAIMS
@@ -104,7 +104,7 @@ def evidence(
                     value = middle + width * float(rng.random())
                     name = label(solver, basis)
                     made_up = {"case": case, "solver": name, "seed": seed, "feasible": feasible, "objective": value}
-                    records.append(Record(**made_up, seconds=0.1, error="", unit="s", evaluations=10))
+                    records.append(RunRecord(**made_up, seconds=0.1, error="", unit="s", evaluations=10))
     convergence = {
         (case, basis): [(10 if case == "rotation-2" else 50, 200)] * runs for case in TITLES for basis in BASES
     }

@@ -254,7 +254,7 @@ def test_descriptions_and_contents_are_read_as_they_were_written() -> None:
     [described] = [each for owner, each in descriptions("arm-motions-1") if each.name == "spline-2"]
     assert frozen.Description.of(json.loads(json.dumps(described.plain))) == described
     content = content_of("arm-motions-1", "spline-2", described.digest)
-    again = frozen.Content.read(content.written())
+    again = frozen.FunctionContent.read(content.written())
     assert again.kernels == content.kernels and again.scenarios == content.scenarios
     assert all(np.array_equal(*pair) for pair in zip(again.numbers, content.numbers, strict=True))
 

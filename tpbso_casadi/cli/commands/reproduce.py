@@ -26,7 +26,7 @@ from tpbso_casadi.cli.campaign import (
 from tpbso_casadi.cli.command import OneLineParser, command_parser
 from tpbso_casadi.cli.options import search_group
 from tpbso_casadi.judging.results import results_of
-from tpbso_casadi.judging.store import Store
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.judging.tables import HEADER, export, rows
 from tpbso_casadi.reproduction.claims import CLAIMS
 from tpbso_casadi.reproduction.experiment import FULL, QUICK, Evidence, Size, campaign
@@ -90,7 +90,7 @@ def reproduce(options: argparse.Namespace) -> int:
     return failures(evidence.records)
 
 
-def measurements(store: Store, size: Size, options: argparse.Namespace) -> dict[str, Any]:
+def measurements(store: RunStore, size: Size, options: argparse.Namespace) -> dict[str, Any]:
     """Growth of time and memory, and the time of searches: measured once, then from the store."""
     console = Console(stderr=True, quiet=options.quiet or not sys.stderr.isatty())
     quick = size is QUICK
@@ -111,7 +111,7 @@ def measurements(store: Store, size: Size, options: argparse.Namespace) -> dict[
         }
 
 
-def stored_measurement(store: Store, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def stored_measurement(store: RunStore, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """A measurement from the store, where it is kept once it is made."""
     stored: dict[str, Any] | None = store.measurement(name)
     if stored is None:
