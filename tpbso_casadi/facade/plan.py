@@ -17,7 +17,7 @@ from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array
 from tpbso_casadi.facade.audit import RunAudit
 from tpbso_casadi.facade.showing import chosen, data_frame, exports_of
-from tpbso_casadi.figures import figure_writers, write_run
+from tpbso_casadi.figures import write_run
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
@@ -25,10 +25,9 @@ from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import (
     RunResult,
     StoredRun,
-    replace_folder,
     result_of,
+    stored,
     table_of,
-    tables_of,
     write_certificate,
 )
 
@@ -318,10 +317,7 @@ class Plan:
 
     def as_run(self) -> StoredRun:
         """What reading the plan's run folder would give."""
-        planned, retiming = self.planned, self.planned.retiming
-        found = retiming.before if retiming is not None and retiming.accepted else planned.motion
-        problem = None if planned.searched is None else planned.searched.problem
-        return StoredRun(self.result, planned.motion, found, problem)
+        return stored(self.planned)
 
     def _repr_html_(self) -> str:
         from tpbso_casadi.figures.notebook import png_of  # noqa: PLC0415 (matplotlib is slow to load)
@@ -333,40 +329,11 @@ class Plan:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredPlan(Plan):
-    """A plan whose folder was read, and whose numbers were computed again. Its search is known by its record alone.
+    """A plan whose folder was read, and whose numbers were computed again. Its search is known by its record alone."""
 
-    Attributes:
-        run: the content of the folder.
-    """
-
-    run: StoredRun
-
-    @classmethod
-    def of(cls, run: StoredRun) -> Self:
-        """The plan of a run."""
-        return cls(PlannedMotion(scenario=run.scenario, motion=run.motion), run)
+    planned: StoredRun
 
     @property
-    def result(self) -> RunResult:
-        return self.run.result
-
-    def as_run(self) -> StoredRun:
-        return self.run
-
-    def save(
-        self,
-        folder: str | Path,
-        export: Sequence[str] = (),
-        figures: Sequence[str] = DEFAULT,
-        rate: float | None = None,
-    ) -> Path:
-        """Write the run to another folder, as :meth:`Plan.save` does; figures of its search are left out."""
-        place = file_path("folder", folder)
-        formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
-        replace_folder(
-            place,
-            needed=tables_of(self.motion, self.times),
-            further=[*figure_writers(self.planned, formats), *exports],
-            result=self.result,
-        )
-        return place
+    def run(self) -> StoredRun:
+        """The content of the folder."""
+        return self.planned

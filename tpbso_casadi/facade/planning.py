@@ -189,4 +189,4 @@ def read_run(folder: str | Path) -> StoredPlan:
         TypeError: the folder is no path.
         InvalidRun: a file is missing or was changed, or a number is not what a recomputation gives.
     """
-    return StoredPlan.of(read_stored_run(file_path("folder", folder)))
+    return StoredPlan(read_stored_run(file_path("folder", folder)))

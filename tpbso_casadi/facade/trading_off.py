@@ -204,5 +204,5 @@ def _front(trade_off: TradeOff, method: str, place: Path) -> Front:
     points = PointFront.of(trade_off.points[method]).points
     if not points:
         raise ScenarioError("no plan is certified, not even at an end of the front: more evaluations, or another seed")
-    plans = [StoredPlan.of(read_run(place / point.folder)) for point in points if point.folder]
+    plans = [StoredPlan(read_run(place / point.folder)) for point in points if point.folder]
     return Front(trade_off, method, points, tuple(plans))

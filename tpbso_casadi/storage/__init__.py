@@ -24,7 +24,7 @@ from tpbso_casadi.storage.files import (
     writing,
 )
 from tpbso_casadi.storage.recomputation import Contradiction
-from tpbso_casadi.storage.result import InvalidResult, RunResult, result_of
+from tpbso_casadi.storage.result import InvalidResult, RunResult, StoredRun, result_of, stored
 from tpbso_casadi.storage.run_folder import (
     LARGEST_RESULT,
     OtherPlan,
@@ -33,10 +33,9 @@ from tpbso_casadi.storage.run_folder import (
     check_run_folder,
     replace_folder,
     stored_content,
-    tables_of,
     write_plan,
 )
-from tpbso_casadi.storage.stored_run import InvalidRun, StoredRun, checked, path_table, read_run
+from tpbso_casadi.storage.stored_run import InvalidRun, checked, path_table, read_run
 from tpbso_casadi.storage.tables import (
     CertificateResult,
     ConstraintResult,
@@ -88,9 +87,9 @@ __all__ = [
     "result_of",
     "rows_for_controller",
     "sealed",
+    "stored",
     "stored_content",
     "table_of",
-    "tables_of",
     "write_certificate",
     "write_csv",
     "write_motion",

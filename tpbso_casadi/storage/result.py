@@ -5,10 +5,11 @@ Unknown and missing keys and wrong types are errors of one line that name the ke
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from platform import python_version
 from typing import Annotated, Any, Self
 
+from problems import Problem
 from problems.base import InvalidTable, Range, ReadBy, shown, shown_value
 from solvers import StopReason
 from tpbso_casadi.plain import SEAL, BrokenSeal, NotJSON, as_json, check_seal, parsed_json, plain, sealed, versions
@@ -139,6 +140,30 @@ class RunResult(StoredTable):
         return result
 
 
+@dataclass(frozen=True, kw_only=True, repr=False)
+class StoredRun(PlannedMotion):
+    """A plan as a run folder holds it: its search is known by its record alone.
+
+    Attributes:
+        result: the content of ``result.json``.
+        found: the motion of search and polish; the same unless it was timed anew.
+        problem: that was searched; None where a given path was timed.
+    """
+
+    result: RunResult
+    found: JudgedMotion
+    problem: Problem[Any] | None
+
+
+def stored(plan: PlannedMotion) -> StoredRun:
+    """The plan as reading its run folder would give it."""
+    if isinstance(plan, StoredRun):
+        return plan
+    found = plan.retiming.before if plan.retiming is not None and plan.retiming.accepted else plan.motion
+    problem = None if plan.searched is None else plan.searched.problem
+    return StoredRun(scenario=plan.scenario, motion=plan.motion, result=result_of(plan), found=found, problem=problem)
+
+
 def result_of(plan: PlannedMotion) -> RunResult:
     """The content of ``result.json``: everything to rerun and judge the plan.
 
@@ -147,6 +172,8 @@ def result_of(plan: PlannedMotion) -> RunResult:
     """
     if not isinstance(plan, PlannedMotion):
         raise TypeError(f"plan: what plan(scenario) returns is needed, not {shown(plan)}")
+    if isinstance(plan, StoredRun):
+        return plan.result
     return RunResult(
         scenario=plan.scenario,
         solution=SolutionResult.of(plan),

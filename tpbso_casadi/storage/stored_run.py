@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,35 +17,13 @@ from tpbso_casadi.planning import SAME_PATH, JudgedMotion
 from tpbso_casadi.scenario import Scenario, ScenarioError, pieces_table, plugin_failures_named, read_text
 from tpbso_casadi.storage.exporting import TORQUE, table_of
 from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
-from tpbso_casadi.storage.result import InvalidResult, RunResult
+from tpbso_casadi.storage.result import InvalidResult, RunResult, StoredRun
 from tpbso_casadi.storage.run_folder import LARGEST_RESULT, SUFFIXES, digest_of
 from tpbso_casadi.storage.tables import SolutionResult
 
 
 class InvalidRun(ValueError):
     """A run folder whose parts contradict each other, or cannot be read; the message is one line."""
-
-
-@dataclass(frozen=True)
-class StoredRun:
-    """The content of a run folder.
-
-    Attributes:
-        result: the content of ``result.json``.
-        motion: the trajectory in it, verified again.
-        found: the motion of search and polish; the same unless it was timed anew.
-        problem: that was searched; None where a given path was timed.
-    """
-
-    result: RunResult
-    motion: JudgedMotion
-    found: JudgedMotion
-    problem: Problem[Any] | None
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario of the run."""
-        return self.result.scenario
 
 
 def read_run(folder: Path) -> StoredRun:
@@ -175,4 +153,4 @@ def checked(result: RunResult) -> StoredRun:
         check_trajectory("retiming.motion", found, problem)
     check_trajectory("solution", motion, problem)
     check_result(result, problem, found, motion)
-    return StoredRun(result, motion, found, problem)
+    return StoredRun(scenario=scenario, motion=motion, result=result, found=found, problem=problem)
