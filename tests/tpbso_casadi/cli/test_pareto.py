@@ -229,6 +229,7 @@ def test_where_there_is_no_plan_what_there_is_is_written(capsys: pytest.CaptureF
     assert row["standing"] == "not certified" and Path("front", row["folder"], "result.json").exists()
 
 
+@pytest.mark.slow
 def test_weighted_sums_and_nsga2_beside_each_other() -> None:
     command = [*COMMAND, "--objectives", "rotation,length", "--points", "2"]
     assert run(*command, "--method", "nsga2") == 0

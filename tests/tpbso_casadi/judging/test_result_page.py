@@ -312,7 +312,11 @@ def test_effect_sizes_are_written_in_the_cells() -> None:
     assert [axes.get_title(loc="right") for axes in effect_sizes_figure(two).axes] == ["mean over cases", "x", "y"]
 
 
-def test_files_are_written_and_old_ones_of_what_is_left_out_removed(tmp_path: Path) -> None:
+def test_files_are_written_and_old_ones_of_what_is_left_out_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    empty = [replace(kind, draw=lambda results: Figure()) for kind in FIGURES]
+    monkeypatch.setattr("tpbso_casadi.judging.page_figures.FIGURES", empty)
     few = random_results(cases=1, solvers=2, runs=1)
     pictures_of(tmp_path, few, ["svg"])
     assert {path.name for path in tmp_path.iterdir()} == {"comparison.svg", "ecdf.svg"}
