@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from solvers import BSO, Box, minimize
+from solvers import BSO, SearchBox, minimize
 from tpbso_casadi.reproduction.experiment import TABLE_1
 from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.scenario.cases import THREE_METRES
@@ -35,7 +35,7 @@ def mean(shape: dict[str, Any], objective: str, runs: int) -> float:
     common = {"kind": "path", "objective": objective, "elbow": "up", "accuracy": 0.1}
     arm = THREE_METRES | {"max_acceleration": REFERENCE_ACCELERATION}
     problem = parse_scenario({"arm": arm, "task": {**common, **shape}}).problem()
-    box = Box(*problem.bounds)
+    box = SearchBox(*problem.bounds)
     costs = [minimize(problem.cost, box, BSO(), BSO.default_budget, seed).cost for seed in range(1, runs + 1)]
     feasible_costs = [cost for cost in costs if cost <= problem.objective_upper_bound]
     return float(np.mean(feasible_costs)) if feasible_costs else float("nan")

@@ -36,7 +36,7 @@ from problems import (
 from problems.base import as_array
 from problems.certify import exact_time_scale
 from problems.limits import Clearance, reachable_pairs
-from solvers import PSO, Box, Budget, minimize
+from solvers import PSO, Budget, SearchBox, minimize
 
 CHECK_SAMPLES = 100_000
 SAMPLES_PER_CHUNK = 5_000
@@ -80,9 +80,9 @@ def check(seed: int) -> Checked:
     """Certify one random motion, and check it at very many samples."""
     rng = np.random.default_rng(seed)
     problem = random_problem(rng)
-    x = Box(*problem.bounds).sample(rng, 1)[0]
+    x = SearchBox(*problem.bounds).sample(rng, 1)[0]
     if seed % 2:
-        x = minimize(problem.cost, Box(*problem.bounds), PSO(population=30), Budget(1500), rng).x
+        x = minimize(problem.cost, SearchBox(*problem.bounds), PSO(population=30), Budget(1500), rng).x
     trajectory = problem.trajectory(x)
     if rng.random() < 0.3:  # a little too fast, and only between the samples
         trajectory = trajectory.time_scaled(

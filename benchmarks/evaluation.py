@@ -19,7 +19,7 @@ from rich.table import Table
 from benchmarks.stopwatch import medians
 from problems import PathFollowingProblem
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import EXTERNAL, SOLVERS, Box, Budget, minimize
+from solvers import EXTERNAL, SOLVERS, Budget, SearchBox, minimize
 from tpbso_casadi import find_solver
 from tpbso_casadi.scenario.cases import builtin
 
@@ -29,7 +29,7 @@ EVALUATIONS = 20_000
 def overheads(console: Console) -> None:
     """Overhead of each solver that is installed per evaluation: a search whose cost function takes no time."""
     table = Table("solver", "overhead [us]", title="a solver's own overhead per evaluation, 10 variables, defaults")
-    box = Box(np.zeros(10), np.ones(10))
+    box = SearchBox(np.zeros(10), np.ones(10))
     installed = [name for name, each in EXTERNAL.items() if not each.package or find_spec(each.package)]
     jobs = {
         name: partial(minimize, lambda x: x[:, 0], box, find_solver(name)(), Budget(EVALUATIONS), 1)  # type: ignore[arg-type]

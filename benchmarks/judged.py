@@ -27,7 +27,7 @@ import numpy as np
 
 from benchmarks.suite import keep as keep_best
 from benchmarks.suite import refined
-from solvers import Box, Budget, Solver, minimize
+from solvers import Budget, SearchBox, Solver, minimize
 from tpbso_casadi.cli.commands.suite import main as suite_command
 from tpbso_casadi.cli.commands.suite import numbers
 from tpbso_casadi.judging.grid import parse_solver, parse_solvers, suite_grid
@@ -368,7 +368,7 @@ VARIABLES, TIMED = 30, 10_000
 
 def overhead() -> None:
     """CPU time of a solver itself for an evaluation, us: a search whose cost function takes no time."""
-    box = Box(np.zeros(VARIABLES), np.ones(VARIABLES))
+    box = SearchBox(np.zeros(VARIABLES), np.ones(VARIABLES))
     for label, stated in SOLVERS.items():
         spec = parse_solver(stated)
         solver = find_solver(spec.name)(**spec.settings)  # type: ignore[arg-type]

@@ -24,7 +24,7 @@ import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.robots import SpatialArm
-from problems.tasks import Arc, StraightWay, ToolPath
+from problems.tasks import Arc, StraightLine, ToolPath
 from problems.timing import retime
 from tpbso_casadi.planning import NoMotion
 from tpbso_casadi.planning.sequence import led_along
@@ -70,7 +70,7 @@ def drawn(robot: SpatialArm, rng: np.random.Generator) -> tuple[FloatArray, tp.L
 
 def within_reach(robot: SpatialArm, start: FloatArray, line: tp.Line, passed: FloatArray, turned: FloatArray) -> bool:
     """Whether inverse kinematics finds a posture at each of a few points of the way, whichever."""
-    way: StraightWay | Arc = StraightWay(passed[0], passed[2]) if line.through is None else Arc(*passed)
+    way: StraightLine | Arc = StraightLine(passed[0], passed[2]) if line.through is None else Arc(*passed)
     try:
         for place in ToolPath(way, (turned[0], turned[1])).places(np.linspace(0.0, 1.0, LOOKS)):
             place.branches(robot, (), None, "goal")

@@ -40,7 +40,7 @@ from problems.base import FloatArray
 from problems.base.cache import VARIABLE
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from problems.evaluation.kernel import portable
-from solvers import SOLVERS, Box, Budget, minimize
+from solvers import SOLVERS, Budget, SearchBox, minimize
 from tpbso_casadi.scenario import Scenario, parse_scenario
 from tpbso_casadi.scenario.cases import TITLES, builtin
 
@@ -139,7 +139,7 @@ def table(console: Console, population: int, names: list[str]) -> None:
 
 def microseconds(problem: Problem[Any], population: int) -> dict[str, float]:
     """Time per candidate of every method, after checking that all agree."""
-    points = Box(*problem.bounds).sample(np.random.default_rng(1), population)
+    points = SearchBox(*problem.bounds).sample(np.random.default_rng(1), population)
     evaluators = ways(problem, population)
     expected = evaluators["map"](points).copy()
     for way, evaluate in evaluators.items():
@@ -228,13 +228,13 @@ def growing() -> list[tuple[str, str, list[int], list[Callable[[str], Callable[[
     def evaluating(scenario: Scenario, population: int, backend: str) -> Callable[[], object]:
         problem = scenario.problem()
         evaluate = problem.evaluator(EvaluationOptions(backend))
-        points = Box(*problem.bounds).sample(np.random.default_rng(1), population)
+        points = SearchBox(*problem.bounds).sample(np.random.default_rng(1), population)
         repeat(evaluate, points, 1 + 3000 // population)
         return lambda: evaluate(points)
 
     def search(iterations: int, backend: str) -> Callable[[], object]:
         problem = builtin("time-3").problem()
-        evaluate, box = problem.evaluator(EvaluationOptions(backend)), Box(*problem.bounds)
+        evaluate, box = problem.evaluator(EvaluationOptions(backend)), SearchBox(*problem.bounds)
         return lambda: minimize(evaluate, box, SOLVERS["bso"](population=50), Budget(iterations=iterations), 1)
 
     links, samples, population, iterations = (
@@ -265,7 +265,7 @@ def remembering() -> list[tuple[str, list[int], Callable[[int], float]]]:
         problem = builtin("time-3").problem()
         evaluate = problem.evaluator(EvaluationOptions("native"))
         evaluate(np.zeros((1, len(problem.variables))))
-        run = partial(minimize, evaluate, Box(*problem.bounds), SOLVERS["bso"](population=population))
+        run = partial(minimize, evaluate, SearchBox(*problem.bounds), SOLVERS["bso"](population=population))
         return peak(partial(run, Budget(iterations=iterations), 1))
 
     def output(rows: int) -> float:

@@ -28,7 +28,7 @@ from scipy.stats import rankdata, wilcoxon
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import EXTERNAL, SOLVERS, Box, Budget, Solver, minimize
+from solvers import EXTERNAL, SOLVERS, Budget, SearchBox, Solver, minimize
 from tpbso_casadi import find_solver
 from tpbso_casadi.judging.statistics import holm
 from tpbso_casadi.scenario.cases import TITLES, builtin, random_scenarios
@@ -89,7 +89,7 @@ def solve(job: Job) -> Run:
     equal_iterations = job.budget == 0
     solver = kind(population=50) if equal_iterations else kind()
     budget = Budget(iterations=EQUAL_ITERATIONS) if equal_iterations else Budget(job.budget)
-    result = minimize(evaluator(job.case), Box(*planned.bounds), solver, budget, job.seed)
+    result = minimize(evaluator(job.case), SearchBox(*planned.bounds), solver, budget, job.seed)
     assert job.budget in (0, result.evaluations)
     at = np.searchsorted(result.history.evaluations, MOMENTS, side="right") - 1
     so_far = np.where(at >= 0, result.history.cost[at], np.inf)
@@ -225,7 +225,7 @@ def standard(job: tuple[str, int, str, int]) -> float:
     name, dimension, solver, seed = job
     half, function = FUNCTIONS[name]
     shift = np.random.default_rng(0).uniform(-half / 4.0, half / 4.0, dimension)
-    box = Box(np.full(dimension, -half), np.full(dimension, half))
+    box = SearchBox(np.full(dimension, -half), np.full(dimension, half))
     kind = find_solver(solver)
     assert issubclass(kind, Solver)
     moved = (lambda x: function(x - shift)) if name != "Rosenbrock" else function

@@ -28,7 +28,7 @@ import numpy as np
 
 from benchmarks.freeze.definitions import DEFINITIONS, MENDED, NEWEST, Definition, Tables
 from benchmarks.freeze.freezing import frozen, has_postures, lower_bound
-from solvers import LSHADE, Box, Budget, Solver, minimize
+from solvers import LSHADE, Budget, SearchBox, Solver, minimize
 from tpbso_casadi.cli.commands.suite import numbers
 from tpbso_casadi.judging.searches import search_front
 from tpbso_casadi.planning import plan
@@ -177,7 +177,7 @@ def searched(problem: SuiteProblem) -> Iterator[Way]:
         solver = find_solver(way)()
         assert isinstance(solver, Solver)
         for seed in SEEDS:
-            found = minimize(problem.merit, Box(*problem.bounds), solver, Budget(evaluations=SEARCHED), seed)
+            found = minimize(problem.merit, SearchBox(*problem.bounds), solver, Budget(evaluations=SEARCHED), seed)
             yield refined(problem, way, float(found.cost), found.x)
     if problem.best_known is not None:
         yield "known before", problem.best_known.value, problem.best_known.x
@@ -188,7 +188,7 @@ def refined(problem: SuiteProblem, way: str, merit: float, x: np.ndarray) -> Way
     from solvers.external.cma_es import CMAES  # noqa: PLC0415 (optional)
 
     budget = Budget(evaluations=REFINED)
-    near = minimize(problem.merit, Box(*problem.bounds), CMAES(sigma=0.02), budget, SEEDS[0], known=x[None])
+    near = minimize(problem.merit, SearchBox(*problem.bounds), CMAES(sigma=0.02), budget, SEEDS[0], known=x[None])
     return (f"{way}+cma", float(near.cost), near.x) if near.cost < merit else (f"{way}+cma", merit, x)
 
 

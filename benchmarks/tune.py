@@ -20,7 +20,7 @@ import numpy as np
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import SOLVERS, Box, Budget, minimize
+from solvers import SOLVERS, Budget, SearchBox, minimize
 from tpbso_casadi.scenario.cases import random_scenarios
 
 TRAINING_SEED, TRAINING_CASES = 7, 16  # not the seed of benchmarks.solvers
@@ -95,7 +95,7 @@ def run(solver: str, settings: dict[str, Any], evaluations: int, seeds: range) -
         planned = problem(case)
         for column, seed in enumerate(seeds):
             search, budget = SOLVERS[solver](**settings), Budget(evaluations)
-            result = minimize(evaluator(case), Box(*planned.bounds), search, budget, seed)
+            result = minimize(evaluator(case), SearchBox(*planned.bounds), search, budget, seed)
             if result.cost <= planned.objective_upper_bound:
                 costs[case, column] = result.cost
     return costs

@@ -1,4 +1,4 @@
-"""Solvers: metaheuristics that search a box of numbers, IPOPT that descends on a smooth program. Knows no robot."""
+"""Solvers: metaheuristics that search a box of numbers, IPOPT that descends on a smooth program; for no robot alone."""
 
 from solvers.abso import AdaptiveBeetleSwarm
 from solvers.ask_tell import AskTell
@@ -25,10 +25,10 @@ from solvers.random_search import RandomSearch
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, NO_SEARCH, SOLVERS, AnySolver, External
 from solvers.solver import (
     STARTS,
-    Box,
     Iterations,
     Preset,
     Search,
+    SearchBox,
     Solver,
     SolverTraits,
     Steps,
@@ -55,7 +55,6 @@ __all__ = [
     "Archive",
     "AskTell",
     "BenchmarkFunction",
-    "Box",
     "Budget",
     "Descent",
     "DescentResult",
@@ -69,6 +68,7 @@ __all__ = [
     "RandomSearch",
     "Result",
     "Search",
+    "SearchBox",
     "Solution",
     "Solver",
     "SolverTraits",

@@ -24,7 +24,7 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
-from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
+from solvers.solver import FloatArray, Iterations, Search, SearchBox, Solver, require
 from solvers.swarm import linear_schedule
 from solvers.threads import one_thread
 
@@ -33,7 +33,7 @@ AXES_KEPT = 10  # evaluations for each dimension until the swarm's axes are comp
 
 @dataclass(frozen=True)
 class AdaptiveBeetleSwarm(Solver):
-    """Beetles whose antennae are differences, with momentum and a shrinking swarm.
+    """A swarm of beetles whose antennae are differences, with momentum and a shrinking swarm.
 
     How the defaults were chosen: ``docs/explanation/solvers.md`` and ``benchmarks/tune.py``.
 
@@ -67,8 +67,8 @@ class AdaptiveBeetleSwarm(Solver):
         for name in ("directions_first", "directions_last", "principal"):
             require(0.0 <= getattr(self, name) <= 1.0, f"{name} = {getattr(self, name)} is not in [0, 1]")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Evaluate the right antenna, the left one where that failed, and move to what is better."""
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Candidates at the right antenna, the left one where that failed, and the better positions."""
         x = initial_population(box, rng, self.population, self.effort, iterations.evaluations)
         swarm, last_step = Population.of(x, (yield x)), np.zeros_like(x)
         axes, age = np.eye(box.dimension), inf  # the swarm's, and evaluations since

@@ -13,7 +13,7 @@ import numpy as np
 
 from solvers.budget import Budget, Interruption, StopReason
 from solvers.driver import Result, SearchRun, Status
-from solvers.solver import Box, FloatArray, Solver
+from solvers.solver import FloatArray, SearchBox, Solver
 from solvers.standalone import Bounds, SolverChoice, box_of, budget_of, candidates_of, generator_of, solver_of
 
 FORMAT = 1
@@ -21,7 +21,7 @@ FORMAT = 1
 
 @dataclass
 class Record:
-    """How a search was stated, and what it was told.
+    """The statement of a search, and the costs that it was given.
 
     Attributes:
         path: "module:Class" of the solver.
@@ -35,7 +35,7 @@ class Record:
 
     path: str
     settings: dict[str, Any]
-    box: Box
+    box: SearchBox
     budget: Budget
     seed: int
     costs: list[FloatArray] = field(default_factory=list)
@@ -45,23 +45,23 @@ class Record:
         self._candidates = sha256()
 
     @classmethod
-    def of(cls, solver: Solver, box: Box, budget: Budget, seed: int) -> Self:
-        """The record of a search to which nothing was told yet."""
+    def of(cls, solver: Solver, box: SearchBox, budget: Budget, seed: int) -> Self:
+        """The record of a search that was given no cost yet."""
         kind = type(solver)
         settings = asdict(solver)  # type: ignore[call-overload]  # all are dataclasses
         return cls(f"{kind.__module__}:{kind.__qualname__}", settings, box, budget, seed)
 
     def add(self, candidates: FloatArray, costs: FloatArray) -> None:
-        """The costs (m,) of candidates (m, d)."""
+        """Add the costs (m,) of candidates (m, d)."""
         self._candidates.update(candidates.tobytes())
         self.costs.append(costs.copy())
 
     def digest(self) -> str:
-        """Of all candidates so far."""
+        """A digest of all candidates so far."""
         return self._candidates.hexdigest()
 
     def solver(self) -> Solver:
-        """As it was."""
+        """The solver that was recorded."""
         return solver_of(self.path, self.settings)
 
 
@@ -113,7 +113,7 @@ def read_record(file: Path) -> Record:
                 raise ValueError("of another format")
             if costs.dtype != np.float64 or costs.ndim != 1 or not isinstance(stated["settings"], dict):
                 raise ValueError("its costs or its settings are of another kind")
-            box = Box(*archive["bounds"]).with_known(known if len(known) else None)
+            box = SearchBox(*archive["bounds"]).with_known(known if len(known) else None)
             told = np.split(costs, np.cumsum(sizes)[:-1]) if len(sizes) else []
             budget = Budget(**stated["budget"])
         return Record(stated["solver"], stated["settings"], box, budget, stated["seed"], told, stated["digest"])
@@ -173,17 +173,17 @@ class AskTell:
 
     @property
     def stop_reason(self) -> StopReason | None:
-        """Which criterion ended it; None while it runs."""
+        """The criterion that ended it; None while it runs."""
         return self._run.stop_reason if self.done else None
 
     @property
     def status(self) -> Status:
-        """How far it is: evaluations, iterations, the lowest cost."""
+        """The state of the search: evaluations, iterations, the lowest cost."""
         return self._run.status
 
     @property
     def result(self) -> Result:
-        """The outcome.
+        """The result of a search that has ended.
 
         Raises:
             RuntimeError: the search has not ended; :meth:`stop` ends it.
@@ -204,7 +204,7 @@ class AskTell:
         return self._run.pending.copy()
 
     def tell(self, candidates: Any, costs: Any) -> None:
-        """The costs (m,) of the candidates (m, d) that were asked for, in their order.
+        """Take the costs (m,) of the candidates (m, d) that were asked for, in their order.
 
         NaN and infinite costs count as worst: no candidate with one becomes the best.
 
@@ -250,7 +250,7 @@ class AskTell:
             self._run.stop(StopReason.INTERRUPTED)
 
     def save(self, file: str | Path) -> Path:
-        """Write what was told so far, and how the search was stated, to a file; :meth:`load` goes on from there.
+        """Write the search and its costs so far to a file, from which :meth:`load` continues it.
 
         Raises:
             ValueError: it cannot be repeated: its budget has seconds, or its seed is a generator.
@@ -260,7 +260,7 @@ class AskTell:
 
     @classmethod
     def load(cls, file: str | Path) -> Self:
-        """A saved search, bit for bit as it was: its costs are told again, and its candidates checked.
+        """A saved search, bit for bit as it was; its candidates are computed again and checked.
 
         Raises:
             ValueError: not such a file, or other versions lead to other candidates.

@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.solver import Box, Iterations, Search, Solver, require
+from solvers.solver import Iterations, Search, SearchBox, Solver, require
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class BAS(Solver):
         require(self.shortest_antenna >= 0.0, f"shortest_antenna = {self.shortest_antenna} is negative")
         require(self.last_step > 0.0, f"last_step = {self.last_step} is not positive")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         x = box.initial(rng, self.population)
         yield x
         step = antenna = self.first_step

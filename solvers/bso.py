@@ -21,7 +21,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from solvers.solver import Box, FloatArray, Iterations, Preset, Search, Solver, require
+from solvers.solver import FloatArray, Iterations, Preset, Search, SearchBox, Solver, require
 from solvers.swarm import Swarm, linear_schedule
 
 PRINTED: Preset = MappingProxyType({"inertia_first": 1.0, "inertia_last": 1.0, "antenna_sign": "printed"})
@@ -29,7 +29,7 @@ PRINTED: Preset = MappingProxyType({"inertia_first": 1.0, "inertia_last": 1.0, "
 
 @dataclass(frozen=True)
 class BSO(Solver):
-    """Beetle swarm optimisation.
+    """Beetle swarm optimisation as the paper has it.
 
     Each iteration takes three evaluations a beetle: two antennae and the new position.
 
@@ -66,8 +66,8 @@ class BSO(Solver):
         require(self.c > 0.0, f"c = {self.c} is not positive")
         require(self.antenna_sign in ("descend", "printed"), f"antenna_sign = {self.antenna_sign!r} is unknown")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """Algorithm 1."""
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Candidates of Algorithm 1 of the paper."""
         v_max = self.velocity_range * box.span
         swarm = Swarm.start(box, rng, self.population, v_max)  # line 1
         swarm.update_best((yield swarm.x))  # lines 2-3
@@ -82,13 +82,13 @@ class BSO(Solver):
             swarm.update_best((yield swarm.x))  # lines 11-20
             delta *= self.eta  # line 21, (32)
 
-    def antennae(self, box: Box, swarm: Swarm, delta: float) -> tuple[FloatArray, FloatArray]:
-        """(29)-(31): x_right, x_left = x ± V d / 2 with d = delta / c; kept in the box. Both (m, d)."""
+    def antennae(self, box: SearchBox, swarm: Swarm, delta: float) -> tuple[FloatArray, FloatArray]:
+        """The antennae (29)-(31): x_right, x_left = x ± V d / 2 with d = delta / c; kept in the box. Both (m, d)."""
         antenna = swarm.v * (delta / self.c / 2.0)
         return box.clip(swarm.x + antenna), box.clip(swarm.x - antenna)
 
     def beetle_step(self, v: FloatArray, delta: float, cost_right: FloatArray, cost_left: FloatArray) -> FloatArray:
-        """(28): xi = ± delta V sign(F(x_right) - F(x_left)), (m, d); 0 where both antennae cost the same."""
+        """The step (28): xi = ± delta V sign(F(x_right) - F(x_left)), (m, d); 0 where both antennae cost the same."""
         sign = (cost_right > cost_left).astype(np.float64) - (cost_right < cost_left)
         if self.antenna_sign == "descend":
             sign = -sign

@@ -1,4 +1,4 @@
-"""When a search ends: budgets, reasons, Ctrl-C."""
+"""Ends of searches: budgets, reasons, Ctrl-C."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import TypeVar
 
 
 class StopReason(StrEnum):
-    """Which criterion ended a search."""
+    """The criterion that ended a search."""
 
     EVALUATIONS = "evaluations"
     ITERATIONS = "iterations"
@@ -31,7 +31,7 @@ class StopReason(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Usage:
-    """What a search has used so far.
+    """The effort of a search so far.
 
     Attributes:
         evaluations: done.
@@ -54,7 +54,7 @@ class Usage:
 
 @dataclass(frozen=True)
 class Budget:
-    """The first limit that is reached ends the search; None is no limit.
+    """Limits of a search, of which the first that is reached ends it; None is no limit.
 
     Args:
         evaluations: candidates evaluated, all of them counted, antennae included; never exceeded by a metaheuristic.
@@ -84,7 +84,7 @@ class Budget:
             raise ValueError("a budget limits evaluations, iterations or seconds")
 
     def reached(self, usage: Usage) -> StopReason | None:
-        """Which criterion ends the search now, or None. If several do, the first in this order."""
+        """The first criterion, in this order, that ends the search now, or None."""
         criteria = (
             (StopReason.INTERRUPTED, usage.interrupted),
             (StopReason.TARGET, self.target is not None and usage.cost <= self.target),
@@ -96,7 +96,7 @@ class Budget:
         return next((reason for reason, holds in criteria if holds), None)
 
     def share_used(self, usage: Usage) -> float:
-        """Share of the budget used, from 0 to 1; the clock counts only where nothing repeatable limits the search."""
+        """The share of the budget used, from 0 to 1; the clock counts only where nothing repeatable limits it."""
         shares = []
         if self.evaluations is not None:
             shares.append(usage.evaluations / self.evaluations)
@@ -121,7 +121,7 @@ PATIENCE = 2.0  # s after a request, in which further ones change nothing; a lat
 
 
 class Interruption:
-    """Whether the user has asked to stop, by Ctrl-C or another signal.
+    """A handler of Ctrl-C or another signal, by which the user asks to stop.
 
     While its handler is installed, a signal only sets ``requested``, which whoever is working has to poll. Only work
     of which nothing needs to be kept is interrupted at once, see :meth:`breakable`.
@@ -136,7 +136,7 @@ class Interruption:
         self._since = 0.0
 
     def request(self, number: int, frame: FrameType | None) -> None:
-        """Handle a signal.
+        """Handle a signal as a request to stop.
 
         Raises:
             KeyboardInterrupt: this is the first request and the work is breakable, or the first was too long ago.
@@ -183,8 +183,8 @@ class Interruption:
             return None
 
     @contextmanager
-    def for_robot(self) -> Iterator[None]:
-        """Within breakable work, a part that only polls."""
+    def polling(self) -> Iterator[None]:
+        """Run a part of breakable work that only polls."""
         before, self._breakable = self._breakable, False
         try:
             yield
@@ -202,7 +202,7 @@ def deferred_interrupt() -> Iterator[Interruption]:
     if threading.current_thread() is not threading.main_thread():
         yield Interruption()
     elif outer is not None:
-        with outer.for_robot():
+        with outer.polling():
             yield outer
     else:
         before, interruption = signal.getsignal(signal.SIGINT), Interruption()
@@ -214,7 +214,7 @@ def deferred_interrupt() -> Iterator[Interruption]:
 
 
 def _installed() -> Interruption | None:
-    """The interruption that handles a signal now, whichever: where SIGINT is ignored, another one may be handled."""
+    """The interruption that handles a signal now; where SIGINT is ignored, another signal may be handled."""
     handlers = (signal.getsignal(number) for number in signal.valid_signals())
     owners = (getattr(handler, "__self__", None) for handler in handlers)
     return next((owner for owner in owners if isinstance(owner, Interruption)), None)

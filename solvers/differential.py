@@ -1,4 +1,4 @@
-"""What solvers by differential evolution have in common.
+"""Common parts of solvers by differential evolution.
 
 A difference of two members is a step whose size and direction fit the population as it is: large while it is spread
 over the box, small when it has contracted (Storn and Price, "Differential Evolution", 1997).
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.solver import DEFAULT_EVALUATIONS, Box, FloatArray
+from solvers.solver import DEFAULT_EVALUATIONS, FloatArray, SearchBox
 
 SMALLEST_POPULATION = 20
 LARGEST_POPULATION_PER_DIMENSION = 25
@@ -21,7 +21,7 @@ BoolArray = NDArray[np.bool_]
 
 
 def initial_population(
-    box: Box, rng: np.random.Generator, size: int | None, effort: int, evaluations: int | None
+    box: SearchBox, rng: np.random.Generator, size: int | None, effort: int, evaluations: int | None
 ) -> FloatArray:
     """Random members x (m, d), known ones first.
 
@@ -60,17 +60,17 @@ class Population:
 
     @property
     def size(self) -> int:
-        """Number of members, m."""
+        """The number of members, m."""
         return len(self.x)
 
     def leaders(self, rng: np.random.Generator, share: float) -> FloatArray:
-        """For each member one of the best ``share`` of all, two at the least; (m, d)."""
+        """Members drawn from the best ``share`` of all, two at the least, one for each member; (m, d)."""
         best = max(2, round(share * self.size))
         leaders: FloatArray = self.x[rng.integers(min(best, self.size), size=self.size)]
         return leaders
 
     def differences(self, rng: np.random.Generator) -> FloatArray:
-        """For each member the difference of two others, of which the second may be from the archive; (m, d)."""
+        """Differences of two other members for each member, the second perhaps from the archive; (m, d)."""
         m, pool = self.size, np.concatenate([self.x, self.archive])
         own = np.arange(m)
         first = (own + rng.integers(1, m, size=m)) % m
@@ -100,14 +100,14 @@ class Population:
 
 
 def binomial_mask(rng: np.random.Generator, rate: FloatArray | float, shape: tuple[int, ...]) -> BoolArray:
-    """Which components of each member change: each with probability ``rate``, one at the least. (m, d)."""
+    """A mask (m, d) of components that change, each with probability ``rate``, one a member at the least."""
     mask = rng.random(shape) < rate
     mask[np.arange(shape[0]), rng.integers(shape[1], size=shape[0])] = True
     return mask
 
 
-def midpoint_repair(box: Box, candidates: FloatArray, parents: FloatArray) -> FloatArray:
-    """Components out of the box are set to the midpoint of the parent's and the bound. (m, d)."""
+def midpoint_repair(box: SearchBox, candidates: FloatArray, parents: FloatArray) -> FloatArray:
+    """Candidates (m, d) whose components out of the box are midpoints of the parent's and the bound."""
     for bound, is_out in ((box.lower, candidates < box.lower), (box.upper, candidates > box.upper)):
         if is_out.any():
             candidates = np.where(is_out, (parents + bound) / 2.0, candidates)
@@ -115,5 +115,5 @@ def midpoint_repair(box: Box, candidates: FloatArray, parents: FloatArray) -> Fl
 
 
 def linear_size(first: int, last: int, progress: float) -> int:
-    """Size of a population that shrinks linearly from first to last as progress goes from 0 to 1."""
+    """The size of a population that shrinks linearly from first to last as progress goes from 0 to 1."""
     return max(last, round(first + (last - first) * progress))

@@ -14,7 +14,7 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
-from solvers.solver import ITERATIONS, Box, FloatArray, Iterations, Solver, Steps, checked_candidates
+from solvers.solver import ITERATIONS, FloatArray, Iterations, SearchBox, Solver, Steps, checked_candidates
 
 CAPACITY = 64
 CANDIDATES_PER_BATCH = 4  # the best of each batch are considered
@@ -32,13 +32,13 @@ class Archive:
         box: of the search.
     """
 
-    def __init__(self, box: Box) -> None:
+    def __init__(self, box: SearchBox) -> None:
         self._box = box
         self.x: FloatArray = np.empty((0, box.dimension))
         self.cost: FloatArray = np.empty(0)
 
     def add(self, candidates: FloatArray, cost: FloatArray) -> None:
-        """Consider the best of a batch: candidates (m, d), costs (m,)."""
+        """Add the best of a batch that differ: candidates (m, d), costs (m,)."""
         span = np.where(self._box.span > 0.0, self._box.span, 1.0)
         for i in np.argsort(cost, kind="stable")[:CANDIDATES_PER_BATCH]:
             full = self.cost.size >= CAPACITY
@@ -91,7 +91,7 @@ class Status:
 
 @dataclass(frozen=True, kw_only=True)
 class History:
-    """Best-so-far after each step of a search.
+    """The best so far after each step of a search.
 
     Attributes:
         evaluations: done, (n,).
@@ -107,7 +107,7 @@ class History:
 
     @classmethod
     def of(cls, records: list[tuple[int, float, FloatArray]], steps: Steps) -> History:
-        """From one record a step: evaluations, cost, candidate (d,)."""
+        """The history of one record a step: evaluations, cost, candidate (d,)."""
         evaluations, cost, best = (np.array(column) for column in zip(*records, strict=True))
         return cls(evaluations=evaluations, cost=cost, best=best, steps=steps)
 
@@ -156,7 +156,7 @@ class Result:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Unsearched(Result):
-    """That of no search: something as good is known without one. ``x`` is empty."""
+    """The result without a search, where something as good is known. ``x`` is empty."""
 
     in_program_variables: ClassVar[bool] = True
 
@@ -183,7 +183,7 @@ def unsearched(cost: float, seconds: float, seed: int | None, reason: StopReason
 
 
 class SearchRun:
-    """A search that says which candidates it needs and is told their costs.
+    """A search that asks for candidates and is given their costs.
 
     Args:
         solver: the algorithm.
@@ -206,7 +206,7 @@ class SearchRun:
     def __init__(
         self,
         solver: Solver,
-        box: Box,
+        box: SearchBox,
         budget: Budget,
         rng: np.random.Generator,
         interruption: Interruption,
@@ -303,7 +303,7 @@ class SearchRun:
         self._remember()
 
     def close(self) -> None:
-        """Free what the solver holds, a thread say; a search that was closed cannot go on."""
+        """Free what the solver uses, such as a thread; a search that was closed cannot go on."""
         self._search.close()
 
     def _end(self) -> None:
@@ -320,7 +320,7 @@ class SearchRun:
             self._archive.add(candidates, costs)
 
     def _usage(self, refused: int = 0) -> Usage:
-        """What is used, given how many evaluations of the last batch the budget did not allow."""
+        """The effort so far, given how many evaluations of the last batch the budget did not allow."""
         return Usage(
             evaluations=self._evaluations,
             requested=self._evaluations + refused,
@@ -333,7 +333,7 @@ class SearchRun:
 
     @property
     def status(self) -> Status:
-        """How far the search is."""
+        """The state of the search: effort, lowest cost, progress."""
         return Status.of(self._usage(), self.budget, self.steps)
 
     def _remember(self) -> bool:
@@ -374,7 +374,7 @@ T = TypeVar("T")
 
 
 def keep_best(error: BaseException, found: object) -> None:
-    """Give an exception the best that was found before it was raised: its attribute ``best_so_far``."""
+    """Attach the best that was found to an exception, as its attribute ``best_so_far``."""
     setattr(error, BEST_SO_FAR, found)
     note = f"what was found before is its attribute {BEST_SO_FAR}"
     if note not in getattr(error, "__notes__", ()):
@@ -382,7 +382,7 @@ def keep_best(error: BaseException, found: object) -> None:
 
 
 def best_so_far(error: BaseException, kind: type[T]) -> T | None:
-    """What an exception was given by :func:`keep_best`; None where that is nothing of this kind."""
+    """The object that :func:`keep_best` attached to an exception; None where there is none of this kind."""
     found = getattr(error, BEST_SO_FAR, None)
     return found if isinstance(found, kind) else None
 
@@ -392,7 +392,7 @@ Cost = Callable[[FloatArray], FloatArray]
 
 def minimize(
     cost: Cost,
-    box: Box,
+    box: SearchBox,
     solver: Solver,
     budget: Budget,
     seed: int | np.random.Generator,

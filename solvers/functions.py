@@ -14,7 +14,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from solvers.solver import Box, FloatArray
+from solvers.solver import FloatArray, SearchBox
 
 SCHWEFEL_MINIMUM = 420.9687462275036
 SCHWEFEL_OFFSET = 418.9828872724338
@@ -24,7 +24,7 @@ STYBLINSKI_MINIMUM = -2.903534027771178
 
 @dataclass(frozen=True)
 class Classical:
-    """A function as published.
+    """A benchmark function as published.
 
     Attributes:
         f: of a population (m, d) -> (m,); at no point of the whole space lower than at ``minimum``.
@@ -153,7 +153,7 @@ BENCHMARK_FUNCTIONS: tuple[str, ...] = (*CLASSICAL, *(f"bbob-f{number}" for numb
 
 
 class InvalidFunction(ValueError):
-    """A name that stands for no benchmark function; the message is one line."""
+    """Raised for a name of no benchmark function; the message is one line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,12 +169,12 @@ class BenchmarkFunction:
 
     name: str
     f: Callable[[FloatArray], FloatArray]
-    box: Box
+    box: SearchBox
     minimum: FloatArray
 
     @property
     def dimension(self) -> int:
-        """Number of variables, d."""
+        """The number of variables, d."""
         return self.box.dimension
 
     @property
@@ -184,7 +184,7 @@ class BenchmarkFunction:
 
     @property
     def optimum(self) -> float:
-        """The lowest value."""
+        """The lowest value, at the minimum."""
         return float(self.f(self.minimum[None])[0])
 
     def __call__(self, x: FloatArray) -> FloatArray | float:
@@ -203,7 +203,7 @@ class BenchmarkFunction:
 
 
 def benchmark_function(name: str) -> BenchmarkFunction:
-    """A function by its name.
+    """The benchmark function of a name.
 
     Args:
         name: ``FUNCTION-D`` as published with d variables, or ``FUNCTION-D@N``, its minimum shifted and its axes
@@ -235,7 +235,7 @@ def _hint(family: str) -> str:
 def _classical(name: str, function: Classical, dimension: int, instance: int) -> BenchmarkFunction:
     if dimension < function.fewest:
         raise InvalidFunction(f"{name}: needs {function.fewest} variables or more")
-    box = Box(np.full(dimension, function.low), np.full(dimension, function.high))
+    box = SearchBox(np.full(dimension, function.low), np.full(dimension, function.high))
     published = function.minimum(dimension)
     if not instance:
         return BenchmarkFunction(name, function.f, box, published)
@@ -261,4 +261,4 @@ def _bbob(name: str, number: int, dimension: int, instance: int) -> BenchmarkFun
     problem = cocoex.BareProblem("bbob", number, dimension, instance)
     edge = np.full(dimension, BBOB_EDGE)
     minimum = np.asarray(problem.best_parameter(), dtype=np.float64)
-    return BenchmarkFunction(name, lambda x: np.array([problem(row) for row in x]), Box(-edge, edge), minimum)
+    return BenchmarkFunction(name, lambda x: np.array([problem(row) for row in x]), SearchBox(-edge, edge), minimum)

@@ -12,7 +12,7 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
+from solvers.solver import FloatArray, Iterations, Search, SearchBox, Solver, require
 
 IndexArray: TypeAlias = NDArray[np.int64]
 
@@ -45,7 +45,7 @@ class GA(Solver):
         for name in ("crossover_eta", "mutation_eta"):
             require(getattr(self, name) >= 0.0, f"{name} = {getattr(self, name)} is negative")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         x = box.initial(rng, self.population)
         cost = yield x
         for _ in iterations:
@@ -61,7 +61,7 @@ class GA(Solver):
         winners: IndexArray = rivals[np.arange(self.population), np.argmin(cost[rivals], axis=1)]
         return winners
 
-    def crossover(self, rng: np.random.Generator, box: Box, parents: FloatArray) -> FloatArray:
+    def crossover(self, rng: np.random.Generator, box: SearchBox, parents: FloatArray) -> FloatArray:
         """Simulated binary crossover [1] of the first half of the parents with the second half, (m, d)."""
         pairs = self.population // 2
         first, second = parents[:pairs], parents[pairs : 2 * pairs]
@@ -74,7 +74,7 @@ class GA(Solver):
         middle, half = (first + second) / 2.0, (first - second) / 2.0
         return box.clip(np.concatenate([middle + spread * half, middle - spread * half, parents[2 * pairs :]]))
 
-    def mutate(self, rng: np.random.Generator, box: Box, children: FloatArray) -> FloatArray:
+    def mutate(self, rng: np.random.Generator, box: SearchBox, children: FloatArray) -> FloatArray:
         """Polynomial mutation [2] of a random share of the genes, (m, d)."""
         u = rng.random(children.shape)
         power = 1.0 / (self.mutation_eta + 1.0)

@@ -55,7 +55,7 @@ class Program(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class Solution:
-    """The end of one descent.
+    """The end of one descent, with its multipliers.
 
     Attributes:
         x: the variables, (n,).
@@ -83,7 +83,7 @@ class Solution:
     residuals: dict[str, float]
 
     def after(self, earlier: Solution) -> Solution:
-        """This solution, with the effort of the earlier one that it was started from added to its own."""
+        """The solution with the effort of the earlier one that it was started from added to its own."""
         return replace(
             self,
             iterations=earlier.iterations + self.iterations,
@@ -94,7 +94,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class IPOPT(SolverTraits):
-    """Settings of IPOPT.
+    """The settings of IPOPT.
 
     Raises:
         ValueError: a setting outside the range stated beside it.
@@ -117,7 +117,7 @@ class IPOPT(SolverTraits):
         require(0 <= self.print_level <= 12, f"print_level = {self.print_level} is not in 0..12")
 
     def options(self) -> dict[str, Any]:
-        """As CasADi takes them."""
+        """The options as CasADi takes them."""
         ipopt = {
             "tol": self.tolerance,
             "acceptable_tol": self.acceptable,
@@ -214,7 +214,7 @@ def _violation(values: FloatArray, lower: FloatArray, upper: FloatArray) -> floa
 
 
 def _slackness(values: FloatArray, lower: FloatArray, upper: FloatArray, multipliers: FloatArray) -> float:
-    """Largest product of a multiplier and the distance to its bound."""
+    """The largest product of a multiplier and the distance to its bound."""
     gap = np.where(multipliers > 0.0, upper - values, values - lower)
     active = (multipliers != 0.0) & np.isfinite(gap)
     return float(np.max(np.abs(multipliers[active] * gap[active]), initial=0.0))
@@ -287,7 +287,7 @@ def descend(
 
 
 class _Descents:
-    """What descents have led to so far.
+    """The descents so far, and the best of them.
 
     Args:
         merit: of solutions; one that is not finite, or of a solution that is not, counts as worst.
@@ -304,7 +304,7 @@ class _Descents:
         self._records: list[tuple[int, float, FloatArray]] = []
 
     def add(self, solution: Solution) -> None:
-        """The end of the next descent."""
+        """Add the end of the next descent."""
         self._evaluations += solution.evaluations
         value = self._merit(solution) if np.isfinite(solution.x).all() else np.inf
         value = value if np.isfinite(value) else np.inf
@@ -313,7 +313,7 @@ class _Descents:
         self._records.append((self._evaluations, self._cost, self.best.x))
 
     def usage(self, interrupted: bool) -> Usage:
-        """What is used."""
+        """The effort so far."""
         return Usage(
             evaluations=self._evaluations,
             requested=self._evaluations + 1,  # another start needs one at least

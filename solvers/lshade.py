@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
-from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
+from solvers.solver import FloatArray, Iterations, Search, SearchBox, Solver, require
 
 DISTRIBUTION_SCALE = 0.1  # of F (Cauchy) and standard deviation of CR (normal) around an entry of the memory [1]
 
@@ -44,7 +44,7 @@ class LSHADE(Solver):
         require(0.0 < self.best <= 1.0, f"best = {self.best} is not in (0, 1]")
         require(self.archive_rate >= 0.0, f"archive_rate = {self.archive_rate} is negative")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         x = initial_population(box, rng, self.population, self.effort, iterations.evaluations)
         members = Population.of(x, (yield x))
         memory = SuccessMemory(f=np.full(self.memory_size, 0.5), cr=np.full(self.memory_size, 0.5))

@@ -11,13 +11,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.solver import Box, Iterations, Search, Solver, require
+from solvers.solver import Iterations, Search, SearchBox, Solver, require
 from solvers.swarm import Swarm, linear_schedule
 
 
 @dataclass(frozen=True)
 class PSO(Solver):
-    """Particle swarm optimisation.
+    """Particle swarm optimisation with a falling inertia.
 
     The defaults are the best found on the paper's eight point-to-point cases, with the same effort for each solver: see
     ``benchmarks/results/tune.md`` and ``benchmarks/tune.py``.
@@ -41,7 +41,7 @@ class PSO(Solver):
         require(self.inertia_first >= 0.0 and self.inertia_last >= 0.0, "the inertia is not negative")
         require(self.velocity_range > 0.0, f"velocity_range = {self.velocity_range} is not positive")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         v_max = self.velocity_range * box.span
         swarm = Swarm.start(box, rng, self.population, v_max)
         swarm.update_best((yield swarm.x))

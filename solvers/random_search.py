@@ -7,18 +7,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from solvers.solver import Box, Iterations, Search, Solver
+from solvers.solver import Iterations, Search, SearchBox, Solver
 
 
 @dataclass(frozen=True)
 class RandomSearch(Solver):
-    """Uniform random candidates."""
+    """A search by uniform random candidates."""
 
     minimum_population: ClassVar[int] = 1
 
     population: int = 100  # m >= 1, candidates of an iteration
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         yield box.initial(rng, self.population)
         for _ in iterations:
             yield box.sample(rng, self.population)

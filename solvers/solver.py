@@ -1,4 +1,4 @@
-"""What a solver is: frozen hyper-parameters and one generator."""
+"""Solvers: frozen hyper-parameters and one random generator."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Box:
-    """All x with lower <= x <= upper.
+class SearchBox:
+    """The domain of a search: all x with lower <= x <= upper.
 
     Args:
         lower: shape (d,).
@@ -51,12 +51,12 @@ class Box:
 
     @property
     def dimension(self) -> int:
-        """D."""
+        """The number of variables d."""
         return self.lower.size
 
     @property
     def span(self) -> FloatArray:
-        """Edge lengths, (d,)."""
+        """The lengths of the edges, (d,)."""
         return self.upper - self.lower
 
     def sample(self, rng: np.random.Generator, count: int) -> FloatArray:
@@ -71,13 +71,13 @@ class Box:
         return points
 
     def initial_shares(self, shares: FloatArray) -> FloatArray:
-        """The same in the unit cube: its points (m, d) with the known candidates in the first places."""
+        """The initial population in the unit cube: points (m, d) with the known candidates in the first places."""
         if self.known is None:
             return shares
         return np.concatenate([self.to_unit(self.known), shares[len(self.known) :]])[: len(shares)]
 
-    def with_known(self, known: FloatArray | None) -> Box:
-        """The same box with known candidates (m, d), clipped to it.
+    def with_known(self, known: FloatArray | None) -> SearchBox:
+        """The box with known candidates (m, d), clipped to it.
 
         Raises:
             ValueError: they are not (m, d), or not finite.
@@ -97,7 +97,7 @@ class Box:
         return self.clip(self.lower + shares * self.span)
 
     def to_unit(self, points: FloatArray) -> FloatArray:
-        """The inverse: points (m, d) of the box as shares of its edges, 0 where an edge has no length."""
+        """Points (m, d) of the box as shares of its edges, 0 where an edge has no length."""
         return (points - self.lower) / np.where(self.span > 0.0, self.span, 1.0)
 
 
@@ -107,7 +107,7 @@ NO_PRESETS: Mapping[str, Preset] = MappingProxyType({})
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:
-    """What the entries of a history count.
+    """The kind of steps that the entries of a history count.
 
     Attributes:
         name: of one step, for the axis of a figure.
@@ -142,7 +142,7 @@ class SolverTraits:
 
 
 class Iterations(Iterator[float]):
-    """Iterates over the share of the budget already used, from 0 to 1, once for each iteration of the solver.
+    """An iterator over the share of the budget already used, from 0 to 1, once for each iteration.
 
     Ends when a limit is reached.
 
@@ -197,7 +197,7 @@ class Solver(SolverTraits, ABC):
             raise ValueError(f"{name} needs a population of at least {self.minimum_population}, not {population}")
 
     @abstractmethod
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         """Yield candidates and receive their costs: ``costs = yield candidates``.
 
         Args:
@@ -222,7 +222,7 @@ def is_solver_class(candidate: object) -> TypeGuard[type[Solver]]:
     return isinstance(candidate, type) and issubclass(candidate, Solver) and is_dataclass(candidate)
 
 
-def checked_candidates(yielded: object, box: Box, solver: Solver) -> FloatArray:
+def checked_candidates(yielded: object, box: SearchBox, solver: Solver) -> FloatArray:
     """The candidates (m, d) that a solver has yielded.
 
     Raises:

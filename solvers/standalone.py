@@ -16,7 +16,7 @@ from solvers.budget import Budget
 from solvers.driver import Result, Status, keep_best
 from solvers.driver import minimize as drive
 from solvers.registry import EXTERNAL, GRADIENT_SOLVERS, NO_SEARCH, SOLVERS
-from solvers.solver import Box, FloatArray, Solver, is_solver_class
+from solvers.solver import FloatArray, SearchBox, Solver, is_solver_class
 
 
 @dataclass(frozen=True)
@@ -84,11 +84,11 @@ def _numbers(values: Any) -> FloatArray:
     return numbers.astype(np.float64)
 
 
-Bounds: TypeAlias = Box | FloatArray | Sequence[Sequence[float]]
+Bounds: TypeAlias = SearchBox | FloatArray | Sequence[Sequence[float]]
 SolverChoice: TypeAlias = Solver | type[Solver] | str
 
 
-def box_of(bounds: Bounds) -> Box:
+def box_of(bounds: Bounds) -> SearchBox:
     """The box of bounds: one ``(low, high)`` a variable, (d, 2); or an array of both corners, (2, d); or a box.
 
     A list of two pairs is two variables; an array of shape (2, 2) is read as one is, too: a row for each variable.
@@ -96,7 +96,7 @@ def box_of(bounds: Bounds) -> Box:
     Raises:
         ValueError: of another shape, not finite, or swapped.
     """
-    if isinstance(bounds, Box):
+    if isinstance(bounds, SearchBox):
         return bounds
     try:
         table = np.asarray(bounds, dtype=np.float64)
@@ -110,7 +110,7 @@ def box_of(bounds: Bounds) -> Box:
         raise ValueError(f"bounds: of shape {table.shape}; say one (low, high) a variable, or an array (2, d)")
     with np.errstate(over="ignore"):
         _check(lower, upper)
-    return Box(lower.copy(), upper.copy())
+    return SearchBox(lower.copy(), upper.copy())
 
 
 def _check(lower: FloatArray, upper: FloatArray) -> None:
@@ -196,7 +196,7 @@ def budget_of(budget: Budget | int) -> Budget:
     return Budget(int(budget))
 
 
-def candidates_of(known: Any, box: Box) -> Box:
+def candidates_of(known: Any, box: SearchBox) -> SearchBox:
     """The box with known candidates (m, d), or one (d,), that are evaluated first; None for none.
 
     Raises:

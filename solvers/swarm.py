@@ -1,4 +1,4 @@
-"""What swarms have in common."""
+"""Common parts of swarms."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.solver import Box, FloatArray
+from solvers.solver import FloatArray, SearchBox
 
 
 @dataclass
 class Swarm:
-    """m moving points.
+    """A swarm of m moving points.
 
     Attributes:
         x: positions x^t, (m, d).
@@ -26,7 +26,7 @@ class Swarm:
     best_cost: FloatArray
 
     @classmethod
-    def start(cls, box: Box, rng: np.random.Generator, size: int, v_max: FloatArray) -> Swarm:
+    def start(cls, box: SearchBox, rng: np.random.Generator, size: int, v_max: FloatArray) -> Swarm:
         """Random positions in the box, known ones first, and velocities within ±v_max (d,); no costs yet."""
         x = box.initial(rng, size)
         v = rng.uniform(-v_max, v_max, x.shape)
@@ -34,7 +34,7 @@ class Swarm:
 
     @property
     def leader(self) -> FloatArray:
-        """P_gs, the best position that any member has visited, (d,)."""
+        """The best position P_gs that any member has visited, (d,)."""
         leader: FloatArray = self.best[np.argmin(self.best_cost)]
         return leader
 
@@ -45,7 +45,7 @@ class Swarm:
         self.best_cost[better] = cost[better]
 
     def accelerate(self, rng: np.random.Generator, inertia: float, c1: float, c2: float, v_max: FloatArray) -> None:
-        """(27): V <- w V + c1 r1 (P_is - x) + c2 r2 (P_gs - x), kept within ±v_max (d,)."""
+        """The update (27): V <- w V + c1 r1 (P_is - x) + c2 r2 (P_gs - x), kept within ±v_max (d,)."""
         r1, r2 = rng.random((2, *self.x.shape))
         pull = c1 * r1 * (self.best - self.x) + c2 * r2 * (self.leader - self.x)
         self.v = np.clip(inertia * self.v + pull, -v_max, v_max)

@@ -9,7 +9,7 @@ from threadpoolctl import ThreadpoolController
 
 
 def one_thread() -> AbstractContextManager[object]:
-    """While it is open, BLAS has one thread: to wait for another costs more than it saves up to some hundred rows.
+    """A context in which BLAS has one thread, as waiting for others costs more up to some hundred rows.
 
     The eigenvectors of (56, 56) take 0.2 ms of CPU time so, and 7 ms with two threads on two busy cores. Not a bit of
     them depends on it.

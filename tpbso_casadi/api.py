@@ -58,11 +58,11 @@ from solvers import (
     RandomSearch,
     Result,
     Search,
+    SearchBox,
     Solver,
     StopReason,
     benchmark_function,
 )
-from solvers import Box as SearchBox
 from solvers import (
     minimize_function as minimize,
 )

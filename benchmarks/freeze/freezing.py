@@ -26,7 +26,7 @@ from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program, ProgramStructure
 from problems.objectives import DirectMoves
 from problems.timing import least_durations
-from solvers import LSHADE, Box, Budget, minimize
+from solvers import LSHADE, Budget, SearchBox, minimize
 from tpbso_casadi.scenario import ScenarioError, parse_scenario
 from tpbso_casadi.suite.frozen import Description, FunctionContent, check_points, digest_of
 from tpbso_casadi.suite.kernels import SuiteKernel
@@ -89,9 +89,9 @@ class Instance:
         return [structure.scene() for structure in self.structures]
 
     @cached_property
-    def box(self) -> Box:
+    def box(self) -> SearchBox:
         """That is searched."""
-        return Box(*self.problem.bounds)
+        return SearchBox(*self.problem.bounds)
 
     def merits(self, candidates: FloatArray) -> FloatArray:
         """Of candidates (m, d), (m,); of two objectives those of the first."""

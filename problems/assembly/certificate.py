@@ -352,7 +352,7 @@ def obstacle_content(name: str, obstacle: Obstacle, solid: Obstacle) -> dict[str
     plain, drifts = obstacle_numbers(solid), drifts_of([obstacle])
     assert plain is not None and drifts is not None and isinstance(solid, Solid)
     (drift,) = drifts
-    corners = solid.own_surface()[0] if len(plain.faces) else np.empty((0, 3))
+    corners = solid.local_surface()[0] if len(plain.faces) else np.empty((0, 3))
     return {
         "name": name,
         "shape": plain.shape.name.lower().replace("_", "-"),

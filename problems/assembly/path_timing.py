@@ -144,7 +144,7 @@ class PathTiming(FeasibilityFirst, Encoding[TimedPath]):
         return [limit for limit in limits if limit.order in KEPT_BY_TIMING or limit in slowing]
 
     def slowing(self, limits: Sequence[Limit]) -> list[Limit]:
-        return [limit for limit in self._beyond_derivatives(limits) if not limit.kept_by_scan]
+        return [limit for limit in self._beyond_derivatives(limits) if not limit.ensured_by_scan]
 
     def _beyond_derivatives(self, limits: Sequence[Limit]) -> list[Limit]:
         return [limit for limit in self.restored(limits) if limit.order not in KEPT_BY_TIMING]

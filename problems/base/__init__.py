@@ -32,7 +32,6 @@ from problems.base.fields import (
     quantities_in,
     types_of,
 )
-from problems.base.kept import NoStructure, kept_function, kept_text, structure_key
 from problems.base.matrix import (
     FloatArray,
     Matrix,
@@ -63,10 +62,12 @@ from problems.base.readers import Checked, Key, Range, ReadBy, keys_of_fields, r
 from problems.base.refusals import InvalidTable, at, did_you_mean, flat, in_words, nearest_word, not_among, shown_value
 from problems.base.relaxation import STEP, Relaxation, entry_changed
 from problems.base.tables import Table, plain_value
+from problems.base.structure_cache import CACHE_SIZE, NoStructure, cached_function, cached_text, structure_key
 
 __all__ = [
     "ACCELERATIONS",
     "ANGLES",
+    "CACHE_SIZE",
     "COORDINATES",
     "FRICTIONS",
     "INERTIAS",
@@ -104,6 +105,8 @@ __all__ = [
     "bernstein",
     "bounded_minimum",
     "cache",
+    "cached_function",
+    "cached_text",
     "check_fields",
     "check_within",
     "columns",
@@ -118,8 +121,6 @@ __all__ = [
     "in_words",
     "is_of_length_one",
     "is_zero",
-    "kept_function",
-    "kept_text",
     "keys_of_fields",
     "largest",
     "nearest_word",

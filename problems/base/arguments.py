@@ -129,7 +129,7 @@ class Arguments(Copies):
 
 
 class Reading:
-    """The numbers of statements without anything symbolic, in the order in which :class:`Arguments` lifts them.
+    """A reader of the numbers of statements without anything symbolic, in the order of :class:`Arguments`.
 
     Args:
         statements: one, or a tuple of them.
@@ -147,7 +147,7 @@ class Reading:
 
     @property
     def values(self) -> FloatArray:
-        """The numbers, (q,)."""
+        """All numbers of the statements in their order, (q,)."""
         return np.array(self._values, dtype=np.float64)
 
     def _read(self, statement: object) -> object:
@@ -176,7 +176,7 @@ class Reading:
 
 @cache
 def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
-    """Of each field of a kind of statement: its name, whether it is a number, and whether zeros stay as they are."""
+    """Name of each field of a kind of statement, whether it is a number, and whether zeros stay as they are."""
     known = fields(kind) if is_dataclass(kind) else ()
     names = [field.name for field in known if field.name not in kind.inert]
     return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)

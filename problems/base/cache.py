@@ -23,7 +23,7 @@ from secrets import token_hex
 from platformdirs import user_cache_path
 
 VARIABLE = "TPBSO_CASADI_CACHE"
-MOST_KEPT = {
+MOST_FILES = {
     "so": 200,
     "cover": 500,
     "look": 100,
@@ -31,12 +31,12 @@ MOST_KEPT = {
     "pairs": 200,
 }  # by the ending of their names; the least recently used go
 CLAIM_SECONDS = 60.0  # after which a process that announced to make a library is taken for dead
-NAME = re.compile(rf"[0-9a-f]{{64}}\.({'|'.join(MOST_KEPT)})")
+NAME = re.compile(rf"[0-9a-f]{{64}}\.({'|'.join(MOST_FILES)})")
 NEVER_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
 def folder() -> Path:
-    """Where they lie: ``$TPBSO_CASADI_CACHE``, or the user's cache directory."""
+    """The folder of all cached files: ``$TPBSO_CASADI_CACHE``, or the user's cache directory."""
     path = os.environ.get(VARIABLE)
     return Path(path) if path else user_cache_path("tpbso-casadi")
 
@@ -51,12 +51,12 @@ def key_of(*parts: str) -> str:
 
 
 def find(key: str) -> Path | None:
-    """The library of that key, if it is whole and no other user could have written it."""
+    """The library stored under a key, if it is whole and no other user could have written it."""
     return None if _found(key, "so") is None else _place(key, "so")
 
 
 def find_text(key: str, ending: str) -> str | None:
-    """The text of that key, of any kind but libraries, if it is whole."""
+    """The text stored under a key, of any kind but libraries, if it is whole."""
     content = _found(key, ending)
     return None if content is None else content.decode()
 
@@ -74,7 +74,7 @@ def _found(key: str, ending: str) -> bytes | None:
     return content[:-SEAL]
 
 
-def keep(key: str, content: bytes, ending: str = "so") -> Path:
+def store(key: str, content: bytes, ending: str = "so") -> Path:
     """Store a library, or a text, in one step: other processes see all of it or nothing.
 
     Raises:
@@ -97,7 +97,7 @@ def keep(key: str, content: bytes, ending: str = "so") -> Path:
 
 
 def claim(key: str) -> bool:
-    """Whether to do what has that key, make a library as a rule: no other process has announced it for the last minute.
+    """Whether this process may make what has a key: no other has announced it for the last minute.
 
     Raises:
         OSError: the folder cannot be written, or others may write it.
@@ -133,14 +133,14 @@ def compile_lock() -> Iterator[bool]:
 
 
 def scratch() -> Path | None:
-    """The folder itself, from which code may be loaded even where the system's temporary one forbids it; else None."""
+    """The cache folder, from which code may be loaded even where the temporary folder forbids it; else None."""
     with suppress(OSError), _opened(create=True):
         return folder() if os.access(folder(), os.W_OK) else None
     return None
 
 
 def writable() -> bool:
-    """Whether a library could be kept."""
+    """Whether a library could be stored in the cache."""
     with suppress(OSError):
         if folder().exists():
             with _opened():
@@ -220,5 +220,5 @@ def _forget_oldest(home: int, ending: str) -> None:
     with suppress(OSError):  # another process may be doing the same
         names = [name for name in os.listdir(home) if NAME.fullmatch(name) and name.endswith(ending)]
         oldest = sorted(names, key=lambda name: os.stat(name, dir_fd=home, follow_symlinks=False).st_mtime)
-        for name in oldest[: -MOST_KEPT[ending]]:
+        for name in oldest[: -MOST_FILES[ending]]:
             os.unlink(name, dir_fd=home)

@@ -44,12 +44,12 @@ UNIT_TOLERANCE = 1e-3  # by which the length of a stated quaternion may differ f
 
 
 def is_of_length_one(quaternion: Sequence[float] | FloatArray) -> bool:
-    """Whether a quaternion is one of a rotation, up to what digits of a file leave out."""
+    """Whether a quaternion has length 1, up to the digits that a file leaves out."""
     return abs(float(np.linalg.norm(quaternion)) - 1.0) <= UNIT_TOLERANCE
 
 
 def check_within(field: str, values: Iterable[float], bounds: tuple[float, float], unit: str, name: str = "") -> None:
-    """Every value is a number between the bounds; ``name`` says more than the field whose they are.
+    """Check that every value is a number between the bounds; ``name`` says more than the field.
 
     Raises:
         InvalidProblem: one is not.
@@ -110,5 +110,5 @@ def toml_tables(text: str) -> dict[str, Any]:
 
 
 def too_much(error: Exception) -> str:
-    """Which of Python's own limits the content of a file exceeds."""
+    """The name of Python's own limit that the content of a file exceeds."""
     return "nested too deeply" if isinstance(error, RecursionError) else "a whole number of thousands of digits"

@@ -19,7 +19,7 @@ BELIEVED = (float, int, object, Any)  # what is no check of a class
 
 
 class Quantity(NamedTuple):
-    """What the numbers of a field are, as its type says: ``Annotated[float, Quantity(LENGTHS, "m")]``.
+    """Bounds and unit of the numbers of a field, in its type: ``Annotated[float, Quantity(LENGTHS, "m")]``.
 
     Attributes:
         bounds: the least and the largest that such a number may be.
@@ -113,7 +113,7 @@ _KNOWN: dict[int, tuple[tuple[Any, ...], Any]] = {}  # tuples that fit, and what
 
 
 def _is_known(value: Any, hint: Any) -> bool:
-    """Whether this very object was found to fit before: a copy with other fields has the same long tuples."""
+    """Whether this very object was found to fit before, as copies with other fields share long tuples."""
     known = _KNOWN.get(id(value))
     return known is not None and known[0] is value and known[1] == hint
 
@@ -136,7 +136,7 @@ def _number(field: str, value: Any, kind: type[float]) -> float:
 
 
 def _marked(field: str, value: Any, marks: Sequence[Any]) -> Any:
-    """The same value, if it keeps what is written beside its type."""
+    """A value that satisfies what is written beside its type; else an error is raised."""
     for mark in marks:
         if isinstance(mark, Quantity):
             numbers = [number for number in _entries(value) if not isinstance(number, SYMBOLS)]
@@ -186,7 +186,7 @@ SEVERAL = {"a number": "numbers", "a whole number": "numbers", "a word": "words"
 
 
 def needed(hint: Any) -> str:
-    """What a type asks for, in words: ``a number``, ``2 numbers``, ``rows of 2 numbers``, ``an Obstacle``."""
+    """The words for what a type asks for: ``a number``, ``2 numbers``, ``rows of 2 numbers``, ``an Obstacle``."""
     parts = get_args(hint)
     if get_origin(hint) is Annotated:
         return needed(parts[0])

@@ -24,12 +24,12 @@ def total(values: Operand) -> Matrix:
 
 
 def largest(values: Matrix) -> Matrix:
-    """The largest of all entries, found in rounds, like a tournament's; in a chain each one waits for the last."""
+    """The largest of all entries, found in rounds like a tournament's, as in a chain each one waits for the last."""
     return _winner(values, ca.fmax)
 
 
 def smallest(values: Matrix) -> Matrix:
-    """The smallest of all entries, found in the same way."""
+    """The smallest of all entries, found in rounds like the largest."""
     return _winner(values, ca.fmin)
 
 
@@ -57,7 +57,7 @@ def row(values: Sequence[float] | FloatArray) -> ca.DM:
 
 
 def repeated(values: Sequence[float] | FloatArray, rows: int) -> ca.DM:
-    """The same numeric row for each of ``rows`` rows: (rows, n)."""
+    """A numeric row repeated ``rows`` times: (rows, n)."""
     return ca.repmat(row(values), rows, 1)
 
 

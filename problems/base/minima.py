@@ -13,7 +13,7 @@ MOST_STEPS = 500
 def bounded_minimum(
     function: Callable[[float], float], low: float, high: float, resolution: float
 ) -> tuple[float, float]:
-    """Where between two numbers a function is least, nearly, and its value there: parabolas, else golden sections [1].
+    """Place and value of a function's least value between two numbers, by parabolas and golden sections [1].
 
     [1] R. P. Brent, "Algorithms for Minimization Without Derivatives", 1973, chapter 5.
 

@@ -10,7 +10,7 @@ WHOLE = re.compile(r"[-+]?[0-9]+", re.ASCII)
 
 
 def whole_of(text: str) -> int:
-    """The whole number that a text says in decimal digits, with blanks around it or not.
+    """The whole number in decimal digits in a text, with or without blanks around it.
 
     Raises:
         ValueError: it says none, or one of thousands of digits.
@@ -22,7 +22,7 @@ def whole_of(text: str) -> int:
 
 
 def number_of(text: str) -> float:
-    """The number that a text says, with blanks around it or not; NaN and infinity too.
+    """The number in a text, with or without blanks around it; NaN and infinity too.
 
     Python's ``float`` takes ``1_0`` for ten, and digits of other scripts, which no other reader of such files does.
 

@@ -18,7 +18,7 @@ CLOSED_FORM = 2  # degree up to which roots need no eigenvalues
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PiecewisePolynomial:
-    """A curve of any values, polynomial between breakpoints.
+    """A curve of values of any shape, polynomial between breakpoints.
 
     Attributes:
         c: (n, p, ...), highest power first, each of the p pieces in its own parameter from 0.
@@ -47,7 +47,7 @@ class PiecewisePolynomial:
         return value.reshape(*places.shape, *self.c.shape[2:])
 
     def derivative(self, order: int = 1) -> PiecewisePolynomial:
-        """That of an order, as a curve."""
+        """The derivative of an order, as a curve."""
         if order >= len(self.c):
             return PiecewisePolynomial(np.zeros((1, *self.c.shape[1:])), self.x)
         left = len(self.c) - order
@@ -76,7 +76,7 @@ def real_roots(curves: FloatArray, low: FloatArray, high: FloatArray) -> FloatAr
 
 
 def _inner_roots(powers: FloatArray) -> FloatArray:
-    """Roots of polynomials (degree + 1, m) of that degree, (degree, m); no numbers where they are not real."""
+    """Roots of polynomials (degree + 1, m) of that degree, (degree, m); NaN where they are not real."""
     degree, count = len(powers) - 1, powers.shape[1]
     if degree == 1:
         return -powers[1:] / powers[:1]
@@ -89,7 +89,7 @@ def _inner_roots(powers: FloatArray) -> FloatArray:
 
 
 def _quadratic_roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Both roots without cancellation, (2, m)."""
+    """Two roots of each quadratic without cancellation, (2, m)."""
     with np.errstate(all="ignore"):
         root = np.sqrt(b * b - 4.0 * a * c)
         far = np.where(b < 0.0, -b + root, -b - root)
@@ -98,7 +98,7 @@ def _quadratic_roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 
 
 def _polished(powers: FloatArray, roots: FloatArray) -> FloatArray:
-    """Roots (r, m) after one step of Newton's, where that is a small one."""
+    """Roots (r, m) after one Newton step, where that is a small one."""
     degree = len(powers) - 1
     slopes = powers[:-1] * np.arange(degree, 0.0, -1.0)[:, None]
     with np.errstate(all="ignore"):
@@ -116,7 +116,7 @@ def _values(powers: FloatArray, x: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BSpline:
-    """A curve of B-splines.
+    """A curve that is a sum of B-splines.
 
     Attributes:
         t: knots, not decreasing.
@@ -144,7 +144,7 @@ class BSpline:
         return value.reshape(*places.shape, *self.c.shape[1:])
 
     def derivative(self, order: int = 1) -> BSpline:
-        """That of an order, as a curve of lower degree."""
+        """The derivative of an order, as a curve of lower degree."""
         t, c, k = self.t, self.c, self.k
         for _ in range(order):
             widths = t[k + 1 : -1] - t[1 : -k - 1]

@@ -37,7 +37,7 @@ def _from_powers(n: int) -> FloatArray:
 
 
 class Part(NamedTuple):
-    """A part of a piece.
+    """A section of one piece of a curve.
 
     Attributes:
         piece: its number.
@@ -51,7 +51,7 @@ class Part(NamedTuple):
 
 
 def unproven_part(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> Part | None:
-    """Where a curve is not proven to stay between its bounds; None where all are.
+    """The first part of a curve that is not proven to stay between its bounds; None where all are.
 
     Args:
         curves: Bernstein coefficients (n + 1, p, k).
@@ -105,7 +105,7 @@ def _first_half(n: int) -> FloatArray:
 
 
 def derivative(polynomials: FloatArray) -> FloatArray:
-    """Derivatives; one coefficient at least."""
+    """Derivatives of polynomials (n, ...), with at least one coefficient."""
     if len(polynomials) == 1:
         return np.zeros_like(polynomials)
     return np.asarray(polynomials[1:] * np.arange(1.0, len(polynomials))[:, None, None])

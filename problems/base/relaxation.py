@@ -18,7 +18,7 @@ STEP = 0.01  # of the size of a limit: how much looser it is planned again
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Relaxation:
-    """A limit, or a load, that a problem may have less of.
+    """A limit, or a load, that could be looser, and by how much.
 
     Attributes:
         limit: name of the constraint; ``payload`` for what is carried.
@@ -40,7 +40,7 @@ class Relaxation:
 
     @property
     def step(self) -> float:
-        """By how much it is looser when it is planned again, in its unit; tighter where less than that is left."""
+        """The step by which the limit is looser when planned again, in its unit; negative where less is left."""
         step = max(STEP * self.size, self.least_step)
         return step if step <= self.size else -step
 
@@ -50,5 +50,5 @@ class Relaxation:
 
 
 def entry_changed(values: tuple[Any, ...], place: int, value: Any) -> tuple[Any, ...]:
-    """A tuple with another value in one place."""
+    """The tuple with another value in one place."""
     return *values[:place], value, *values[place + 1 :]

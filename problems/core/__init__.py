@@ -7,33 +7,33 @@ from problems.core.arm import steps_of
 from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
 from problems.core.dynamics import Dynamics
 from problems.core.implementation import core, core_account, implementation
-from problems.core.interface import Kept, Nearby, Schedule
+from problems.core.interface import Nearby, Schedule, Separation
 from problems.core.linear_program import LinearProgram, minimizer
-from problems.core.rows import SingleRows, WholeRows, joined
+from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.trust_region import TrustRegion
-from problems.core.world import MOST_ITEMS, Proof, Where, World, known_robot
+from problems.core.world import MOST_ITEMS, ClosestPair, Proof, World, known_robot
 
 __all__ = [
     "MOST_ITEMS",
+    "ClosestPair",
     "Dynamics",
-    "Kept",
     "LinearProgram",
     "Nearby",
     "Proof",
     "RobotNumbers",
     "Schedule",
+    "Separation",
     "SingleRows",
     "TrustRegion",
-    "Where",
     "WholeRows",
     "World",
     "core",
     "core_account",
     "drifts_of",
     "implementation",
-    "joined",
     "known_robot",
     "minimizer",
     "obstacle_numbers",
+    "stacked",
     "steps_of",
 ]

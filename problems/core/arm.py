@@ -1,20 +1,19 @@
-"""An arm without anything around it, in the core: postures that reach a pose."""
+"""Postures of an arm that reach a pose, by the core, without anything around the arm."""
 
 from __future__ import annotations
 
 from functools import lru_cache
 
+from problems.base import CACHE_SIZE
 from problems.core.implementation import core
 from problems.robots import NewtonSteps, SpatialArm, Steps, geometry_of
 
-KEPT = 16  # arms
-
 
 def steps_of(robot: SpatialArm) -> Steps:
-    """Damped Newton steps of the robot, whose joints may move it in a way of its own."""
+    """Damped Newton steps of the robot, by its own class where that moves joints in its own way."""
     return _known(geometry_of(robot)) if type(robot) is SpatialArm else NewtonSteps(robot)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def _known(geometry: SpatialArm) -> Steps:
     return core().steps(geometry)

@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core.description import RobotNumbers, described
-from problems.core.interface import Core, CoreWorld, Kept, Moving, Nearby, ProofAsked, ProofFound, Search
+from problems.core.interface import (
+    Core,
+    CoreWorld,
+    MovingSolids,
+    Nearby,
+    PathSearch,
+    ProofRequest,
+    ProofResult,
+    Separation,
+)
 from problems.core.rows import ProgramData, WholeRows
 from problems.robots import Bounds, SpatialArm, Steps
 
@@ -19,7 +28,7 @@ MOST_STOPS = 1_000  # postures of a way for which there is room at first
 
 
 class CompiledCore(Core):
-    """All of it.
+    """The core in compiled C++.
 
     Args:
         library: the core.
@@ -36,7 +45,7 @@ class CompiledCore(Core):
     def steps(self, geometry: SpatialArm) -> Steps:
         return CompiledSteps(self._library, geometry)
 
-    def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
+    def solve_program(self, program: ProgramData) -> tuple[FloatArray, float] | None:
         n, k = program.lower.shape
         x, tau = np.empty((n, k)), np.empty(1)
         one, reach = program.single, program.single.weights.shape[1]
@@ -58,7 +67,7 @@ class CompiledCore(Core):
 
 
 def _parts(rows: WholeRows) -> list[NDArray[Any]]:
-    """Of rows of all joints, as the core reads them."""
+    """The arrays of rows of all joints, as the core reads them."""
     return [*_whole_numbers(rows.first), *_numbers(rows.weights, rows.by_time, rows.bound, rows.price)]
 
 
@@ -70,25 +79,25 @@ def _numbers(*parts: FloatArray) -> list[FloatArray]:
     return [np.ascontiguousarray(part, dtype=np.float64) for part in parts]
 
 
-def _told(owner: object, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray) -> c_void_p:
-    """What the core has made of a description: it is forgotten together with its owner."""
+def _handle_of(owner: object, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray) -> c_void_p:
+    """The core's object for a description, released together with its owner."""
     known = c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
     weakref.finalize(owner, library.core_forget, known)
     return known
 
 
 def _place(numbers: FloatArray | None) -> int | None:
-    """Where numbers are in memory."""
+    """The address of numbers in memory."""
     return None if numbers is None else int(numbers.ctypes.data)
 
 
-def _at(moving: Moving | None) -> tuple[int | None, int | None]:
-    """Where drifts and times are."""
+def _at(moving: MovingSolids | None) -> tuple[int | None, int | None]:
+    """The addresses of drifts and times."""
     return (None, None) if moving is None else (_place(moving.drifts), _place(moving.times))
 
 
 class CompiledWorld(CoreWorld):
-    """A robot among solids.
+    """A robot among solids in the compiled core.
 
     Args:
         library: the core.
@@ -97,16 +106,16 @@ class CompiledWorld(CoreWorld):
     """
 
     def __init__(self, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray) -> None:
-        self._library, self._world = library, _told(self, library, counts, numbers)
+        self._library, self._world = library, _handle_of(self, library, counts, numbers)
         self._dof = int(counts[0])
 
-    def lower_to_rooms(
+    def lower_to_clearance_margins(
         self,
         theta: FloatArray,
         found: FloatArray,
-        which: Kept,
+        which: Separation,
         first_hit: bool,
-        moving: Moving | None = None,
+        moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> None:
         self._library.core_rooms(
@@ -118,8 +127,8 @@ class CompiledWorld(CoreWorld):
         self,
         theta: FloatArray,
         below: float,
-        which: Kept,
-        moving: Moving | None = None,
+        which: Separation,
+        moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> Nearby:
         capacity = 16 * len(theta)
@@ -130,11 +139,11 @@ class CompiledWorld(CoreWorld):
                 places.ctypes.data, values.ctypes.data,
             )  # fmt: skip
             if count <= capacity:
-                rooms, rates, gradients = values[:count, 0], values[:count, 1], values[:count, 2:]
-                return Nearby(places[:count, 0], places[:count, 1] == 1, rooms, rates, gradients)
+                margins, rates, gradients = values[:count, 0], values[:count, 1], values[:count, 2:]
+                return Nearby(places[:count, 0], places[:count, 1] == 1, margins, rates, gradients)
             capacity = count
 
-    def prove(self, asked: ProofAsked) -> ProofFound:
+    def prove(self, asked: ProofRequest) -> ProofResult:
         values, places = np.empty(5), np.empty(3, dtype=np.int32)
         order, pieces, _ = asked.coefficients.shape
         drifts = _place(asked.drifts)
@@ -144,14 +153,14 @@ class CompiledWorld(CoreWorld):
             values.ctypes.data, places.ctypes.data,
         )  # fmt: skip
         (proven, smallest, time, start, end), (one, two, kind) = values.tolist(), places.tolist()
-        return ProofFound(int(status), proven, smallest, time, one, two, kind, start, end)
+        return ProofResult(int(status), proven, smallest, time, one, two, kind, start, end)
 
-    def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
+    def connect(self, start: FloatArray, goal: FloatArray, search: PathSearch) -> FloatArray:
         numbers = np.ascontiguousarray(np.stack([start, goal, *search.box]), dtype=np.float64)
         path, width = np.empty((MOST_STOPS, self._dof)), 8 * self._dof
         first, passed = numbers.ctypes.data, None if search.schedule is None else search.schedule.numbers
         count = self._library.core_connect(
-            self._world, first, first + width, first + 2 * width, first + 3 * width, search.step, search.spare,
+            self._world, first, first + width, first + 2 * width, first + 3 * width, search.step, search.extra_margin,
             search.reach, search.extensions, search.shortcuts, search.seed, _place(search.drifts),
             _place(passed), _place(search.errors), MOST_STOPS, path.ctypes.data,
         )  # fmt: skip
@@ -168,7 +177,7 @@ class CompiledSteps:
 
     def __init__(self, library: CDLL, geometry: SpatialArm) -> None:
         self._library = library
-        self._arm = _told(self, library, *described(geometry, RobotNumbers.of(geometry), ()))
+        self._arm = _handle_of(self, library, *described(geometry, RobotNumbers.of(geometry), ()))
         frame = geometry.tool_frame
         turned = [float(part) for row in frame.rotation for part in row]
         self._tool = np.array([*turned, *map(float, frame.translation)])
@@ -176,7 +185,7 @@ class CompiledSteps:
     def __call__(
         self, theta: FloatArray, position: FloatArray, rotation: FloatArray | None, bounds: Bounds, steps: int
     ) -> tuple[FloatArray, FloatArray]:
-        """Where they lead from postures (n, dof), and what each then lacks, m and rad together, (n,)."""
+        """The postures that steps from (n, dof) lead to, and what each lacks, m and rad together, (n,)."""
         found = np.array(theta, dtype=np.float64, order="C")
         missing = np.empty(len(found))
         target = [np.ascontiguousarray(part, dtype=np.float64) for part in (position, *bounds)]

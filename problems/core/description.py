@@ -1,4 +1,4 @@
-"""What the compiled core is told of a robot and of obstacles: counts and numbers, in the order in which it reads them.
+"""Counts and numbers that describe a robot and obstacles to the core, in the order in which it reads them.
 
 Of rounding: with u = 2^-53, entries of a joint's rotation are within 16 u, and so are products of rotations for each
 factor; a point of the n-th body is within 16 (n + 2) u times the lengths up to it, and so are distances with a few u
@@ -22,7 +22,7 @@ ROUNDING = 128.0 * 2.0**-53
 
 @dataclass(frozen=True, eq=False)
 class LinkTree:
-    """Balls of a link.
+    """The balls of a link as a tree.
 
     Attributes:
         name: of the link.
@@ -39,7 +39,7 @@ class LinkTree:
 
 @dataclass(frozen=True, eq=False)
 class RobotNumbers:
-    """The robot's part.
+    """The robot's part of a description.
 
     Attributes:
         counts: of joints and nodes.
@@ -63,7 +63,7 @@ class RobotNumbers:
 
     @classmethod
     def of(cls, robot: SpatialArm) -> RobotNumbers:
-        """Of a cover, where there is one, else of the spheres."""
+        """The numbers of a robot's cover, where it has one, else of its spheres."""
         links = _covered(robot) if robot.cover is not None else _of_spheres(robot)
         firsts = np.cumsum([0, *(len(link.tree.count) for link in links)]).tolist()
         counts: list[int] = [int(joint.turns) for joint in robot.chain.joints]
@@ -101,7 +101,7 @@ def _covered(robot: SpatialArm) -> list[LinkTree]:
 
 
 def _of_spheres(robot: SpatialArm) -> list[LinkTree]:
-    """Spheres of one name on one body together, those that no joint moves apart from the others."""
+    """Trees of spheres of one name on one body, those that no joint moves apart from the others."""
     groups: dict[tuple[str, int, bool], list[int]] = {}
     for number, sphere in enumerate(robot.spheres):
         moves = bool(robot.levers[number].any())
@@ -117,7 +117,7 @@ def _of_spheres(robot: SpatialArm) -> list[LinkTree]:
 def _own_pairs(
     robot: SpatialArm, links: Sequence[LinkTree], firsts: Sequence[int]
 ) -> tuple[list[tuple[int, int, int, int]], list[tuple[int, int]]]:
-    """Groups and pairs of what must keep apart, what more joints move first."""
+    """Groups and pairs of links that must keep apart, that which more joints move first."""
     if not robot.self_collision:
         return [], []
     if robot.cover is not None:
@@ -142,7 +142,7 @@ def _own_pairs(
 
 
 def _places(robot: SpatialArm, links: Sequence[LinkTree], firsts: Sequence[int]) -> list[tuple[int, int]]:
-    """Of each sphere the number of its link among the trees, and of its node."""
+    """The number of each sphere's link among the trees, and of its node."""
     known: dict[tuple[str, int, float, float, float, float], tuple[int, int]] = {}
     for number, (link, start) in enumerate(zip(links, firsts, strict=False)):
         balls = link.tree.nodes
@@ -157,7 +157,7 @@ def _places(robot: SpatialArm, links: Sequence[LinkTree], firsts: Sequence[int])
 
 
 def obstacle_numbers(obstacle: Obstacle) -> PlainSolid | None:
-    """The obstacle in numbers, where the core knows its shape; a class derived from that may be another."""
+    """The obstacle in numbers, where the core knows its exact class; None for others."""
     return obstacle.plain if isinstance(obstacle, Solid) and "plain" in vars(type(obstacle)) else None
 
 
@@ -165,7 +165,7 @@ DRIFT = 7  # numbers of an obstacle: where it is at t = 0, its velocity, what mo
 
 
 def drifts_of(obstacles: Iterable[Obstacle]) -> FloatArray | None:
-    """How obstacles move, (n, 7), m, m/s and m/s; None where the core does not know how one does.
+    """The motions of obstacles, (n, 7), m, m/s and m/s; None where the core does not know one.
 
     It knows what stands still, and what moves at a constant velocity without turning.
     """
@@ -218,12 +218,12 @@ def _of_solid(obstacle: Obstacle, plain: PlainSolid) -> Iterable[float]:
 
 
 def margins_of(robot: SpatialArm) -> tuple[float, float]:
-    """What is kept from obstacles, and from each other, m."""
+    """The margins from obstacles and from each other, m."""
     return robot.margin, robot.self_margin if robot.is_covered else robot.margin
 
 
 def drift_rounding(robot: SpatialArm, drifts: FloatArray, seconds: float) -> float:
-    """How much farther distances are off where obstacles move for so many seconds, m."""
+    """The error that rounding adds to distances where obstacles move for so many seconds, m."""
     ways = np.linalg.norm(drifts[:, :3], axis=1) + (np.linalg.norm(drifts[:, 3:6], axis=1) + drifts[:, 6]) * seconds
     return ROUNDING * (robot.dof + 4) * float(ways.max(initial=0.0))
 

@@ -1,4 +1,4 @@
-"""Torques of an arm in the compiled core: of many states at once, and how they change with these."""
+"""Torques of an arm in the compiled core, for many states at once, and their derivatives."""
 
 from __future__ import annotations
 
@@ -8,16 +8,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from problems.base import FloatArray
+from problems.base import CACHE_SIZE, FloatArray
 from problems.core.library import core_library
 from problems.robots import RigidChain, RigidJoint, Robot, SpatialArm
 
-KEPT = 16  # arms
 STATE = 3  # angles, velocities, accelerations
 
 
 class Dynamics:
-    """Newton's and Euler's equations of a chain whose numbers are known.
+    """The equations of motion of a chain whose numbers are known.
 
     Args:
         library: the compiled core.
@@ -35,11 +34,11 @@ class Dynamics:
 
     @classmethod
     def of(cls, robot: Robot) -> Dynamics | None:
-        """Of a robot, where the core is there and knows it, and masses are known."""
+        """The dynamics of a robot, where the core is there and knows it, and masses are known."""
         return _known(robot) if type(robot) is SpatialArm else None
 
     def torques(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """What inertia takes and what gravity does, without friction: (n, k) each, N m or N.
+        """Torques of inertia, and of gravity, without friction: (n, k) each, N m or N.
 
         Args:
             states: angles, velocities and accelerations, (n, 3 k).
@@ -50,7 +49,7 @@ class Dynamics:
         return inertial, held
 
     def slopes(self, states: FloatArray) -> FloatArray:
-        """How both together, and viscous friction, change with the states (n, 3 k): (n, k, 3, k)."""
+        """Derivatives of both together, and of viscous friction, by the states (n, 3 k): (n, k, 3, k)."""
         states = np.ascontiguousarray(states, dtype=np.float64)
         found = np.empty((len(states), self.dof, STATE, self.dof))
         self._library.core_torque_slopes(self._chain, len(states), states.ctypes.data, found.ctypes.data)
@@ -67,7 +66,7 @@ def _numbers(joint: RigidJoint) -> list[float]:
     return [float(part) for part in parts]
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def _known(robot: SpatialArm) -> Dynamics | None:
     library, chain = core_library(), robot.rigid_chain
     return None if library is None or chain is None else Dynamics(library, chain)

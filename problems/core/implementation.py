@@ -21,7 +21,7 @@ ADVICE = "; install a C++ compiler (g++ or clang++), or name one in CXX" if os.n
 
 @once
 def core() -> Core:
-    """The core that answers in this process; a compiled one that is missed is told of once, before the first answer."""
+    """The core of this process; that a compiled one is missing is logged once, before the first answer."""
     if loaded_core().is_missed and _first_of_all_workers():
         LOG.warning("core in NumPy, as %s: %s%s", loaded_core().account, SLOWER, ADVICE)
     return implementation()
@@ -35,13 +35,13 @@ def implementation() -> Core:
 
 
 def core_account() -> str:
-    """Which core answers, and how it was compiled or why it was not."""
+    """The core in use, and how it was compiled or why it was not, in words."""
     loaded = loaded_core()
     return f"{implementation().name}, as {loaded.account}" if loaded.library is None else loaded.account
 
 
 def _first_of_all_workers() -> bool:
-    """Whether to tell what any process may tell: of processes that were started by others one a minute."""
+    """Whether this process may log: of processes started by others one a minute."""
     if multiprocessing.parent_process() is None:
         return True
     with suppress(OSError):

@@ -1,4 +1,4 @@
-"""What the core answers: of a robot among solids, of linear programs, of an arm's tool; compiled, or in NumPy.
+"""The interface of the core: a robot among solids, linear programs, an arm's tool; compiled, or in NumPy.
 
 Both read the same description (:mod:`problems.core.description`) and follow the same algorithms.
 """
@@ -18,8 +18,8 @@ from problems.core.rows import ProgramData
 from problems.robots import SpatialArm, Steps
 
 
-class Kept(IntFlag):
-    """What has to keep a distance."""
+class Separation(IntFlag):
+    """The kinds of pairs that have to keep a distance."""
 
     FROM_OBSTACLES = 1
     FROM_EACH_OTHER = 2
@@ -28,25 +28,25 @@ class Kept(IntFlag):
 
 @dataclass(frozen=True, eq=False)
 class Nearby:
-    """What comes near in postures.
+    """The pairs that come near in postures.
 
     Attributes:
         samples: numbers of the postures, (m,).
-        own: whether it is another link, (m,).
-        rooms: how much more is kept than must be, (m,), m.
+        is_link: whether it is another link, (m,).
+        clearance_margins: how much more is kept than must be, (m,), m.
         rates: how that changes with the time, (m,), m/s; zero where nothing moves.
         gradients: how it changes with the joints, (m, dof), m/rad.
     """
 
     samples: NDArray[np.int32]
-    own: NDArray[np.bool_]
-    rooms: FloatArray
+    is_link: NDArray[np.bool_]
+    clearance_margins: FloatArray
     rates: FloatArray
     gradients: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Moving:
+class MovingSolids:
     """Solids that move, without turning, at constant velocities.
 
     Attributes:
@@ -59,23 +59,23 @@ class Moving:
     times: FloatArray
 
     @cached_property
-    def ways(self) -> FloatArray:
-        """How far each solid has moved, (3, solids, n), m."""
+    def displacements(self) -> FloatArray:
+        """The displacements of each solid, (3, solids, n), m."""
         return np.asarray(self.drifts[:, :3].T[..., None] + self.drifts[:, 3:6].T[..., None] * self.times)
 
     @cached_property
     def more(self) -> FloatArray:
-        """How much more is kept of each solid by then, (solids, n), m."""
+        """The growth of the margin of each solid by then, (solids, n), m."""
         return np.asarray(self.drifts[:, 6:] * self.times)
 
-    def part(self, chosen: slice) -> Moving:
-        """In some of the postures."""
-        return Moving(self.drifts, self.times[chosen])
+    def part(self, chosen: slice) -> MovingSolids:
+        """The solids at the times of some postures."""
+        return MovingSolids(self.drifts, self.times[chosen])
 
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """When postures are passed, about: as far as they are along the straight way between two.
+    """Approximate times of postures, by their place along the straight line between two.
 
     Attributes:
         start: (dof,), rad.
@@ -91,20 +91,20 @@ class Schedule:
 
     @property
     def numbers(self) -> FloatArray:
-        """As the core has them: slopes, s/rad; the time of the posture that is zero; first and last; (dof + 3,), s."""
+        """The core's numbers: slopes, s/rad; time of the zero posture; first and last time; (dof + 3,), s."""
         way = self.goal - self.start
         slopes = (self.end - self.begin) / max(float(way @ way), np.finfo(float).tiny) * way
         return np.array([*slopes, self.begin - slopes @ self.start, self.begin, self.end])
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
-    """How ways are sought.
+class PathSearch:
+    """The settings of a search for a path.
 
     Attributes:
         box: lower and upper bounds of what is tried, (2, dof), rad.
         step: of looks along an edge, rad of the joint that turns most.
-        spare: what is kept where it is looked at on top of what must be, m.
+        extra_margin: what is kept where it is looked at on top of what must be, m.
         reach: longest edge of a tree, rad.
         extensions: of the trees, at most.
         shortcuts: that are tried.
@@ -116,7 +116,7 @@ class Search:
 
     box: FloatArray
     step: float
-    spare: float
+    extra_margin: float
     reach: float
     extensions: int
     shortcuts: int
@@ -126,8 +126,8 @@ class Search:
     errors: FloatArray | None = None
 
 
-class ProofAsked(NamedTuple):
-    """What a proof is to show.
+class ProofRequest(NamedTuple):
+    """The question that a proof has to answer.
 
     Attributes:
         breaks: where polynomials begin and end, (pieces + 1,), s.
@@ -143,7 +143,7 @@ class ProofAsked(NamedTuple):
 
     breaks: FloatArray
     coefficients: FloatArray
-    which: Kept
+    which: Separation
     gap: float
     cells: int
     most_items: int
@@ -152,8 +152,8 @@ class ProofAsked(NamedTuple):
     tracking: FloatArray | None = None
 
 
-class ProofFound(NamedTuple):
-    """What a proof has shown.
+class ProofResult(NamedTuple):
+    """The result of a proof.
 
     Attributes:
         status: 1 where it is proven, 0 where something is too near at some time, -1 where that is not known.
@@ -179,18 +179,18 @@ class ProofFound(NamedTuple):
 
 
 class CoreWorld(Protocol):
-    """A robot among solids."""
+    """A robot among solids, as one implementation of the core has it."""
 
-    def lower_to_rooms(
+    def lower_to_clearance_margins(
         self,
         theta: FloatArray,
         found: FloatArray,
-        which: Kept,
+        which: Separation,
         first_hit: bool,
-        moving: Moving | None = None,
+        moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> None:
-        """Replace what is more than the room of postures (n, dof), rad, by that: (n,), m.
+        """Lower numbers (n,), m, to the clearance margins of postures (n, dof), rad.
 
         Args:
             theta: postures.
@@ -205,31 +205,31 @@ class CoreWorld(Protocol):
         self,
         theta: FloatArray,
         below: float,
-        which: Kept,
-        moving: Moving | None = None,
+        which: Separation,
+        moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> Nearby:
-        """The two balls that come nearest of each link and each solid, and of each two links, below so much room, m."""
+        """The two nearest balls of each link and each solid, and of each two links, with margins below a bound, m."""
 
-    def prove(self, asked: ProofAsked) -> ProofFound:
-        """Bound the room of a motion for all t."""
+    def prove(self, asked: ProofRequest) -> ProofResult:
+        """Bound the clearance margin of a motion for all t."""
 
-    def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
-        """A way between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 where none is found."""
+    def connect(self, start: FloatArray, goal: FloatArray, search: PathSearch) -> FloatArray:
+        """A path between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 if none is found."""
 
 
 class Core(Protocol):
-    """One implementation of it all."""
+    """An implementation of the core."""
 
     @property
     def name(self) -> str:
         """The name of the implementation."""
 
     def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
-        """What a description says."""
+        """The world of a description."""
 
     def steps(self, geometry: SpatialArm) -> Steps:
-        """Damped Newton steps of an arm, of which nothing but where its tool is counts."""
+        """Damped Newton steps of an arm, of which nothing counts but its tool's place."""
 
-    def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
-        """The solution of a linear program, control points (n, k) and tau; None where nothing was found."""
+    def solve_program(self, program: ProgramData) -> tuple[FloatArray, float] | None:
+        """The solution of a program, control points (n, k) and tau; None where nothing was found."""

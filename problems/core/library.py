@@ -75,7 +75,7 @@ SIGNATURES = {
 
 @dataclass(frozen=True)
 class CoreLibrary:
-    """The compiled core, or why there is none.
+    """The compiled core, or the reason why there is none.
 
     Attributes:
         library: None where there is none.
@@ -131,18 +131,18 @@ def _loaded(path: Path) -> ctypes.CDLL | None:
 
 
 def digest() -> str:
-    """Of the sources, as libraries that come with the package say of which they were made."""
+    """A digest of the sources, by which packaged libraries say from which they were made."""
     return sha256(b"".join(path.read_bytes() for path in sorted(SOURCES.iterdir()))).hexdigest()
 
 
 def source() -> str:
-    """All of it in one text."""
+    """The sources of the core in one text."""
     seen: set[str] = set()
     return "\n".join(_inlined(name, seen) for name in FILES)
 
 
 def _inlined(name: str, seen: set[str]) -> str:
-    """A file with those of ours that it includes, each once."""
+    """A file with those of our files that it includes, each once."""
     if name in seen:
         return ""
     seen.add(name)
@@ -168,7 +168,7 @@ def _compiled(compiler: Compiler, text: str, key: str) -> ctypes.CDLL:
     content = compiler.library(text, (*FLAGS, *THIS_PROCESSOR))
     LOG.info("core: compiled in %.3f s", time.perf_counter() - began)
     with suppress(OSError):
-        cache.keep(key, content)
+        cache.store(key, content)
     with suppress(OSError), NamedTemporaryFile(prefix=".", dir=cache.scratch()) as file:
         file.write(content)
         file.flush()

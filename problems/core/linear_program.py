@@ -19,7 +19,7 @@ PRIMAL_TOLERANCE, DUAL_TOLERANCE = 1e-10, 1e-9  # HiGHS allows no smaller one th
 def minimizer(
     costs: FloatArray, matrix: scipy.sparse.csr_array, bound: FloatArray, box: FloatArray
 ) -> FloatArray | None:
-    """Minimise ``costs @ x`` subject to ``matrix @ x <= bound`` and the box; None where no method can.
+    """The minimum of ``costs @ x`` subject to ``matrix @ x <= bound`` and the box; None where no method finds it.
 
     Args:
         costs: (n,).
@@ -37,14 +37,14 @@ def minimizer(
 
 @dataclass(frozen=True, eq=False)
 class LinearProgram(ProgramData):
-    """One that is solved by the core's interior-point method, which makes use of what rows touch."""
+    """A program that the core's interior-point method solves, using which unknowns rows touch."""
 
     def solved(self) -> tuple[FloatArray, float] | None:
         """Control points (n, k) and tau; None where nothing was found."""
-        return core().minimised(self)
+        return core().solve_program(self)
 
     def by_highs(self) -> tuple[FloatArray, float] | None:
-        """The same by HiGHS, which is accurate to each number, not to a share of the sum; where it is linear."""
+        """The solution by HiGHS, accurate to each number, not to a share of the sum; where it is linear."""
         n, k = self.lower.shape
         one, all_ = self.single, self.whole
         wide, first, soft = one.weights.shape[1], n * k, np.flatnonzero(np.isfinite(all_.price))

@@ -54,7 +54,7 @@ class WholeRows:
 
     @classmethod
     def none(cls, width: int, joints: int) -> Self:
-        """No row, of so many control points."""
+        """No row, for so many control points."""
         empty = np.empty(0)
         return cls(np.empty(0, dtype=np.intp), np.empty((0, width, joints)), empty, empty, empty)
 
@@ -62,15 +62,15 @@ class WholeRows:
 R = TypeVar("R", SingleRows, WholeRows)
 
 
-def joined(parts: Sequence[R]) -> R:
-    """Several as one."""
+def stacked(parts: Sequence[R]) -> R:
+    """The rows of all parts as one."""
     names = [field.name for field in fields(parts[0])]
     return type(parts[0])(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @dataclass(frozen=True, eq=False)
 class ProgramData:
-    """What a program says: minimise what tau and control points cost, what is paid, and half the squares.
+    """A program: minimise the cost of tau and control points, prices paid, and half the squares.
 
     It is linear where there are no squares, else convex and quadratic.
 

@@ -1,4 +1,4 @@
-"""A robot and what it keeps clear of, as the core sees them; what it answers about postures and motions."""
+"""A robot and its obstacles in the core, and questions about postures and motions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray
+from problems.base import CACHE_SIZE, FloatArray
 from problems.core.description import (
     RobotNumbers,
     described,
@@ -19,7 +19,7 @@ from problems.core.description import (
     obstacle_numbers,
 )
 from problems.core.implementation import core
-from problems.core.interface import CoreWorld, Kept, Moving, Nearby, ProofAsked, Schedule, Search
+from problems.core.interface import CoreWorld, MovingSolids, Nearby, PathSearch, ProofRequest, Schedule, Separation
 from problems.motions import Trajectory
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle, standing
@@ -30,12 +30,11 @@ EDGE_STEP = 0.05  # rad, of the joint that turns most between two postures that 
 REACH = 1.0  # rad, longest edge of a tree
 EXTENSIONS = 5_000
 SHORTCUTS = 60
-KEPT = 16  # robots, and worlds
 
 
 @dataclass(frozen=True)
-class Where:
-    """What comes nearest to what.
+class ClosestPair:
+    """The two objects that are nearest to each other.
 
     Attributes:
         links: names: of the one that an obstacle comes near, or of both, that nearer the base first.
@@ -48,7 +47,7 @@ class Where:
 
 @dataclass(frozen=True)
 class Proof:
-    """Room of a motion for all t.
+    """A proof about the clearance margin of a motion for all t.
 
     Attributes:
         status: whether it is proven; None where that is not known.
@@ -63,7 +62,7 @@ class Proof:
     proven: float
     smallest: float
     time: float
-    where: Where | None
+    where: ClosestPair | None
     cell: tuple[float, float] | None = None
 
 
@@ -86,9 +85,11 @@ class World:
 
     def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
         self._arm, self._obstacles, self._robot = robot, tuple(obstacles), known_robot(robot)
-        self._world = _told(robot, tuple(obstacle.unmoved for obstacle in obstacles))
+        self._world = _core_world(robot, tuple(obstacle.unmoved for obstacle in obstacles))
         self.dof = robot.dof
-        self.margins = dict(zip((Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER), margins_of(robot), strict=True))
+        self.margins = dict(
+            zip((Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER), margins_of(robot), strict=True)
+        )
         drifts = drifts_of(obstacles)
         assert drifts is not None
         self._drifts = np.ascontiguousarray(drifts) if drifts.any() else None
@@ -103,21 +104,23 @@ class World:
 
     @property
     def moves(self) -> bool:
-        """Whether an obstacle does."""
+        """Whether an obstacle moves."""
         return self._drifts is not None
 
     @cached_property
     def still(self) -> World:
-        """The same among the obstacles that stand still; itself where all do."""
+        """The world of the obstacles that stand still; this world where all do."""
         found = World.of(self._arm, standing(self._obstacles)) if self.moves else self
         assert found is not None
         return found
 
-    def _moving(self, times: FloatArray | None, count: int) -> Moving | None:
-        """Where obstacles are in so many postures; None where nothing moves."""
+    def _moving(self, times: FloatArray | None, count: int) -> MovingSolids | None:
+        """The obstacles at the times of so many postures; None where nothing moves."""
         if self._drifts is None:
             return None
-        return Moving(self._drifts, np.zeros(count) if times is None else np.ascontiguousarray(times, dtype=np.float64))
+        return MovingSolids(
+            self._drifts, np.zeros(count) if times is None else np.ascontiguousarray(times, dtype=np.float64)
+        )
 
     @property
     def is_exact(self) -> bool:
@@ -125,38 +128,40 @@ class World:
         return self._tracking is None
 
     def errors(self, speed: FloatArray, acceleration: FloatArray) -> FloatArray | None:
-        """How far joints may be off at speeds and accelerations (n, dof): (n, dof), rad or m; None of exact ones."""
+        """Errors of joints at speeds and accelerations (n, dof): (n, dof), rad or m; None of exact ones."""
         return None if self._arm.tracking is None else self._arm.tracking.at(speed, acceleration)
 
     def _off(self, errors: FloatArray | None, count: int) -> FloatArray | None:
-        """The same in so many postures, at rest where nothing is said."""
+        """The given errors in so many postures, or those at rest; None of exact joints."""
         if self._tracking is None:
             return None
         found = np.tile(self._tracking[0], (count, 1)) if errors is None else errors
         return np.ascontiguousarray(found, dtype=np.float64)
 
-    def _rooms(
+    def _lower(
         self,
         theta: FloatArray,
         found: FloatArray,
-        which: Kept,
+        which: Separation,
         first: bool,
         times: FloatArray | None,
         errors: FloatArray | None,
     ) -> None:
-        """Replace by the room of postures what is larger."""
+        """Lower numbers, m, to the clearance margins of postures."""
         theta, count = np.ascontiguousarray(theta, dtype=np.float64), len(theta)
-        self._world.lower_to_rooms(theta, found, which, first, self._moving(times, count), self._off(errors, count))
+        self._world.lower_to_clearance_margins(
+            theta, found, which, first, self._moving(times, count), self._off(errors, count)
+        )
 
-    def rooms(
+    def clearance_margins(
         self,
         theta: FloatArray,
         most: float = np.inf,
-        which: Kept = Kept.ALL,
+        which: Separation = Separation.ALL,
         times: FloatArray | None = None,
         errors: FloatArray | None = None,
     ) -> FloatArray:
-        """How much more than they must postures keep of everything, no more than asked for, (n,), m.
+        """The clearance margins of postures, no larger than asked for, (n,), m.
 
         Args:
             theta: (n, dof), rad.
@@ -166,33 +171,33 @@ class World:
             errors: by which joints may be off there, (n, dof), rad or m.
         """
         found = np.full(len(theta), most)
-        self._rooms(theta, found, which, False, times, errors)
+        self._lower(theta, found, which, False, times, errors)
         return found
 
-    def clear(self, theta: FloatArray, spare: float = 0.0, times: FloatArray | None = None) -> NDArray[np.bool_]:
-        """Which postures (n, dof), rad, at times (n,), s, keep what they must and so much more, m: (n,)."""
-        found = np.full(len(theta), spare)
-        self._rooms(theta, found, Kept.ALL, True, times, None)
-        return np.asarray(found >= spare)
+    def clear(self, theta: FloatArray, extra_margin: float = 0.0, times: FloatArray | None = None) -> NDArray[np.bool_]:
+        """Whether postures (n, dof), rad, at times (n,), s, have a clearance margin of so much, m: (n,)."""
+        found = np.full(len(theta), extra_margin)
+        self._lower(theta, found, Separation.ALL, True, times, None)
+        return np.asarray(found >= extra_margin)
 
     def nearby(
         self, theta: FloatArray, below: float, times: FloatArray | None = None, errors: FloatArray | None = None
     ) -> Nearby:
-        """What keeps less than so much more than it must in postures; arguments as of :meth:`rooms`.
+        """The pairs with smaller clearance margins in postures; arguments as of :meth:`clearance_margins`.
 
         Of each link and each obstacle, and of each two links, the two balls that come nearest.
         """
         theta, count = np.ascontiguousarray(theta, dtype=np.float64), len(theta)
-        return self._world.nearest(theta, below, Kept.ALL, self._moving(times, count), self._off(errors, count))
+        return self._world.nearest(theta, below, Separation.ALL, self._moving(times, count), self._off(errors, count))
 
     def prove(
         self,
         trajectory: Trajectory,
-        which: Kept = Kept.ALL,
+        which: Separation = Separation.ALL,
         gap: float = 1.0,
         most_items: int = MOST_ITEMS,
     ) -> Proof:
-        """Bound the room of a motion for all t.
+        """Bound the clearance margin of a motion for all t.
 
         Args:
             trajectory: of the joints; its clock is that of the obstacles.
@@ -205,17 +210,17 @@ class World:
         drifts = self._drifts
         rounding = 0.0 if drifts is None else drift_rounding(self._arm, drifts, float(breaks[-1]))
         found = self._world.prove(
-            ProofAsked(breaks, coefficients, which, gap, LEAST_CELLS, most_items, drifts, rounding, self._tracking)
+            ProofRequest(breaks, coefficients, which, gap, LEAST_CELLS, most_items, drifts, rounding, self._tracking)
         )
         status = {1: True, 0: False, -1: None}[found.status]
         where, cell = self._named(found.one, found.two, found.kind), (found.start, found.end)
         return Proof(status, found.proven, found.smallest, found.time, where, cell if status is None else None)
 
-    def _named(self, one: int, two: int, kind: int) -> Where | None:
+    def _named(self, one: int, two: int, kind: int) -> ClosestPair | None:
         if one < 0:
             return None
         names = self._robot.names
-        return Where((names[one],), two) if kind == 0 else Where((names[two], names[one]), None)
+        return ClosestPair((names[one],), two) if kind == 0 else ClosestPair((names[two], names[one]), None)
 
     def connect(
         self,
@@ -223,18 +228,18 @@ class World:
         goal: FloatArray,
         box: FloatArray,
         seed: int,
-        spare: float = 0.0,
+        extra_margin: float = 0.0,
         extensions: int = EXTENSIONS,
         schedule: Schedule | None = None,
     ) -> FloatArray | None:
-        """A way between two postures (dof,), rad, by RRT-Connect and shortcuts; None where none was found.
+        """A path between two postures (dof,), rad, by RRT-Connect and shortcuts; None where none was found.
 
         Args:
             start: of the way.
             goal: its end.
             box: lower and upper bounds of what is tried, (2, dof), rad.
             seed: of what is drawn.
-            spare: what is kept where it is looked at on top of what must be, m.
+            extra_margin: what is kept where it is looked at on top of what must be, m.
             extensions: of the trees, at most.
             schedule: when postures are passed, about; that of the beginning where obstacles move and None is given.
 
@@ -247,18 +252,20 @@ class World:
         if not all(np.isfinite(part).all() for part in (start, goal, box)):
             raise ValueError("start, goal, box: a number is not finite")
         errors = None if self._tracking is None else self._tracking[0]
-        search = Search(box, EDGE_STEP, spare, REACH, extensions, SHORTCUTS, seed, self._drifts, schedule, errors)
+        search = PathSearch(
+            box, EDGE_STEP, extra_margin, REACH, extensions, SHORTCUTS, seed, self._drifts, schedule, errors
+        )
         path = self._world.connect(start, goal, search)
         return path if len(path) else None
 
-    def described(self, where: Where, numbers: Sequence[int] | None = None) -> str:
-        """What comes near what, for messages; obstacles have numbers from 1 on where none are given."""
+    def described(self, where: ClosestPair, numbers: Sequence[int] | None = None) -> str:
+        """The names of a closest pair, for messages; obstacles have numbers from 1 on where none are given."""
         k = where.obstacle
         other = () if k is None else (self._obstacles[k].label(k + 1 if numbers is None else numbers[k]),)
         return ", ".join((*where.links, *other))
 
-    def overhang(self, where: Where) -> float:
-        """How far the balls of a cover stick out of what they hold there, m; 0 of spheres, which are what counts."""
+    def overhang(self, where: ClosestPair) -> float:
+        """The distance by which balls of a cover stick out of their links there, m; 0 of spheres."""
         return sum(self._overhangs.get(name, 0.0) for name in where.links)
 
     @cached_property
@@ -267,20 +274,20 @@ class World:
         return {} if cover is None else {link.name: link.overhang for link in cover.links}
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World | None:
     shapes = all(obstacle_numbers(obstacle.unmoved) is not None for obstacle in obstacles)
     known = shapes and drifts_of(obstacles) is not None
     return World(robot, obstacles) if known else None
 
 
-@lru_cache(maxsize=KEPT)
-def _told(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CoreWorld:
-    """What the core makes of a robot among obstacles, as seen from their frames."""
+@lru_cache(maxsize=CACHE_SIZE)
+def _core_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CoreWorld:
+    """The core's world of a robot among obstacles, as seen from their frames."""
     return core().world(*described(robot, known_robot(robot), obstacles))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def known_robot(robot: SpatialArm) -> RobotNumbers:
     """The robot's part of a description, made once."""
     return RobotNumbers.of(robot)

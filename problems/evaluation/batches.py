@@ -27,12 +27,12 @@ NUMBERS = "numbers"
 
 
 def numbers_of(data: Sequence[KernelData]) -> FloatArray:
-    """Parameters and rows of all kernels behind each other."""
+    """Parameters and rows of all kernels, one after the other."""
     return np.concatenate([part.ravel() for each in data for part in (each.parameters, each.rows)])
 
 
 def operations(kernels: Sequence[Kernel], data: Sequence[KernelData]) -> int:
-    """How many instructions a candidate takes."""
+    """The number of instructions that a candidate takes."""
     return sum(kernel.function.n_instructions() * len(each.rows) for kernel, each in zip(kernels, data, strict=True))
 
 
@@ -46,7 +46,7 @@ def unrolled(kernels: Sequence[Kernel], data: Sequence[KernelData], dimension: i
 
 
 def batch_of_unrolled(function: ca.Function, width: int) -> tuple[ca.Function, FloatArray]:
-    """The same for several candidates at once.
+    """An unrolled function for several candidates at once, and the constants that it takes.
 
     Args:
         function: what :func:`unrolled` gave.
@@ -67,7 +67,7 @@ def batch_of_unrolled(function: ca.Function, width: int) -> tuple[ca.Function, F
 def batch_of_calls(
     kernels: Sequence[Kernel], data: Sequence[KernelData], dimension: int, width: int
 ) -> tuple[ca.Function, FloatArray]:
-    """The same as :func:`batch_of_unrolled`, but as a function that calls each kernel for each of its rows."""
+    """A batch like that of :func:`batch_of_unrolled`, but calling each kernel for each of its rows."""
     columns = [ColumnFunction(kernel.function, width, [PARAMETERS, ROW]) for kernel in kernels]
     constants = np.concatenate([each.constants for each in columns])
     points, size = ca.MX.sym(CANDIDATE, width, dimension), numbers_of(data).size
@@ -80,7 +80,7 @@ def batch_of_calls(
 
 
 def _called(function: ca.Function, arguments: Sequence[list[ca.SX]]) -> list[list[ca.SX]]:
-    """An SX function of entries."""
+    """The entries of an SX function's outputs at entries of its inputs."""
     return [entries(result) for result in function.call([column(argument) for argument in arguments])]
 
 
@@ -120,7 +120,7 @@ UNROLLED_OPERATIONS = 50_000  # per candidate; larger programs call a function f
 
 
 class VirtualMachine:
-    """A program, interpreted for every row of an array.
+    """A program that CasADi's virtual machine runs for every row of an array.
 
     Args:
         kernels: of its steps.
@@ -137,7 +137,7 @@ class VirtualMachine:
         self._evaluations = 0
 
     def with_data(self, data: Sequence[KernelData]) -> VirtualMachine:
-        """The same program with the numbers of another scene, for which nothing is built anew."""
+        """The program with the numbers of another scene, for which nothing is built anew."""
         other = copy(self)
         other._numbers = numbers_of(data)
         other._single = self._single.with_numbers(other._numbers)
@@ -194,7 +194,7 @@ class Batch:
         self._buffer.set_res(0, self._results.data)  # type: ignore[call-arg]
 
     def with_numbers(self, numbers: FloatArray) -> Batch:
-        """The same for another scene."""
+        """The batch for the numbers of another scene."""
         return Batch(self._function, numbers, self._constants, len(self._columns), self.width)
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:

@@ -31,7 +31,7 @@ OF_ONE = {"neg": "-{0}", "sq": "{0} * {0}", "twice": "{0} + {0}", "inv": "1.0 / 
 
 
 class Kind(Enum):
-    """What an operand is in C++."""
+    """The kind of an operand in C++."""
 
     NUMBER = auto()
     TRUTH = auto()
@@ -40,7 +40,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Value:
-    """An operand.
+    """An operand of a C++ expression.
 
     Attributes:
         text: a variable's name, an input or the digits of a constant.
@@ -55,7 +55,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Statement:
-    """One variable: how it is computed, and from what.
+    """A C++ variable: how it is computed, and from what.
 
     Attributes:
         value: itself.
@@ -71,7 +71,7 @@ class Statement:
 
 
 class Writer:
-    """Interpreter that writes one statement an operation."""
+    """An interpreter that writes one C++ statement for each operation."""
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []
@@ -106,7 +106,7 @@ class Writer:
         return self._state(Kind.NUMBER, "{}", self._number(a))
 
     def _numbers(self, a: Value, b: Value) -> tuple[Value, Value]:
-        """Operands of an operator, which spreads a constant on one of its sides over the lanes by itself."""
+        """Operands of an operator; a constant on one side needs no spreading over the lanes."""
         if b.kind is Kind.CONSTANT:
             return self._number(a), b
         return a if a.kind is Kind.CONSTANT else self._number(a), self._number(b)
@@ -173,7 +173,7 @@ def blocks_of(statements: Sequence[Statement], results: Sequence[Value]) -> list
 
 
 def _owners(statements: Sequence[Statement], results: Sequence[Value]) -> list[int | None]:
-    """The conditional statement that each one serves alone; None where there is none, or its region is too small."""
+    """The conditional statement that each one serves alone; None where none does or its region is too small."""
     count = len(statements)
     owner: list[int | None] = [None] * count
     seen = [False] * count
@@ -197,7 +197,7 @@ def _owners(statements: Sequence[Statement], results: Sequence[Value]) -> list[i
 
 
 def _levels(statements: Sequence[Statement], owner: Sequence[int | None]) -> list[int]:
-    """After how many regions, one behind the other, each statement comes; a region's are those of its head."""
+    """The number of consecutive regions before each statement; a region's statements have that of its head."""
     heads = {head for head in owner if head is not None}
     needed: dict[int, int] = dict.fromkeys(heads, 0)
     levels: list[int] = []
@@ -263,7 +263,7 @@ class Store:
         self._last_use |= dict.fromkeys(results, len(blocks) - 1)
 
     def loads(self, values: Sequence[Value]) -> Iterator[str]:
-        """Read back what a block uses of earlier ones."""
+        """Statements that read back what a block uses of earlier ones."""
         for value in dict.fromkeys(values):
             if value in self._slots:
                 slot = f"w[{self._slots[value]}]"
@@ -275,7 +275,7 @@ class Store:
             self._free.append(self._slots.pop(value))
 
     def saves(self, block: Block, number: int) -> Iterator[str]:
-        """Keep what later blocks need of this one."""
+        """Statements that save what later blocks need of this one."""
         for value in (statement.value for statement in block.statements):
             if self._last_use.get(value, number) > number:
                 self._slots[value] = self._free.pop() if self._free else self._grown()
@@ -283,7 +283,7 @@ class Store:
                 yield f"    w[{self._slots[value]}] = {saved};\n"
 
     def skip(self, block: Block) -> str:
-        """Leave a block whose condition holds in no lane, with zero as its result; after the block is saved."""
+        """A statement that leaves a saved block with zero as its result if its condition holds in no lane."""
         if block.condition is None:
             return ""
         result = self._slots[block.statements[-1].value]
@@ -327,14 +327,14 @@ def cpp(kernels: Sequence[Kernel], sizes: dict[str, int]) -> str:
 
 
 def _memory(size: int) -> tuple[str, str]:
-    """How ``w`` gets its memory and gives it back: the stack of a thread holds only so much."""
+    """Declaration and release of the memory of ``w``, as the stack of a thread is limited."""
     if size <= MOST_ON_STACK:
         return f"    lanes w[{size}];\n", ""
     return f"    lanes *const w = new lanes[{size}];\n", "    delete[] w;\n"
 
 
 def _offsets(sizes: dict[str, int]) -> tuple[dict[str, int], int]:
-    """Where each vector lies in ``w``, the candidate first, and the first slot after all of them."""
+    """The place of each vector in ``w``, the candidate first, and the first slot after all of them."""
     names = [CANDIDATE, *(name for name in sizes if name not in {CANDIDATE, PARAMETERS})]
     *starts, end = accumulate((sizes[name] for name in names), initial=0)
     return dict(zip(names, starts, strict=True)), end
@@ -374,7 +374,7 @@ def _lines(block: Block, number: int, store: Store, results: Sequence[Value]) ->
 
 
 def _argument(name: str, entry: int, offsets: dict[str, int]) -> Value:
-    """An entry of an input: a number for all candidates, or lanes."""
+    """The operand for an entry of an input: a number for all candidates, or lanes."""
     if name == PARAMETERS:
         return Value(f"p[{entry}]", Kind.CONSTANT)
     if name == ROW:

@@ -24,12 +24,12 @@ POLL_SECONDS = 0.1  # between two looks whether a program that left its output o
 
 
 class NoAnswer(Exception):
-    """A program did not end in time; the message says which and how long it was given."""
+    """Raised where a program did not end in time; the message says which and how long it was given."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The end of a program.
+    """The exit status and output of a program.
 
     Attributes:
         status: 0 where it succeeded; negative for a signal.
@@ -80,7 +80,7 @@ def run(command: Sequence[str], seconds: float, text: str = "") -> Answer:
 
 
 def _until_the_end(process: subprocess.Popen[bytes], pipe: IO[bytes], ends: float) -> bytes:
-    """The beginning of the output of a process that has ended; a child of it may keep the pipe open.
+    """The beginning of the output of a process that has ended, even if its child keeps the pipe open.
 
     Raises:
         TimeoutError: it has not ended in time.
@@ -121,12 +121,12 @@ COMPILE_SECONDS = 60.0  # for one library; a second or two is usual, 14 were the
 
 
 class NativeUnavailable(Exception):
-    """This machine cannot compile, or not this; the message says why."""
+    """Raised where this machine cannot compile a program; the message says why."""
 
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C++ compiler.
+    """A C++ compiler and its version.
 
     Attributes:
         command: the program and arguments of its own (``CXX`` may have some).
@@ -138,12 +138,12 @@ class Compiler:
 
     @property
     def target(self) -> str:
-        """Everything that decides what a library compiled here and now looks like and where it runs."""
+        """A text of everything that decides what a library compiled here and now looks like and where it runs."""
         return "\n".join([*self.command, self.version, *self.flags, processor(), *platform.libc_ver()])
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Flags of ``FLAGS`` that this compiler knows."""
+        """The flags of ``FLAGS`` that this compiler knows."""
         unknown = OF_GCC_ALONE if "clang" in self.version.lower() else ()
         return tuple(flag for flag in FLAGS if flag not in unknown)
 
@@ -192,7 +192,7 @@ def find_compiler() -> Compiler:
 
 @cache
 def asked_version(path: str) -> str | None:
-    """What a program says about itself, asked once a process; None if it does not run or does not answer."""
+    """The version that a program states, asked once a process; None if it does not run or answer."""
     try:
         answer = run([path, "--version"], VERSION_SECONDS)
     except (OSError, NoAnswer):

@@ -76,20 +76,20 @@ _BINARY_NAME = {code: name for name, code in BINARY.items()} | {ca.OP_CONSTPOW: 
 
 
 class UnsupportedOperation(Exception):
-    """A function holds an operation that this package does not know."""
+    """Raised for a function with an operation that this package does not know."""
 
 
 class Interpreter(Protocol[V]):
-    """How to compute with values of one kind: numbers, symbols or text."""
+    """Arithmetic with values of one kind: numbers, symbols or text."""
 
     def constant(self, value: float) -> V:
         """A number written in the expression."""
 
     def unary(self, name: str, a: V) -> V:
-        """The operation ``UNARY[name]``."""
+        """The result of the operation ``UNARY[name]``."""
 
     def binary(self, name: str, a: V, b: V) -> V:
-        """The operation ``BINARY[name]``."""
+        """The result of the operation ``BINARY[name]``."""
 
 
 def interpret(function: ca.Function, arguments: Sequence[Sequence[V]], interpreter: Interpreter[V]) -> list[list[V]]:
@@ -149,23 +149,20 @@ def entries(vector: E) -> list[E]:
 
 
 def column(values: Sequence[ca.SX]) -> ca.SX:
-    """A dense column of scalars, which may be none."""
+    """A dense column of scalars, possibly empty."""
     return ca.densify(ca.vertcat(*values)) if values else ca.SX(0, 1)
 
 
-class Symbolic:
-    """Interpreter in CasADi's own scalar symbols, SX."""
+class Symbolic(Interpreter[ca.SX]):
+    """An interpreter in CasADi's own scalar symbols, SX."""
 
     def constant(self, value: float) -> ca.SX:
-        """A scalar constant."""
         return ca.SX(value)
 
     def unary(self, name: str, a: ca.SX) -> ca.SX:
-        """One operation."""
         return ca.SX.unary(UNARY[name], a)
 
     def binary(self, name: str, a: ca.SX, b: ca.SX) -> ca.SX:
-        """One operation."""
         return ca.SX.binary(BINARY[name], a, b)
 
 
@@ -181,7 +178,7 @@ def as_written() -> Iterator[None]:
 
 
 class Columns(Generic[E]):
-    """Interpreter in symbols that hides constants, which CasADi would fold even so.
+    """An interpreter in symbols that hides constants, which CasADi would fold even so.
 
     Args:
         kind: ``ca.SX`` or ``ca.MX``.

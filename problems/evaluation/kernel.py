@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, Matrix, Operand
-from problems.evaluation.interpreter import SAME_NAMES, Symbolic, column, entries, interpret, rebuilt
+from problems.evaluation.interpreter import SAME_NAMES, Interpreter, Symbolic, column, entries, interpret, rebuilt
 from problems.evaluation.program import PARAMETERS, ROW, Program, Step
 
 # pi in two parts: the first has 33 bits, so that its product with an integer below 2^20 is exact (Cody and Waite)
@@ -45,7 +45,7 @@ ATAN = (
 
 
 def portable(function: ca.Function) -> ca.Function:
-    """The same function with its angles written out.
+    """The function with its angles written out.
 
     Args:
         function: SX function of dense columns.
@@ -57,7 +57,7 @@ def portable(function: ca.Function) -> ca.Function:
 
 
 class Portable(Symbolic):
-    """Symbols in which angles are written out."""
+    """An interpreter in symbols in which angles are written out."""
 
     def __init__(self) -> None:
         x, y = ca.SX.sym("x"), ca.SX.sym("y")
@@ -83,7 +83,7 @@ class Portable(Symbolic):
         return self._binary[name](a, b) if name in self._binary else super().binary(name, a, b)
 
     def _sine_cosine(self, a: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """Both at once, and once for each angle (kept with its pair: a hash may be reused after its owner)."""
+        """Sine and cosine of an angle, once for each angle (stored with it: a hash may be reused)."""
         key = a.element_hash()
         if key not in self._known:
             self._known[key] = (*self._sine_cosine_of(a), a)
@@ -107,7 +107,7 @@ def sine_cosine(x: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def angle(y: Matrix, x: Matrix) -> Matrix:
-    """Angle in rad, within [-pi, pi], of the vector (x, y); 0 for (0, 0).
+    """The angle in rad, within [-pi, pi], of the vector (x, y); 0 for (0, 0).
 
     Within the first octant the half angle has the tangent h = min / (max + r), at most tan(pi / 8).
     """
@@ -143,7 +143,7 @@ class Stage(IntEnum):
 
 @dataclass(frozen=True)
 class Preparation:
-    """What of a step does not depend on a candidate.
+    """The part of a step that does not depend on a candidate.
 
     Attributes:
         parameters_of: (p) -> the kernel's ``p``.
@@ -233,7 +233,7 @@ def kernel_data(preparation: Preparation, step: Step, parameters: FloatArray) ->
 
 
 def _row_data(row_of: ca.Function, parameters: FloatArray, rows: FloatArray) -> FloatArray:
-    """What follows from parameters (q,) and each of the rows (n, r): (n, v). Rows that repeat are evaluated once."""
+    """Results (n, v) of parameters (q,) and each of the rows (n, r); repeated rows are evaluated once."""
     if not row_of.numel_out(0):
         return np.empty((len(rows), 0))
     different, which = np.unique(rows, axis=0, return_inverse=True)
@@ -247,7 +247,7 @@ def kernels(program: Program) -> tuple[Kernel, ...]:
 
 
 def data(program: Program, preparations: tuple[Preparation, ...]) -> tuple[KernelData, ...]:
-    """The numbers of a program's scene for its kernels."""
+    """The numbers of a program's scene for each of its kernels."""
     each = zip(preparations, program.steps, strict=True)
     return tuple(kernel_data(part, step, program.parameters) for part, step in each)
 
@@ -260,8 +260,8 @@ class Staged:
     stage: Stage
 
 
-class Splitter:
-    """Interpreter that notes where a value of an early stage meets a candidate's.
+class Splitter(Interpreter[Staged]):
+    """An interpreter that notes where a value of an early stage meets a candidate's.
 
     Attributes:
         symbols: by stage, what stands for those values from there on.
@@ -275,22 +275,21 @@ class Splitter:
         self._handed_over: dict[Staged, Staged] = {}
 
     def constant(self, value: float) -> Staged:
-        """A constant."""
         return Staged(self._symbolic.constant(value), Stage.CONSTANT)
 
     def unary(self, name: str, a: Staged) -> Staged:
-        """One operation, as early as its operand allows."""
+        """A value of one operation, at the stage of its operand."""
         return Staged(self._symbolic.unary(name, a.value), a.stage)
 
     def binary(self, name: str, a: Staged, b: Staged) -> Staged:
-        """One operation, as early as its operands allow."""
+        """A value of one operation, at the later stage of its operands."""
         stage = max(a.stage, b.stage)
         if stage is Stage.CANDIDATE:
             a, b = self.handed_over(a), self.handed_over(b)
         return Staged(self._symbolic.binary(name, a.value, b.value), stage)
 
     def handed_over(self, a: Staged) -> Staged:
-        """The value itself, or for a value of an early stage the symbol that replaces it in the kernel."""
+        """The value, or for a value of an early stage the symbol that replaces it in the kernel."""
         if a.stage in (Stage.CONSTANT, Stage.CANDIDATE):
             return a
         if a not in self._handed_over:

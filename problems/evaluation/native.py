@@ -45,7 +45,7 @@ class Native:
         self._threads = threads
 
     def with_data(self, data: Sequence[KernelData]) -> Native:
-        """The same program with the numbers of another scene."""
+        """The compiled program with the numbers of another scene."""
         return Native(self._evaluate, data, self._threads)
 
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
@@ -67,7 +67,7 @@ class Native:
 
 
 def scene_of(data: Sequence[KernelData]) -> tuple[FloatArray, NDArray[np.int64]]:
-    """What compiled code reads of a scene beside candidates: numbers, and counts and starts of rows."""
+    """The numbers, counts and starts of rows that compiled code reads of a scene."""
     numbers = np.concatenate([part.ravel() for each in data for part in (each.parameters, each.rows)])
     return numbers, np.concatenate([part for each in data for part in ([len(each.rows)], each.starts)]).astype(np.int64)
 
@@ -92,7 +92,7 @@ def find_library(name: str) -> Evaluate | None:
 
 
 def compile_library(source: str) -> Evaluate:
-    """The function compiled from a C++ source, made now and kept if it can be.
+    """The function compiled from a C++ source, now; the library is cached where possible.
 
     Raises:
         NativeUnavailable: there is no compiler, or it refuses, or what it makes does not load.
@@ -103,12 +103,12 @@ def compile_library(source: str) -> Evaluate:
     LOG.info("compiler: %d lines of C++ in %.3f s", source.count("\n"), time.perf_counter() - began)
     evaluate = _loaded(library)
     with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-        cache.keep(key(name_of(source), compiler), library)
+        cache.store(key(name_of(source), compiler), library)
     return evaluate
 
 
 def _loaded(library: bytes) -> Evaluate:
-    """The function in a library that has just been made, wherever there is room for it.
+    """The function in a library that has just been made, written to a temporary folder.
 
     Raises:
         NativeUnavailable: there is none, or it does not load.
@@ -142,12 +142,12 @@ def load(library: Path) -> Evaluate:
 
 
 def key(name: str, compiler: Compiler) -> str:
-    """Under which the library lies that this compiler makes, for this processor, of the source of that name."""
+    """The cache key of the library that this compiler makes for this processor of the source of that name."""
     return cache.key_of(name, compiler.target)
 
 
 def usable_compiler() -> Compiler:
-    """The machine's compiler.
+    """The C++ compiler of this machine.
 
     Raises:
         NativeUnavailable: there is none, or this system is not supported.
@@ -158,7 +158,7 @@ def usable_compiler() -> Compiler:
 
 
 class BackgroundCompiler:
-    """A process that compiles a C++ source into the cache, at low priority; it is not waited for.
+    """A process that compiles a C++ source into the cache at low priority, without being waited for.
 
     Args:
         source: what to compile.
@@ -184,7 +184,7 @@ class BackgroundCompiler:
             )
 
     def finished(self) -> bool:
-        """Whether it has ended, well or not."""
+        """Whether the process has ended, successfully or not."""
         try:
             return os.waitpid(self._pid, os.WNOHANG)[0] != 0
         except ChildProcessError:

@@ -38,7 +38,7 @@ log = logging.getLogger(__name__)
 
 
 class InvalidEvaluation(ValueError):
-    """Evaluation options that do not exist; the message names them."""
+    """Raised for evaluation options that do not exist; the message names them."""
 
 
 def _default() -> str:
@@ -47,7 +47,7 @@ def _default() -> str:
 
 @dataclass(frozen=True)
 class EvaluationOptions:
-    """How costs are computed. Whatever is chosen, they are the same, bit by bit.
+    """Options of how costs are computed; whatever is chosen, costs are the same, bit by bit.
 
     Attributes:
         backend: ``vm``, CasADi's virtual machine; ``native``, compiled code, made if it is not in the cache; ``auto``,
@@ -70,7 +70,7 @@ class EvaluationOptions:
 
 
 class PopulationFunction:
-    """A program, evaluated for every row of an array.
+    """A program that is evaluated for every row of an array.
 
     Args:
         program: steps from a candidate to its cost; or an SX function of one input (d,) and one scalar output.
@@ -141,7 +141,7 @@ class PopulationFunction:
             raise ValueError(f"candidates of shape {candidates.shape} where (m, {self.program.dimension}) is needed")
 
     def with_numbers(self, parameters: FloatArray) -> PopulationFunction:
-        """The same steps for another scene, (q,): what has been made of them is made once for both.
+        """The steps for another scene, (q,): what was made of them serves both.
 
         Raises:
             InvalidProgram: the program has not as many numbers.
@@ -149,7 +149,7 @@ class PopulationFunction:
         return self.same_structure_with(self.program.with_numbers(parameters))
 
     def same_structure_with(self, program: Program) -> PopulationFunction:
-        """The same for a program whose steps have the same functions, with other numbers in them."""
+        """The function for a program whose steps have the same functions with other numbers in them."""
         other = PopulationFunction(program, self.options)
         other._structure = self._structure
         other._made = self._evaluate
@@ -191,7 +191,7 @@ class PopulationFunction:
         return self._native(library)
 
     def _consider_compiling(self) -> None:
-        """Compile in the background: at once in a long search, to change over then; else after it, for the next."""
+        """Compile in the background, at once in a long search to switch over, else after it for the next."""
         if self._afterwards is None:
             self._afterwards = finalize(self, compile_in_background, self._structure.source)
         if self._background is not None and self._background.finished():
@@ -206,7 +206,7 @@ class PopulationFunction:
 
 
 def compile_in_background(source: str) -> BackgroundCompiler | None:
-    """Start to compile, where there is a processor to spare and a place to keep the result."""
+    """A process that starts to compile, where there is a processor to spare and a writable cache."""
     if processors() < 2 or not cache.writable():
         return None
     with suppress(OSError):
@@ -216,5 +216,5 @@ def compile_in_background(source: str) -> BackgroundCompiler | None:
 
 
 def processors() -> int:
-    """How many processors this process may run on."""
+    """The number of processors that this process may run on."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

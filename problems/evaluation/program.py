@@ -29,7 +29,7 @@ RESERVED = frozenset({CANDIDATE, PARAMETERS, ROW, WINDOW})
 
 
 class InvalidProgram(ValueError):
-    """The steps of a program do not fit together; the message names the step and the vector."""
+    """Raised where the steps of a program do not fit together; the message names the step and the vector."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +86,7 @@ class Step:
         loop: Loop | None = None,
         stacked: Sequence[str] = (),
     ) -> Step:
-        """The step of expressions.
+        """The step of named expressions.
 
         Args:
             name: what errors call it.
@@ -101,7 +101,7 @@ class Step:
 
     @property
     def runs(self) -> int:
-        """How often it runs."""
+        """The number of times that it runs."""
         return 1 if self.loop is None else len(self.loop.rows)
 
     @cached_property
@@ -206,17 +206,17 @@ class Program:
 
     @property
     def dimension(self) -> int:
-        """Entries d of a candidate."""
+        """The number of entries d of a candidate."""
         return self.sizes[CANDIDATE]
 
     @property
     def values(self) -> int:
-        """Numbers that a candidate is given: the cost, and what else the last step writes with it."""
+        """The number of values that a candidate is given: the cost, and others that the last step writes."""
         return self.sizes[COST]
 
     @cached_property
     def sizes(self) -> dict[str, int]:
-        """Entries of every vector, by name: the candidate, the parameters and all that steps write."""
+        """The number of entries of every vector, by name: candidate, parameters and all that steps write."""
         dimension = next((step.inputs[CANDIDATE] for step in self.steps if CANDIDATE in step.inputs), None)
         if dimension is None:
             raise InvalidProgram("no step reads the candidate x")
@@ -232,7 +232,7 @@ class Program:
         return sizes
 
     def with_numbers(self, parameters: FloatArray) -> Program:
-        """The same steps for another scene.
+        """The steps for another scene.
 
         Raises:
             InvalidProgram: it has not as many numbers.
@@ -240,7 +240,7 @@ class Program:
         return replace(self, parameters=parameters)
 
     def inlined(self) -> ca.Function:
-        """The same as one SX function x -> cost, all rows written out and all numbers in it."""
+        """The program as one SX function x -> cost, with all rows and numbers written out."""
         x = ca.SX.sym("x", self.dimension)
         values: dict[str, ca.SX] = {CANDIDATE: x, PARAMETERS: ca.SX(ca.DM(self.parameters))}
         for step in self.steps:
@@ -267,7 +267,7 @@ def _inlined(step: Step, values: dict[str, ca.SX]) -> dict[str, ca.SX]:
 
 
 class RowFunction:
-    """A function of rows; the bits are those of one row after the other.
+    """A function of rows, whose bits are those of one row after the other.
 
     Args:
         formula: SX function of a column (m, 1) and, if there is a second input called ``p``, of numbers (q, 1) that all

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, kept_text, structure_key
+from problems.base import FloatArray, cached_text, structure_key
 from problems.evaluation.codegen import cpp
 from problems.evaluation.kernel import Kernel, Preparation, data, kernels
 from problems.evaluation.native import name_of, scene_of
@@ -22,7 +22,7 @@ from problems.evaluation.program import Program
 
 
 class ProgramStructure:
-    """Of a program, whatever its numbers.
+    """Kernels and code of a program, whatever its numbers.
 
     Args:
         program: any one of that structure.
@@ -33,7 +33,7 @@ class ProgramStructure:
 
     @cached_property
     def kernels(self) -> tuple[Kernel, ...]:
-        """Of all steps.
+        """The kernels of all steps.
 
         Raises:
             UnsupportedOperation: a step holds an operation that :mod:`problems.evaluation.interpreter` does not know.
@@ -47,22 +47,22 @@ class ProgramStructure:
 
     @property
     def source_name(self) -> str:
-        """Of the C++, which need not be written for it."""
+        """The digest of the C++, which need not be written for it."""
         return self._kept[0]
 
     @property
     def preparations(self) -> tuple[Preparation, ...]:
-        """Of all steps."""
+        """The preparations of all steps."""
         known = "kernels" in self.__dict__
         return tuple(kernel.preparation for kernel in self.kernels) if known else self._kept[1]
 
     def scene(self) -> tuple[FloatArray, NDArray[np.int64]]:
-        """What compiled code reads of the program's own scene beside candidates: numbers, counts and starts of rows."""
+        """The numbers, counts and starts of rows that compiled code reads of the program's own scene."""
         return scene_of(data(self._program, self.preparations))
 
     @property
     def key(self) -> str | None:
-        """The name of the structure, from which all else follows."""
+        """The cache key of the structure, from which all else follows."""
         steps = [
             (step.function.serialize(), step.stacked, None if step.loop is None else step.loop.window)
             for step in self._program.steps
@@ -71,7 +71,7 @@ class ProgramStructure:
 
     @cached_property
     def _kept(self) -> tuple[str, tuple[Preparation, ...]]:
-        content = json.loads(kept_text(self.key, "fun", self._text))
+        content = json.loads(cached_text(self.key, "fun", self._text))
         functions = (map(ca.Function.deserialize, pair) for pair in content["preparations"])
         return content["source"], tuple(Preparation(*pair) for pair in functions)
 

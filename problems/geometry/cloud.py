@@ -23,7 +23,7 @@ FORMAT = re.compile(rb"^\s*format\s+ascii", re.MULTILINE)
 
 
 def read_cloud(name: str, content: bytes) -> FloatArray:
-    """The points of a file, (n, 3), m; those that are no finite numbers, as cameras have them, are left out.
+    """The points of a file, (n, 3), m, without those that are no finite numbers, as cameras have them.
 
     Args:
         name: of the file, whose ending says of which kind it is.
@@ -140,12 +140,12 @@ def _joined(places: NDArray[np.intp], most: int) -> NDArray[np.intp] | None:
 
 
 def _run(free: Any) -> int:
-    """The last of the leading entries (n,) that are true, the first of which is."""
+    """The number of leading entries of (n,) that are true, minus one; the first is."""
     return int(np.argmin(free)) - 1 if not free.all() else len(free) - 1
 
 
 def _shrunk(points: FloatArray, places: NDArray[np.intp], blocks: NDArray[np.intp], radius: float) -> FloatArray:
-    """The boxes around the balls of the points in each block."""
+    """The smallest boxes around the balls of the points in each block."""
     owner = np.empty(places.max(axis=0) + 1, dtype=np.intp)
     for number, (first, last) in enumerate(blocks):
         owner[tuple(slice(one, two + 1) for one, two in zip(first, last, strict=True))] = number

@@ -16,7 +16,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem, cache, kept_text
+from problems.base import FloatArray, InvalidProblem, cache, cached_text
 from problems.geometry.hull import SAME_PLANE, Hull, enclosing
 
 VERSION = "2"  # of how parts are made: another finds none of those kept before
@@ -56,7 +56,7 @@ def convex_parts(corners: FloatArray, hull: bool = False) -> list[Hull]:
 
 
 def _pieces(corners: FloatArray) -> Iterator[FloatArray]:
-    """Triangles that hang together."""
+    """The connected pieces of a mesh, each with its triangles."""
     places = corners.reshape(-1, 3)
     unit = SEEN_AS_ONE * max(float(np.ptp(places, axis=0).max()), np.finfo(float).tiny)
     numbers = np.unique(np.round(places / unit), axis=0, return_inverse=True)[1].reshape(-1, 3)
@@ -74,14 +74,14 @@ def _thickened(points: FloatArray) -> FloatArray:
 
 
 def _flat_axes(points: FloatArray) -> list[FloatArray]:
-    """Along which a piece is thin: one of a sheet, two of a line, three of a speck."""
+    """Axes along which a piece is thin: one of a sheet, two of a line, three of a speck."""
     away = points - points.mean(axis=0)
     sizes, axes = np.linalg.svd(away, full_matrices=False)[1:]
     return [axis for size, axis in zip(sizes, axes, strict=True) if size <= SHEET * np.sqrt(len(points))]
 
 
 def _is_on(corners: FloatArray, hull: Hull, flat: Sequence[FloatArray]) -> bool:
-    """Whether a mesh is the surface of its hull, with nothing that is open; or all of its middle, where it is flat."""
+    """Whether a mesh is the closed surface of its hull; or all of its middle, where it is flat."""
     whole = areas(_flattened(hull.faces, flat[0])).sum() / 2.0 if flat else areas(hull.faces).sum()
     if areas(corners).sum() < WHOLE * whole:
         return False
@@ -97,7 +97,7 @@ def _flattened(corners: FloatArray, normal: FloatArray) -> FloatArray:
 
 
 def areas(corners: FloatArray) -> FloatArray:
-    """Of triangles (n, 3, 3), m: (n,), m^2."""
+    """The areas of triangles (n, 3, 3), m: (n,), m^2."""
     crossed = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.asarray(np.linalg.norm(crossed, axis=1) / 2.0)
 
@@ -111,9 +111,9 @@ def _held(corners: FloatArray, hull: Hull) -> Hull:
 
 
 def _divided(corners: FloatArray) -> list[Hull]:
-    """The parts that CoACD makes of a mesh, grown until they hold it; kept in the user's cache."""
+    """The parts that CoACD makes of a mesh, grown until they hold it; cached."""
     key = cache.key_of("parts", VERSION, sha256(np.ascontiguousarray(corners).tobytes()).hexdigest())
-    return [Hull.of(np.array(points)) for points in json.loads(kept_text(key, "cover", lambda: _parts_text(corners)))]
+    return [Hull.of(np.array(points)) for points in json.loads(cached_text(key, "cover", lambda: _parts_text(corners)))]
 
 
 def _parts_text(corners: FloatArray) -> str:
@@ -150,13 +150,13 @@ def _coacd(corners: FloatArray) -> list[FloatArray]:
 
 
 def sticking_out(corners: FloatArray, parts: Sequence[Hull]) -> int:
-    """How many triangles (n, 3, 3), m, do not lie in the union of convex parts; whatever area of them it is."""
+    """The number of triangles (n, 3, 3), m, that do not lie in the union of convex parts."""
     left = corners[~np.any([_held_whole(corners, part) for part in parts], axis=0)]
     return sum(_sticks_out(triangle, parts) for triangle in left)
 
 
 def _held_whole(corners: FloatArray, part: Hull) -> NDArray[np.bool_]:
-    """Which triangles (n, 3, 3), m, lie in one part, (n,)."""
+    """Whether each of the triangles (n, 3, 3), m, lies in one part, (n,)."""
     blocks = np.array_split(corners, 1 + 3 * len(corners) * len(part.normals) // AT_ONCE)
     return np.concatenate(
         [(part.beyond(b.reshape(-1, 3)) <= 0.0).all(axis=1).reshape(-1, 3).all(axis=1) for b in blocks]
@@ -172,7 +172,7 @@ def _sticks_out(triangle: FloatArray, parts: Sequence[Hull]) -> bool:
 
 
 def _cut(polygon: FloatArray, part: Hull, is_line: bool) -> Iterator[FloatArray]:
-    """What of a convex polygon (n, 3), m, lies outside of a part: all that has an area, or a length if it is a line."""
+    """Pieces of a convex polygon (n, 3), m, outside a part that have an area, or a length if it is a line."""
     if (part.beyond(polygon) <= 0.0).all():
         return
     for normal, offset in zip(part.normals, part.offsets, strict=True):

@@ -24,7 +24,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem, cache, kept_text
+from problems.base import FloatArray, InvalidProblem, cache, cached_text
 from problems.geometry.proof import Balls, unheld
 from problems.geometry.surface import Surface, pieces_of, thinned
 
@@ -46,7 +46,7 @@ DIRECTIONS = 48  # in which the overhang of a ball is measured
 
 @dataclass(frozen=True)
 class Cover:
-    """Balls that hold a body, and how far they are from being it.
+    """Balls that hold a body, and how far they stick out of it.
 
     Attributes:
         balls: of the cover.
@@ -62,14 +62,14 @@ class Cover:
 
     @property
     def text(self) -> str:
-        """All of it in letters and digits, to be stored."""
+        """The cover in letters and digits, to be stored."""
         figures = struct.pack("<3d", self.usual_overhang, self.largest_overhang, self.volume_ratio)
         numbers = np.column_stack([self.balls.centers, self.balls.radii]) / QUANTUM
         return b64encode(figures + zlib.compress(numbers.astype("<i4").T.tobytes(), 9)).decode()
 
     @classmethod
     def from_text(cls, text: str) -> Cover:
-        """What was stored.
+        """The cover that a text states.
 
         Raises:
             InvalidProblem: ``cover`` is none.
@@ -88,7 +88,7 @@ class Cover:
 
 
 def cover_of(corners: FloatArray, overhang: float) -> Cover:
-    """A cover of triangles, proven to hold all of them; made once, and kept on disk.
+    """A cover of triangles, proven to hold all of them; made once, and cached on disk.
 
     Args:
         corners: of the triangles, (n, 3, 3), m.
@@ -100,7 +100,7 @@ def cover_of(corners: FloatArray, overhang: float) -> Cover:
     """
     made_of = sha256(np.ascontiguousarray(corners, dtype="<f8").tobytes()).hexdigest()
     key = cache.key_of("cover", VERSION, made_of, repr(float(overhang)))
-    return Cover.from_text(kept_text(key, "cover", lambda: _new_text(corners, overhang)))
+    return Cover.from_text(cached_text(key, "cover", lambda: _new_text(corners, overhang)))
 
 
 def _new_text(corners: FloatArray, overhang: float) -> str:
@@ -184,7 +184,7 @@ class Solid:
 
     @cached_property
     def _beside(self) -> NDArray[np.bool_]:
-        """Voxels next to those outside."""
+        """Voxels next to those outside, (a, b, c)."""
         return np.asarray(scipy.ndimage.binary_dilation(~self.filled, np.ones((3, 3, 3), dtype=bool)))
 
     @cached_property
@@ -194,12 +194,12 @@ class Solid:
 
     @cached_property
     def _near(self) -> Surface:
-        """What can be seen from outside."""
+        """The surface that can be seen from outside, in small pieces."""
         return Surface(self.pieces[self._beside[self._places(self._middles)]])
 
     @cached_property
     def _far(self) -> Surface:
-        """The same in larger pieces, of which some may not be seen, as points deep inside are as near to many."""
+        """The surface in larger pieces, some unseen; points deep inside are equally near to many pieces."""
         pieces = pieces_of(self.corners, LARGE * self.voxel)
         points = np.concatenate(
             [0.9 * pieces + 0.1 * pieces.mean(axis=1, keepdims=True), pieces.mean(axis=1)[:, None]], axis=1
@@ -208,7 +208,7 @@ class Solid:
         return Surface(pieces[seen.any(axis=1)])
 
     def distances(self, points: FloatArray, depths: FloatArray) -> FloatArray:
-        """How far points (n, 3) are from what can be seen from outside, (n,), m, given how deep they are about, m."""
+        """Distances of points (n, 3) from what can be seen from outside, (n,), m, given their approximate depths, m."""
         deep, found = depths > DEEP * self.voxel, np.empty(len(points))
         for surface, chosen in ((self._near, ~deep), (self._far, deep)):
             found[chosen] = surface.distances(points[chosen]) if chosen.any() else 0.0
@@ -234,7 +234,7 @@ class Solid:
 
 
 def _candidates(solid: Solid, overhang: float) -> Balls:
-    """Balls around points inside, those of a size spaced."""
+    """Balls around points inside a solid, those of each size spaced."""
     places, depths = solid.ridges()
     order = np.argsort(-depths, kind="stable")
     places, depths = places[order], depths[order]
@@ -251,7 +251,7 @@ def _candidates(solid: Solid, overhang: float) -> Balls:
 
 
 def _around(points: FloatArray, overhang: float) -> Balls:
-    """Balls around points of the surface."""
+    """Balls around points of the surface that reach the overhang."""
     centers = np.round(points / QUANTUM) * QUANTUM
     return Balls(centers, np.full(len(centers), np.floor(overhang / QUANTUM) * QUANTUM))
 
@@ -261,7 +261,7 @@ def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls | None:
     candidates, middles = _candidates(solid, overhang), solid.outer
     samples = middles[thinned(middles, max(0.2 * overhang, 0.75 * solid.voxel))]
     bare = samples if not len(candidates) else samples[~candidates.shrunk(KEPT * overhang).hold(samples)]
-    candidates = candidates.joined(_around(bare[thinned(bare, 0.75 * overhang)], overhang))
+    candidates = candidates.combined(_around(bare[thinned(bare, 0.75 * overhang)], overhang))
     chosen = np.empty(0, dtype=np.intp)
     for _ in range(MOST_ROUNDS):
         picked = list(_picked(samples, candidates, KEPT * overhang))
@@ -273,12 +273,12 @@ def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls | None:
         if not len(missed):
             return balls
         samples = missed[thinned(missed, COARSENESS / 2.0 * overhang)]
-        candidates = candidates.joined(_around(samples, overhang))
+        candidates = candidates.combined(_around(samples, overhang))
     raise InvalidProblem("mesh", f"no cover was proven in {MOST_ROUNDS} rounds")
 
 
 def _picked(samples: FloatArray, candidates: Balls, margin: float) -> Iterator[int]:
-    """Numbers of balls, each of which holds most of the samples that none before holds, until all are held."""
+    """Numbers of balls, each with most of the samples that none before holds, until all are in one."""
     tree, radii = scipy.spatial.cKDTree(samples), candidates.radii - margin
     lists = tree.query_ball_point(candidates.centers, radii, workers=-1, return_sorted=False)
     holds = [np.array(held, dtype=np.int32) for held in lists]
@@ -304,7 +304,7 @@ def _sphere_points(count: int) -> FloatArray:
 
 
 def _overhangs(balls: Balls, solid: Solid) -> tuple[float, float]:
-    """How far 95 % of the points on a cover's outside, and all that were looked at, are from the solid, m."""
+    """Distances from the solid within which 95 % of the points of a cover's outside are, and all that were tried, m."""
     points = (balls.centers[:, None] + balls.radii[:, None, None] * _sphere_points(DIRECTIONS)).reshape(-1, 3)
     points = points[~balls.shrunk(QUANTUM).hold(points)]
     points = points[thinned(points, solid.voxel)]
@@ -315,7 +315,7 @@ def _overhangs(balls: Balls, solid: Solid) -> tuple[float, float]:
 
 
 def _volume_ratio(balls: Balls, solid: Solid, overhang: float) -> float:
-    """Of balls and solid, by the points of a lattice."""
+    """The volume of balls over that of a solid, by the points of a lattice."""
     step = max(solid.voxel, LARGEST_VOXEL)
     low, high = (solid.corners.min(axis=(0, 1)) - overhang, solid.corners.max(axis=(0, 1)) + overhang)
     axes = [np.arange(a + step / 2.0, b, step) for a, b in zip(low, high, strict=True)]

@@ -26,7 +26,7 @@ GROWN = 1e-9  # relative: rounding must not cut off a corner
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A convex hull in numbers.
+    """A convex hull by its corners and the planes of its faces.
 
     Attributes:
         corners: (n, 3), m.
@@ -42,7 +42,7 @@ class Hull:
 
     @classmethod
     def of(cls, points: FloatArray) -> Hull:
-        """Of points (n, 3), m.
+        """The convex hull of points (n, 3), m.
 
         Raises:
             InvalidProblem: ``points`` are in one plane, or their hull has too many corners.
@@ -67,7 +67,7 @@ class Hull:
 
     @cached_property
     def edges(self) -> tuple[FloatArray, FloatArray]:
-        """Where the edges of its faces begin, and the ways from there to their ends, both (e, 3), m."""
+        """Starts of the edges of its faces, and vectors from there to their ends, both (e, 3), m."""
         on = np.abs(self.beyond(self.corners)) <= 2.0 * SAME_PLANE * np.ptp(self.corners, axis=0).max()
         pairs = {tuple(sorted(pair)) for triangle in self.triangles.tolist() for pair in combinations(triangle, 2)}
         one, two = np.array([pair for pair in sorted(pairs) if (on[pair[0]] & on[pair[1]]).sum() > 1]).T
@@ -79,12 +79,12 @@ class Hull:
         return self.corners[self.triangles]
 
     def beyond(self, points: FloatArray) -> FloatArray:
-        """How far points (n, 3) are outside of each face, (n, f), m."""
+        """Distances of points (n, 3) beyond each face, (n, f), m."""
         return np.asarray(points @ self.normals.T - self.offsets)
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-        """Centre (3,), axes in columns (3, 3), right-handed, and sides along them (3,), m, where it is a box.
+        """Centre (3,), axes in columns (3, 3), right-handed, and sides along them (3,), m, if the hull is a box.
 
         That box holds it, also where its faces are not quite at right angles.
         """
@@ -131,7 +131,7 @@ def _distinct(planes: FloatArray) -> NDArray[np.intp]:
 
 
 def enclosing(hull: Hull, most: int) -> Hull:
-    """A hull around another, of whose corners none is farther outside of that than ``COARSENESS``.
+    """A hull with fewer faces around another, from which no corner is farther than ``COARSENESS``.
 
     Farther where so many faces are not enough; itself where it has no more.
     """

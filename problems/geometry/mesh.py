@@ -21,7 +21,7 @@ ROUND = 24  # sides of what only looks like a ball
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles of a file.
+    """The triangles of a mesh file, and what is unusual about them.
 
     Attributes:
         corners: (n, 3, 3), m; of a polygon whose corners lie in no plane, all triangles that it may mean.
@@ -101,7 +101,7 @@ def _scaled(parts: list[FloatArray], scale: tuple[float, float, float] = (1.0, 1
 
 
 def _closed_volume(corners: FloatArray) -> tuple[bool, float]:
-    """Whether each side of triangles (n, 3, 3) belongs to two, and the volume that they enclose in that case, m^3."""
+    """Whether triangles (n, 3, 3) are a closed surface, and the volume that they enclose in that case, m^3."""
     import trimesh  # noqa: PLC0415 (half a second, for robots with meshes alone)
 
     mesh = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), process=False)

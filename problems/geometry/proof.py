@@ -39,12 +39,12 @@ class Balls:
     def __len__(self) -> int:
         return len(self.radii)
 
-    def joined(self, other: Balls) -> Balls:
-        """These and others."""
+    def combined(self, other: Balls) -> Balls:
+        """The balls of both sets in one."""
         return Balls(np.concatenate([self.centers, other.centers]), np.concatenate([self.radii, other.radii]))
 
     def shrunk(self, length: float) -> Balls:
-        """The same with smaller radii, m."""
+        """The balls with radii smaller by a length, m."""
         return Balls(self.centers, np.maximum(self.radii - length, 0.0))
 
     @cached_property
@@ -79,7 +79,7 @@ class Balls:
 
 
 def unheld(corners: FloatArray, balls: Balls, resolution: float = np.inf) -> FloatArray:
-    """Points of triangles that lie in no ball, or on the border of all, (m, 3), m; none where the balls hold all.
+    """Points of triangles in no ball, or on the border of all, (m, 3), m; none where the balls hold all.
 
     Args:
         corners: of the triangles, (n, 3, 3), m.

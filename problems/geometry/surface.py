@@ -15,7 +15,7 @@ NEAREST = 5  # pieces, of those with the nearest middles, to which a distance is
 
 
 def longest_sides(corners: FloatArray) -> FloatArray:
-    """Of triangles (n, 3, 3), (n,), m."""
+    """The longest sides of triangles (n, 3, 3): (n,), m."""
     return np.asarray(np.sqrt(_squared_sides(corners).max(axis=1)))
 
 
@@ -26,7 +26,7 @@ def _squared_sides(corners: FloatArray) -> FloatArray:
 
 
 def halved(corners: FloatArray) -> FloatArray:
-    """Every triangle cut across its longest side, (2 n, 3, 3)."""
+    """Two halves of every triangle, cut across its longest side, (2 n, 3, 3)."""
     rows, apex = np.arange(len(corners)), np.argmax(_squared_sides(corners), axis=1)
     top, one, two = (corners[rows, (apex + k) % 3] for k in range(3))
     middle = (one + two) / 2.0
@@ -53,7 +53,7 @@ def thinned(points: FloatArray, cell: float) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Small triangles.
+    """A surface of small triangles, and distances from it.
 
     Attributes:
         pieces: (n, 3, 3), m.
@@ -63,7 +63,7 @@ class Surface:
 
     @cached_property
     def middles(self) -> FloatArray:
-        """Of the pieces, (n, 3), m."""
+        """The middles of the pieces, (n, 3), m."""
         return np.asarray(self.pieces.mean(axis=1))
 
     @cached_property
@@ -71,7 +71,7 @@ class Surface:
         return scipy.spatial.cKDTree(self.middles)
 
     def distances(self, points: FloatArray) -> FloatArray:
-        """How far points (m, 3) are from the pieces with the nearest middles, (m,), m: hardly more than from any."""
+        """Distances of points (m, 3) from the nearest of the pieces with the nearest middles, (m,), m."""
         nearest = min(NEAREST, len(self.pieces))
         _, numbers = self._tree.query(points, k=nearest, workers=-1)
         each = np.asarray(numbers).reshape(len(points), nearest).T
@@ -80,7 +80,7 @@ class Surface:
 
 
 def _squared_distances(points: FloatArray, corners: FloatArray) -> FloatArray:
-    """Of points (n, 3) from triangles (n, 3, 3) one by one, (n,), m^2: to the plane where that is above one, or a side.
+    """Squared distances of points (n, 3) from triangles (n, 3, 3) one by one, (n,), m^2.
 
     Source: C. Ericson, Real-Time Collision Detection (2005), 5.1.5.
     """

@@ -17,7 +17,7 @@ ROUNDING = 1e-12  # relative: what a radius may lack
 
 @dataclass(frozen=True, eq=False)
 class BallTree:
-    """Nodes, the root first, the children of each side by side; a node without children is a ball itself.
+    """A tree of balls, the root first, children side by side; a node without children is a given ball.
 
     Attributes:
         nodes: balls, each around those of its children.
@@ -31,7 +31,7 @@ class BallTree:
 
     @classmethod
     def of(cls, balls: Balls) -> BallTree:
-        """A tree of one ball or more, cut in halves again and again along the longest way through their centres."""
+        """A tree of one ball or more, cut in halves repeatedly along the longest side of their centres' box."""
         members: list[NDArray[np.intp]] = [np.arange(len(balls))]
         first, count, number = [], [], 0
         while number < len(members):
@@ -45,8 +45,8 @@ class BallTree:
         return cls(nodes, np.array(first, dtype=np.intp), np.array(count, dtype=np.intp))
 
     @classmethod
-    def joined(cls, trees: Sequence[BallTree]) -> BallTree:
-        """Several in one list of nodes, one after the other."""
+    def combined(cls, trees: Sequence[BallTree]) -> BallTree:
+        """Several trees in one list of nodes, one after the other."""
         starts = np.cumsum([0, *(len(tree.count) for tree in trees[:-1])])
         nodes = Balls(*(np.concatenate([getattr(t.nodes, name) for t in trees]) for name in ("centers", "radii")))
         first = np.concatenate([tree.first + start for tree, start in zip(trees, starts, strict=True)])
@@ -54,11 +54,11 @@ class BallTree:
 
     @property
     def leaves(self) -> NDArray[np.intp]:
-        """Numbers of the nodes that are balls themselves."""
+        """Numbers of the nodes that are given balls."""
         return np.flatnonzero(self.count == 0)
 
     def children(self, nodes: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """The children of nodes (n,), and of which of the n each is the child; both (m,)."""
+        """The children of nodes (n,), and the place of the parent of each among the n; both (m,)."""
         counts = self.count[nodes]
         parents = np.repeat(np.arange(len(nodes)), counts)
         within = np.arange(len(parents)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -79,7 +79,7 @@ def _divided(members: NDArray[np.intp], centers: FloatArray) -> list[NDArray[np.
 
 
 def _around(balls: Balls, members: NDArray[np.intp]) -> tuple[FloatArray, float]:
-    """A ball that holds some balls: around the middle of the box of them."""
+    """Centre and radius of a ball that holds some balls, around the middle of their box."""
     centers, radii = balls.centers[members], balls.radii[members]
     if len(members) == 1:
         return centers[0], float(radii[0])

@@ -28,7 +28,7 @@ Faces = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Vertices, and which three make a triangle each.
+    """Vertices, and the faces that three of them make each.
 
     Attributes:
         vertices: (n, 3), m.
@@ -40,18 +40,18 @@ class Triangles:
 
     @classmethod
     def of(cls, corners: FloatArray) -> Triangles:
-        """Of triangles (m, 3, 3), m; equal corners become one vertex, and what then has no area is left out."""
+        """Vertices and faces of triangles (m, 3, 3), m: equal corners are one vertex, flat faces are dropped."""
         vertices, numbers = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
         return cls(vertices, _with_area(numbers.reshape(-1, 3)))
 
     @property
     def corners(self) -> FloatArray:
-        """Of each triangle, (m, 3, 3), m."""
+        """The corners of each triangle, (m, 3, 3), m."""
         return np.asarray(self.vertices[self.faces])
 
     @property
     def area(self) -> float:
-        """Of all triangles, m^2."""
+        """The total area of the triangles, m^2."""
         return float(np.linalg.norm(self._doubled_normals, axis=1).sum()) / 2.0
 
     @property
@@ -62,18 +62,18 @@ class Triangles:
 
     @property
     def outward(self) -> Triangles:
-        """The same, turned over where the volume that they enclose is negative, and not next to nothing."""
+        """The triangles, turned over where the volume that they enclose is clearly negative."""
         from_middle = self.corners - self.vertices.mean(axis=0) if len(self.faces) else self.corners
         inside_out = float(np.linalg.det(from_middle).sum()) / 6.0 < -THICK * self.area**1.5
         return Triangles(self.vertices, self.faces[:, ::-1]) if inside_out else self
 
     def placed(self, rotation: FloatArray, translation: FloatArray) -> Triangles:
-        """As seen from the frame in which their own has this pose."""
+        """The triangles as seen from the frame in which their own has this pose."""
         return Triangles(np.asarray(self.vertices @ rotation.T + translation), self.faces)
 
     @property
     def text(self) -> str:
-        """All of it in letters and digits, to be stored; places are rounded to ``QUANTUM``."""
+        """The triangles in letters and digits, to be stored; places are rounded to ``QUANTUM``."""
         order = np.lexsort(np.rint(self.vertices / QUANTUM).T)
         places = np.diff(np.rint(self.vertices[order] / QUANTUM), axis=0, prepend=0.0)
         faces = np.argsort(order)[self.faces]
@@ -85,7 +85,7 @@ class Triangles:
 
     @classmethod
     def from_text(cls, text: str) -> Triangles:
-        """What was stored.
+        """The triangles that a text states.
 
         Raises:
             InvalidProblem: ``triangles`` are none.
@@ -109,7 +109,7 @@ class Triangles:
 
 
 def _planes(numbers: NDArray[np.generic]) -> bytes:
-    """Columns of small whole numbers, lowest bytes first: what compresses well."""
+    """Bytes of columns of small whole numbers, lowest bytes first, which compress well."""
     return np.ascontiguousarray(numbers.T.astype("<i4")).view(np.uint8).reshape(-1, 4).T.tobytes()
 
 
@@ -119,7 +119,7 @@ def _from_planes(content: NDArray[np.uint8]) -> Faces:
 
 
 def simplified(triangles: Triangles, most: int) -> Triangles:
-    """No more than so many triangles that resemble others; these themselves where they are no more.
+    """Fewer triangles that resemble others, so many at most; the given ones where they are no more.
 
     Args:
         triangles: to be resembled.
@@ -147,7 +147,7 @@ def _cells_of(places: FloatArray, cell: float) -> Faces:
 
 
 def _with_area(faces: Faces) -> Faces:
-    """Those with three different vertices, each once; the same three the other way round are another side."""
+    """The faces with three different vertices, each once; with the opposite orientation it is another face."""
     apart = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
     kept = faces[apart]
     turns = (np.argmin(kept, axis=1)[:, None] + np.arange(3)) % 3
@@ -155,7 +155,7 @@ def _with_area(faces: Faces) -> Faces:
 
 
 def _representatives(triangles: Triangles, numbers: Faces, cell: float) -> FloatArray:
-    """Of each cell the point nearest to the planes of its triangles, no farther from their middle than a cell's side.
+    """The point of each cell nearest to the planes of its triangles, at most a cell's side from their middle.
 
     Args:
         triangles: whose vertices lie in cells.

@@ -42,8 +42,8 @@ from problems.limits.limit import (
     PenaltyKind,
     Repetition,
     WorldQuestion,
+    depends_on_speed,
     end_point,
-    holds_time,
     longest_time_scale,
     minimum_time_scale,
     peaks_of,
@@ -51,7 +51,14 @@ from problems.limits.limit import (
     scaling,
 )
 from problems.limits.proximity import BodyPair, Pair, Proximity, SelfClearance, clearances
-from problems.limits.staying import AT_GOAL, TaperedMargin, looks, stay_constraints, stay_matters, time_dependent_parts
+from problems.limits.staying import (
+    AT_GOAL,
+    TaperedMargin,
+    stay_constraints,
+    stay_matters,
+    stay_shares,
+    time_dependent_parts,
+)
 from problems.robots import Robot
 from problems.scene import Obstacle
 
@@ -60,7 +67,7 @@ LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
 
 
 class LimitKind(Protocol):
-    """What makes a limit for a robot among obstacles: a class derived from :class:`Limit`, or an object like it."""
+    """A class derived from :class:`Limit`, or an object like it, that makes a limit for a robot among obstacles."""
 
     def for_robot(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Limit | None:
         """The limit; None where it does not apply."""
@@ -83,12 +90,12 @@ def limits_of(robot: Robot, obstacles: Sequence[Obstacle], more: Sequence[LimitK
 
 
 def proximity_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Proximity, ...]:
-    """Those of them that depend on a posture alone: what has to keep clear of what."""
+    """The limits that depend on a posture alone: on what has to keep clear of what."""
     return tuple(limit for limit in limits_of(robot, obstacles) if isinstance(limit, Proximity))
 
 
 def complete_limits(limits: Sequence[Limit], robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Limit, ...]:
-    """Limits as verdicts speak of them: of all bodies, also of those that a search need not look at."""
+    """The limits as verdicts judge them: of all bodies, also of those that a search leaves out."""
     if robot.is_covered:
         others = [limit.complete(obstacles) for limit in limits if type(limit) not in (Clearance, SelfClearance)]
         return (*others, *cover_limits(robot, obstacles))
@@ -142,13 +149,12 @@ __all__ = [
     "clearances",
     "complete_limits",
     "cover_limits",
+    "depends_on_speed",
     "distances_from",
     "end_point",
     "holding_torques",
-    "holds_time",
     "limits_of",
     "longest_time_scale",
-    "looks",
     "minimum_time_scale",
     "pairs_among",
     "peaks_of",
@@ -160,6 +166,7 @@ __all__ = [
     "shares_along",
     "stay_constraints",
     "stay_matters",
+    "stay_shares",
     "time_dependent_parts",
     "touching_links",
     "turned_along",

@@ -15,7 +15,7 @@ DISTANCE_OFFSET = 1e-15  # of the accuracy: keeps the gradient of a distance fin
 
 @dataclass(frozen=True)
 class Accuracy(Parametric):
-    """(24): ``|P*(i) - P(i)| <= accuracy``, planned and given point at the same path parameter.
+    """The limit (24), ``|P*(i) - P(i)| <= accuracy``, of planned and given points at the same path parameter.
 
     Args:
         accuracy: the largest distance, m.
@@ -49,7 +49,7 @@ class Accuracy(Parametric):
         return self._constraint(tool - nearest, formula, margin)
 
     def _constraint(self, away: Matrix, formula: str, margin: float) -> Constraint:
-        """On the lengths of vectors (n, dim), m."""
+        """The constraint on the lengths of vectors (n, dim), m."""
         return Constraint(
             name="accuracy",
             equation="(24)",
@@ -66,7 +66,7 @@ class Accuracy(Parametric):
 
 
 def shares_along(tool: Matrix, starts: Matrix, ends: Matrix) -> Matrix:
-    """Where on lines the nearest points to n others are: shares of their lengths, (n, 1); the rest (n, dim), m."""
+    """Places on lines nearest to n points: shares of the lengths, (n, 1); vectors from there, (n, dim), m."""
     line = ends - starts
     share = ca.sum2((tool - starts) * line) / ca.sum2(line * line)
     return ca.fmin(1.0, ca.fmax(0.0, share))
@@ -77,7 +77,7 @@ LEAST_SQUARE = 1e-30  # keeps the gradient of an angle finite where it is 0
 
 @dataclass(frozen=True)
 class AngularAccuracy(Parametric):
-    """The tool is turned otherwise by at most so much.
+    """The limit on the angle between the tool's planned and given orientation.
 
     Args:
         accuracy: the largest angle, rad.
@@ -119,7 +119,7 @@ def turned_along(shares: Matrix, lines: Matrix) -> Matrix:
 
 
 def rotation_away(wanted: ca.SX, rotation: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """From a rotation (3, 3) to another: the axis times the sine of the angle, (3, 1), and the cosine."""
+    """The rotation from one (3, 3) to another: the axis times the sine of the angle, (3, 1), and the cosine."""
     away = wanted.T @ rotation
     sine = ca.vertcat(away[2, 1] - away[1, 2], away[0, 2] - away[2, 0], away[1, 0] - away[0, 1]) / 2.0
     return sine, (ca.trace(away) - 1.0) / 2.0
@@ -140,7 +140,7 @@ def _turned(start: Matrix, axis: Matrix, angle: Matrix) -> Matrix:
 
 
 def _crossed(rows: Matrix, axis: Matrix) -> Matrix:
-    """``rows @ K`` with K the matrix of the cross product with an axis: each row crossed with it; both (n, 3)."""
+    """The product ``rows @ K`` with K the matrix of the cross product with an axis: both (n, 3)."""
     pairs = ((1, 2), (2, 0), (0, 1))
     return ca.horzcat(*(rows[:, j] * axis[:, k] - rows[:, k] * axis[:, j] for j, k in pairs))
 

@@ -49,7 +49,7 @@ class CollisionPair(Pair):
 
     @property
     def group(self) -> Hashable:
-        """The obstacle, and how it is measured: from lines, or from points."""
+        """The obstacle, and the kind of its distances: from lines, or from points."""
         return self.number, self.measured, self.body.is_ball
 
     @property
@@ -88,7 +88,7 @@ class CollisionPair(Pair):
         return np.array([[*outline, outline[0]] for outline in outlines])
 
     def apart(self, *ends: Matrix) -> Matrix:
-        """From the obstacle to the lines between the ends, or to the one point that they are, as seen from it."""
+        """Distances from the obstacle to the lines between the ends, or to one point, in the obstacle's frame."""
         obstacle = self.obstacle.unmoved
         if len(ends) == 1:
             return obstacle.point_clearance(ends[0])
@@ -99,7 +99,7 @@ class CollisionPair(Pair):
         return self.obstacle.unmoved.exact_distances(ends[0]) if len(ends) == 1 else None
 
     def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
-        """The same of ends where they are, less what is kept from it as time goes by."""
+        """Distances of ends where they are, less what is kept from the obstacle as time goes by."""
         return self._grown(self.apart(*(self.obstacle.seen(end, times) for end in ends)), times)
 
     def _grown(self, distance: Matrix, times: Matrix | None) -> Matrix:
@@ -120,10 +120,10 @@ class CollisionPair(Pair):
         return self.obstacle.unmoved.distance_of(start, end) - float(self.body.radius + self.obstacle.growth(times))
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """That of the body alone: what the obstacle adds, no joint can change."""
+        """Motion of the body alone, as no joint can change what the obstacle adds."""
         return robot.turns, robot.levers[robot.number_of(self.body)]
 
-    def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
+    def link_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
         return self.obstacle.travel(cells, _farthest(robot) + float(np.linalg.norm(robot.base)))
 
     def can_touch(self, robot: Robot, spare: float = 0.0) -> bool:
@@ -149,7 +149,7 @@ def _distance(obstacle: Obstacle, point: tuple[float, ...]) -> float:
 
 
 def moving_bodies(robot: Robot) -> list[Body]:
-    """Those that a joint moves."""
+    """The bodies that a joint moves."""
     return [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
 
 
@@ -170,7 +170,7 @@ def all_pairs(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CollisionPai
 def pairs_among(
     robot: Robot, numbered: Iterable[tuple[Body, int]], obstacles: Sequence[Obstacle]
 ) -> tuple[CollisionPair, ...]:
-    """Those pairs of bodies and obstacles, these by their places among all, from 0 on, that must not touch."""
+    """The pairs of bodies and obstacles, these by their places among all, from 0 on, that must not touch."""
     each = ((body, number, obstacles[number]) for body, number in numbered)
     return tuple(
         CollisionPair(body, number + 1, obstacle, measured=is_measured(robot, body, obstacle)).tracked(robot)
@@ -179,13 +179,13 @@ def pairs_among(
     )
 
 
-def bodies_kept_from(robot: Robot, obstacle: Obstacle) -> list[Body]:
-    """Those that a joint moves and that must not touch an obstacle."""
+def bodies_clear_of(robot: Robot, obstacle: Obstacle) -> list[Body]:
+    """The bodies that a joint moves and that must not touch an obstacle."""
     return [body for body in moving_bodies(robot) if not robot.may_meet(body.name, obstacle.unmoved.name)]
 
 
 def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
-    """Whether some distance has to be kept."""
+    """Whether some distance has to be kept, so that it counts how large it is."""
     exact = is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0)))
     return not (exact and robot.is_exact)
 
@@ -193,7 +193,7 @@ def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
 def _repetition(
     robot: Robot, numeric: Robot, clusters: Sequence[Cluster], pairs: Sequence[CollisionPair]
 ) -> Repetition:
-    """Clusters of balls of a robot, here of symbols, and the obstacles of pairs, all of one make."""
+    """The repetition of clusters of balls, here of symbols, and obstacles of pairs of one structure."""
     arguments = [Arguments() for _ in pairs]
     symbolic_copies = [own.symbolic_copy(pair.obstacle) for own, pair in zip(arguments, pairs, strict=True)]
     one, limits = replace(pairs[0], number=1, obstacle=symbolic_copies[0]), []
@@ -212,7 +212,7 @@ def _repetition(
 
 @dataclass(frozen=True)
 class Clearance(Proximity):
-    """(14): no link comes nearer to an obstacle than the robot's margin at a sample, no joint between two samples.
+    """The limit (14): no link comes nearer to an obstacle than the robot's margin, at samples and between them.
 
     With checks at the samples alone the tip could cut a corner of an obstacle between two samples, which the travel
     length rewards. The straight line from each joint's position at one sample to the next closes this gap: together
@@ -233,7 +233,6 @@ class Clearance(Proximity):
         return cls(robot, pairs) if pairs else None
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The bodies at each sample, kept clear by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, obstacle) >= margin: the link's point nearest to the obstacle"
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula, EQUATION)]
 
@@ -246,11 +245,11 @@ class Clearance(Proximity):
         return WorldQuestion(self.robot, tuple(obstacles[number] for number in numbers), False, self.proof_gap)
 
     def complete(self, obstacles: Sequence[Obstacle]) -> Clearance:
-        """That of all pairs: the least of all distances is among them; itself where a class of its own chose pairs."""
+        """The limit on all pairs; itself where a class of its own chose pairs."""
         return Clearance(self.robot, all_pairs(self.robot, obstacles)) if type(self) is Clearance else self
 
     def repetitions(self, symbolic_copy: Clearance) -> list[Repetition]:
-        """Among balls, one for each make of obstacle: all balls that move, from one of them.
+        """Repetitions among balls, one for each structure of obstacle: all balls that move, from one of them.
 
         Those that cannot touch it are among them, so that where obstacles are changes no code.
         """
@@ -259,14 +258,14 @@ class Clearance(Proximity):
         ]
 
     def _clusters(self, pairs: Sequence[CollisionPair]) -> list[Cluster]:
-        return clusters_of(self.robot, bodies_kept_from(self.robot, pairs[0].obstacle))
+        return clusters_of(self.robot, bodies_clear_of(self.robot, pairs[0].obstacle))
 
     def repeated_numbers(self) -> list[FloatArray]:
         return [np.array([Reading(pair.obstacle).values for pair in pairs]) for pairs in self._of_one_make]
 
     @cached_property
     def _of_one_make(self) -> list[list[CollisionPair]]:
-        """Among balls, a pair with each obstacle, those of one structure together, in order; else none.
+        """Pairs of a ball with each obstacle, those of one structure together, in order; else none.
 
         Of one structure are obstacles of one make that the same bodies may touch.
         """
@@ -293,7 +292,7 @@ MAX_STEP_SHARE = 0.9  # the longest step of a joint between two samples, as a sh
 
 @dataclass(frozen=True)
 class StepLimit(Limit):
-    """No joint moves so far between two samples that a link could pass over an obstacle; what a search is told besides.
+    """No joint moves so far between two samples that a link could pass over an obstacle; for searches.
 
     The area that a link sweeps in a step shorter than an obstacle's width cannot contain that obstacle: if the links at
     the samples and the lines between them are clear, so is all of it, except for the curvature of the motion. Of an
@@ -317,7 +316,7 @@ class StepLimit(Limit):
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        """The limit, where there are obstacles and bodies that are lines: a ball is too thick to pass unnoticed."""
+        """The limit, where there are obstacles and bodies that are lines: balls are too thick to pass unnoticed."""
         if not (obstacles and robot.bodies) or any(body.is_ball for body in robot.bodies):
             return None
         kept = robot.margin + min(float(body.radius) for body in robot.bodies)
@@ -331,7 +330,6 @@ class StepLimit(Limit):
         return MAX_STEP_SHARE * self.width
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """None: the limit is on steps."""
         return []
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:

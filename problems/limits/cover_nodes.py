@@ -1,4 +1,4 @@
-"""Links' trees of balls as one list of nodes, where they are in many postures, and which may come near something."""
+"""Nodes of all links' trees of balls in one list, their places in postures, and pairs that may come near."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray
+from problems.base import CACHE_SIZE, FloatArray
 from problems.evaluation import RowFunction
 from problems.geometry import BallTree
 from problems.robots import ArmCover, Chain, SpatialArm
 
 AT_ONCE = 128  # postures that are computed at once
-KEPT = 16  # arms of which functions are kept
 SPARE = 1.0 + 1e-12  # rounding must not make a lever shorter
 
 Numbers: TypeAlias = NDArray[np.intp]
@@ -36,9 +35,9 @@ class Nodes:
     chain: Chain
 
     @classmethod
-    @lru_cache(maxsize=KEPT)
+    @lru_cache(maxsize=CACHE_SIZE)
     def of(cls, cover: ArmCover, chain: Chain) -> Nodes:
-        """The same object for the same arm."""
+        """The nodes of an arm, the same object for the same arm."""
         return cls(cover, chain)
 
     @cached_property
@@ -49,8 +48,8 @@ class Nodes:
 
     @cached_property
     def tree(self) -> BallTree:
-        """All of them, in the frames of their bodies."""
-        return BallTree.joined([link.tree for link in self.cover.links])
+        """The trees of all links as one, in the frames of their bodies."""
+        return BallTree.combined([link.tree for link in self.cover.links])
 
     @cached_property
     def link(self) -> Numbers:
@@ -64,13 +63,13 @@ class Nodes:
 
     @cached_property
     def levers(self) -> FloatArray:
-        """How far each node's centre can be from each joint's axis, (nodes, dof), m; 1 for a joint that slides."""
+        """Distances of each node's centre from each joint's axis, (nodes, dof), m, at most; 1 if it slides."""
         each = [self.chain.levers(link.body, link.tree.nodes.centers) for link in self.cover.links]
         return np.concatenate(each) * SPARE
 
 
 class Postures(NamedTuple):
-    """Where the bodies of an arm are in n postures.
+    """Poses of the bodies of an arm in n postures.
 
     Attributes:
         times: (n,), s.
@@ -84,25 +83,25 @@ class Postures(NamedTuple):
 
     @classmethod
     def of(cls, arm: SpatialArm, theta: FloatArray, times: FloatArray) -> Postures:
-        """Those of joint angles (n, dof), rad, at times (n,), s."""
+        """The poses at joint angles (n, dof), rad, at times (n,), s."""
         columns = _frames(arm)(np.ascontiguousarray(theta.T)).T.reshape(len(theta), -1, 12)
         return cls(times, columns[:, :, :9].reshape(len(theta), -1, 3, 3), columns[:, :, 9:])
 
     def joined(self, other: Postures) -> Postures:
-        """These and others."""
+        """The poses of both in one."""
         return Postures(*(np.concatenate(parts) for parts in zip(self, other, strict=True)))
 
     def taken(self, chosen: Numbers) -> Postures:
-        """Some of them."""
+        """The chosen ones of the postures."""
         return Postures(*(part[chosen] for part in self))
 
     def points(self, rows: Numbers, bodies: Numbers, points: FloatArray) -> FloatArray:
-        """Where points (m, 3) of bodies are in some of the postures, (m, 3), m."""
+        """Places of points (m, 3) of bodies in some of the postures, (m, 3), m."""
         turned = np.einsum("mij,mj->mi", self.rotations[rows, bodies], points)
         return np.asarray(turned + self.translations[rows, bodies])
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def _frames(arm: SpatialArm) -> RowFunction:
     """Rotation row by row and translation of every body's frame, (12 bodies,), in a posture (dof,)."""
     theta = ca.SX.sym("theta", arm.dof)
@@ -125,10 +124,10 @@ class Items(NamedTuple):
     other: Numbers
 
     def taken(self, chosen: Numbers | NDArray[np.bool_]) -> Items:
-        """Some of them."""
+        """The chosen ones of the items."""
         return Items(*(part[chosen] for part in self))
 
     @classmethod
     def joined(cls, parts: Sequence[Items]) -> Items:
-        """Several in one."""
+        """The items of all parts in one."""
         return cls(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))

@@ -1,4 +1,4 @@
-"""Covers of an arm's links kept clear of obstacles and of each other: what verdicts speak of where there is a cover.
+"""Clearance of covers of an arm's links from obstacles and from each other, for verdicts.
 
 A node of a link's tree of balls is far from something when the ball around it is. From the roots down, only nodes that
 may matter are opened: a thousand balls cost little more than one where they are far.
@@ -26,7 +26,7 @@ from problems.scene import Obstacle
 
 
 class Nearest(NamedTuple):
-    """What comes nearest in n postures.
+    """The nearest pairs in n postures.
 
     Attributes:
         clearance: (n,), m; infinite where there is nothing.
@@ -39,52 +39,52 @@ class Nearest(NamedTuple):
 
 @dataclass(frozen=True)
 class CoverLimit(Limit):
-    """Covers that keep the robot's margin.
+    """A limit on covers, which keep the robot's margin.
 
     Args:
         robot: whose cover.
 
     Attributes:
         proof_gap: what is proven is lower than the smallest clearance by so much, relative, beyond the margin.
-        looks: postures in which the nearest is looked for before a proof.
+        sample_count: postures in which the nearest is looked for before a proof.
     """
 
     within_tracking: ClassVar[bool] = True
     proof_gap: ClassVar[float] = 0.1
-    looks: ClassVar[int] = 100
+    sample_count: ClassVar[int] = 100
 
     robot: SpatialArm
 
     @cached_property
     def nodes(self) -> Nodes:
-        """Of the cover."""
+        """The nodes of the cover."""
         assert self.robot.cover is not None
         return Nodes.of(self.robot.cover, self.robot.chain)
 
     @property
     def margin(self) -> float:
-        """What is kept, m: the robot's margin by default."""
+        """The margin to be kept, m: the robot's by default."""
         return self.robot.margin
 
     @abstractmethod
     def roots(self, rows: int) -> Items:
-        """All that may come near each other, in so many postures."""
+        """The items of all roots that may come near each other, in so many postures."""
 
     @abstractmethod
     def gaps(self, items: Items, postures: Postures) -> FloatArray:
-        """Lower bounds of how far items are apart, (m,), m; of two balls, or a ball and an obstacle, what it says."""
+        """Lower bounds of the distances of items, (m,), m; the distances of two balls, or a ball and an obstacle."""
 
     @abstractmethod
     def sizes(self, items: Items) -> FloatArray:
-        """The radius of what could be opened, (m,), m; 0 where both are balls themselves."""
+        """The radius of the node that could be opened, (m,), m; 0 where both are balls themselves."""
 
     @abstractmethod
     def opened(self, items: Items) -> Items:
-        """Items that hold all that other items hold, which can be opened."""
+        """Smaller items that together hold all of some items, which can be opened."""
 
     @abstractmethod
     def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
-        """How far items move at most as seen from each other, (m,), m.
+        """Bounds of how far items move as seen from each other, (m,), m.
 
         Args:
             items: whose rows are cells of time.
@@ -94,15 +94,15 @@ class CoverLimit(Limit):
 
     @abstractmethod
     def described(self, item: Items) -> str:
-        """What the first of some items is, for messages."""
+        """The names of the first of some items, for messages."""
 
     @abstractmethod
     def overhang(self, item: Items) -> float:
-        """How far the covers of the first of some items stick out of what they hold, m."""
+        """The distance by which covers of the first of some items stick out of what they hold, m."""
 
     @cached_property
     def _tubes(self) -> FloatArray:
-        """What each joint takes of the distance of each node by being off, (nodes, dof), m.
+        """The share of each joint's error in the distance of each node, (nodes, dof), m.
 
         Of a node with others in it by so much more that it is no farther than any of these.
         """
@@ -159,7 +159,7 @@ class CoverLimit(Limit):
         return Nearest(least, best)
 
     def _reached(self, items: Items, postures: Postures) -> Nearest:
-        """The balls to which the node that seems nearest leads, again and again: none that is nearest is farther."""
+        """The balls found by descending to the nearest node repeatedly; the nearest is no farther than these."""
         sizes = self.sizes(items)
         while sizes.any():
             items = self.parted(items)
@@ -170,16 +170,16 @@ class CoverLimit(Limit):
         return Nearest(self.gaps(items, postures), items)
 
     def parted(self, items: Items) -> Items:
-        """The same in smaller parts, where they have any."""
+        """The items in smaller parts, where they have any."""
         whole = self.sizes(items) == 0.0
         return items if whole.all() else Items.joined([items.taken(whole), self.opened(items.taken(~whole))])
 
     @abstractmethod
     def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
-        """Where the surfaces of what comes nearest in each posture are nearest, (n, 2, 3), m."""
+        """Points at which the surfaces of what is nearest in each posture are nearest, (n, 2, 3), m."""
 
     def closest(self, theta: FloatArray, times: FloatArray) -> tuple[Nearest, FloatArray]:
-        """What comes nearest in each of n postures (n, dof), rad, at times (n,), s, and where, (n, 2, 3), m."""
+        """The nearest in each of n postures (n, dof), rad, at times (n,), s, and its points, (n, 2, 3), m."""
         found = self.nearest(theta, times)
         return found, self.surfaces(found, Postures.of(self.robot, theta, times))
 
@@ -284,13 +284,13 @@ class CoverClearance(CoverLimit):
         return np.asarray(moved)
 
     def obstacles_travel(self, cells: FloatArray) -> FloatArray:
-        """How far any obstacle moves at most within cells of time (n, 2), s, from the middle of each, (n,), m."""
+        """Bounds of how far any obstacle moves within cells of time (n, 2), s, from the middle of each, (n,), m."""
         moving = [obstacle.travel(cells, self._around) for obstacle in self.obstacles if obstacle.moves]
         return np.asarray(np.max([np.zeros(len(cells)), *moving], axis=0))
 
     @cached_property
     def _around(self) -> float:
-        """No centre of a node is farther from the world's origin, m."""
+        """A bound of the distances of nodes' centres from the world's origin, m."""
         return float(self.nodes.levers.max() + self.robot.reach()[1] + np.linalg.norm(self.robot.base))
 
     @property
@@ -302,7 +302,7 @@ class CoverClearance(CoverLimit):
         return CoverClearance.for_robot(self.robot, [obstacle for obstacle in self.obstacles if not obstacle.moves])
 
     def without_growth(self) -> CoverClearance:
-        """The same where it is planned, among obstacles where they are predicted."""
+        """The limit of planned postures, among obstacles where they are predicted."""
         exact = replace(self.robot, tracking=None)
         return CoverClearance(exact, tuple(obstacle.without_growth() for obstacle in self.obstacles))
 
@@ -320,14 +320,14 @@ STEP = 1e-5  # m: of differences
 
 
 def _along(middles: FloatArray, ways: FloatArray, radii: FloatArray, clearance: FloatArray) -> FloatArray:
-    """The points of balls (n, 3) farthest along some ways (n, 3), and what is so much farther, (n, 2, 3), m."""
+    """Points of balls (n, 3) farthest along directions (n, 3), and points farther by a clearance, (n, 2, 3), m."""
     toward = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), np.finfo(float).tiny)
     near = middles + radii[:, None] * toward
     return np.stack([near, near + clearance[:, None] * toward], axis=1)
 
 
 def distances_from(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatArray:
-    """How far points (m, 3) are from an obstacle at times (m,), s, less what is kept as time goes by, (m,), m."""
+    """Distances of points (m, 3) from an obstacle at times (m,), s, less what is kept as time goes by, (m,), m."""
     form, view = obstacle.unmoved, obstacle.frames(times)
     seen = points if view is None else view.seen(points)
     distances = form.exact_distances(seen)
@@ -340,7 +340,7 @@ def distances_from(obstacle: Obstacle, points: FloatArray, times: FloatArray) ->
 
 @dataclass(frozen=True)
 class _Form:
-    """An obstacle where it stands still; others of the same make have the same formula."""
+    """An obstacle where it stands still, equal to others of the same formula."""
 
     make: Hashable
     obstacle: Obstacle = field(compare=False)
@@ -365,7 +365,7 @@ class CoverSelfClearance(CoverLimit):
 
     name: ClassVar[str] = "self clearance"
     proof_gap: ClassVar[float] = 0.5
-    looks: ClassVar[int] = 10
+    sample_count: ClassVar[int] = 10
 
     @property
     def margin(self) -> float:
@@ -415,7 +415,7 @@ class CoverSelfClearance(CoverLimit):
         return np.asarray(np.einsum("mj,mj->m", self.nodes.levers[items.node] * self._between(items), turns[items.row]))
 
     def _between(self, items: Items) -> NDArray[np.bool_]:
-        """Which joints are between the two nodes of each item, (m, dof)."""
+        """Whether each joint is between the two nodes of each item, (m, dof)."""
         return np.asarray(np.arange(self.robot.dof) >= self.nodes.body[items.other][:, None])
 
     def overhang(self, item: Items) -> float:
@@ -444,7 +444,7 @@ def touching_links(arm: SpatialArm) -> list[tuple[str, str]]:
 
 
 def cover_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CoverLimit, ...]:
-    """What an arm with a cover has to keep clear of; nothing of another robot."""
+    """The limits on the cover of an arm; none of a robot without one."""
     makers: tuple[Callable[..., CoverLimit | None], ...] = (CoverClearance.for_robot, CoverSelfClearance.for_robot)
     made = (make(robot, obstacles) for make in makers if robot.is_covered)
     return tuple(limit for limit in made if limit is not None)

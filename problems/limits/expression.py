@@ -27,7 +27,7 @@ Bound = tuple[float, ...] | None
 
 @dataclass(frozen=True)
 class ExpressionLimit(Limit):
-    """``lower <= f(one instant) <= upper`` at every time.
+    """The limit ``lower <= f(one instant) <= upper`` at every time.
 
     Args:
         name: of its constraint.
@@ -54,7 +54,6 @@ class ExpressionLimit(Limit):
     degree: float | None = None
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The bounds at each sample, kept by a share ``margin`` of the scale."""
         searched = any(isinstance(part, ca.SX) for part in (*samples.derivatives, samples.times))
         return self._bounding(self.function.at(samples, smooth=searched), margin)
 
@@ -109,18 +108,18 @@ class ExpressionLimit(Limit):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What the values are called."""
+        """The names of the values."""
         width = self.function.width
         return ("value",) if width == 1 else tuple(f"value {number}" for number in range(1, width + 1))
 
     @property
     def formula(self) -> str:
-        """What it says, for a reader."""
+        """The formula, for a reader."""
         parts = (_written(self.lower), self.function.formula, _written(self.upper))
         return f"{' <= '.join(part for part in parts if part)}, at every sample t_j"
 
     def near(self, samples: Samples) -> ExpressionLimit:
-        """All of it: how far from its bounds it could get is not known."""
+        """The whole limit, as it is not known how far from its bounds it could get."""
         return self
 
     @property
@@ -142,7 +141,7 @@ class ExpressionLimit(Limit):
 
 
 def _squared(values: Matrix) -> Matrix:
-    """What a nonlinear program bounds in the place of a length: smooth where that is zero."""
+    """Squares of values that are roots, which are smooth where those are zero, for nonlinear programs."""
     return values * values
 
 
@@ -154,7 +153,7 @@ def _written(bound: Bound) -> str:
 
 @dataclass(frozen=True)
 class StatedExpression(Parametric):
-    """A kind of limit: what holds for any robot that has what the expression depends on.
+    """A kind of limit for any robot that has what the expression depends on.
 
     Args:
         name: of the limit.
@@ -208,7 +207,7 @@ class StatedExpression(Parametric):
 
     @property
     def _pairs(self) -> list[tuple[float, float]]:
-        """Both bounds of each value; infinite where there is none."""
+        """Lower and upper bound of each value; infinite where there is none."""
         width = self.function.width
         sides = (
             (missing,) * width if bound is None else bound if len(bound) == width else bound * width
@@ -218,13 +217,13 @@ class StatedExpression(Parametric):
 
 
 def _scale(low: float, high: float) -> float:
-    """The usual size of what is between bounds; of the nearer one, where the other is too far off to be meant."""
+    """The usual size of values between bounds; of the nearer one, where the other is far off."""
     near = min(abs(bound) or 1.0 for bound in (low, high) if np.isfinite(bound))
     return min(high - low, FAR * near) if np.isfinite(high - low) else near
 
 
 def degree_of(function: SampleFunction, robot: Robot) -> float | None:
-    """With which power of the factor all values fall where a motion is run more slowly; None where with no one power.
+    """The power of the factor with which all values fall if a motion is run more slowly; None if no one power.
 
     Seen at random states, where every derivative falls with its order.
     """

@@ -1,4 +1,4 @@
-"""Limits that a hand has: how the tool is turned, where it may be, how fast it may go.
+"""Limits on the hand: orientation, place and speed of the tool.
 
 Each is bounds on an expression of one instant, so that search, program and proof are those of any such limit. Angles
 are taken from the chord between what is and what should be, 2 asin(chord / 2): exact near zero, where a cosine has lost
@@ -46,7 +46,7 @@ Turn: TypeAlias = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class HandConstraint:
-    """What a motion keeps of its tool at every time; a kind of limit, like a class of them.
+    """A limit on the tool at every time; a kind of limit, like a class of them.
 
     A subclass is a frozen dataclass whose fields are the keys of a table.
     """
@@ -63,7 +63,7 @@ class HandConstraint:
 
     @abstractmethod
     def check(self) -> None:
-        """That the fields fit each other.
+        """Check that the fields fit each other.
 
         Raises:
             InvalidProblem: naming one that does not.
@@ -156,7 +156,7 @@ class ToolOrientation(HandConstraint):
         _check_turn(self.quaternion)
 
     def stated(self, robot: Robot) -> StatedExpression:
-        """The angle of the turn, rad: of two rotations its chord is their difference over the root of two."""
+        """The bound of the angle of the turn, rad, whose chord is the rotations' difference over the root of two."""
         self._in_space(robot)
         wanted = np.array(rotation_of(self.quaternion))
 
@@ -213,7 +213,7 @@ class ToolRegion(HandConstraint):
             raise InvalidProblem("angle", "of a box in the plane; say quaternion in space")
 
     def stated(self, robot: Robot) -> StatedExpression:
-        """Where the tool is along the axes of the box, and how far it is from the plane, m."""
+        """The bounds of the tool's place along the axes of the box, and of its distance from the plane, m."""
         field = "point" if self.center is None else "center"
         self._dimensions(robot, field, len(getattr(self, field)))
         axes, middle, half = [], [], []
@@ -235,7 +235,7 @@ class ToolRegion(HandConstraint):
 
     @property
     def _axes(self) -> FloatArray:
-        """Of the box as columns, (dim, dim)."""
+        """The axes of the box as columns, (dim, dim)."""
         if self.center is not None and len(self.center) == 2:
             cosine, sine = np.cos(self.angle), np.sin(self.angle)
             return np.array([[cosine, -sine], [sine, cosine]])
@@ -256,7 +256,7 @@ class ToolSpeed(HandConstraint):
     max: ToolSpeedBound
 
     def check(self) -> None:
-        """Nothing depends on anything else."""
+        """Check nothing, as no field depends on another."""
 
     def stated(self, robot: Robot) -> StatedExpression:
         return self._bounded(robot, "m/s", lambda m: ca.norm_2(m.tool_velocity), upper=[self.max])
@@ -268,7 +268,7 @@ HAND_CONSTRAINTS: dict[str, type[HandConstraint]] = {
 
 
 def tool_rotation(m: MotionView) -> ca.SX:
-    """How the tool is turned: the matrix of its axes, (dim, dim); in the plane x is along the last link."""
+    """The matrix of the tool's axes, (dim, dim); in the plane x is along the last link."""
     if m.robot.dim == 3:
         return m.rotation
     joint, end = m.positions[m.robot.dof - 1 : m.robot.dof + 1]

@@ -1,4 +1,4 @@
-"""Limits of the joints one by one: their derivatives, range, torque; duration of a motion.
+"""Limits of single joints: derivatives, range, torque; and bounds of the duration of a motion.
 
 Running a motion more slowly takes away what inertia and viscous friction ask for, but not gravity and Coulomb friction:
 a posture in which these take more than there is cannot be passed at any speed at which inertia does not help. That is
@@ -28,14 +28,14 @@ from problems.base import (
     largest,
 )
 from problems.limits.limit import Constraint, Limit, PenaltyKind
-from problems.motions import LEAST_ROOM, Samples
+from problems.motions import LEAST_TORQUE_SHARE, Samples
 from problems.robots import Robot, time_scales
 from problems.scene import Obstacle
 
 
 @dataclass(frozen=True)
 class DerivativeLimit(Limit):
-    """``|d^n theta_i / dt^n| <= bound_i`` for every joint i.
+    """The limit ``|d^n theta_i / dt^n| <= bound_i`` for every joint i.
 
     A kind states its order; its name is that of the bounds in the robot's record. All else is derived.
 
@@ -77,7 +77,7 @@ class DerivativeLimit(Limit):
 
     @property
     def scales_with_time(self) -> bool:
-        """Always: any shape can be run slowly enough."""
+        """Always true, as any shape can be run slowly enough."""
         return True
 
     def magnitudes(self, samples: Samples) -> Matrix:
@@ -93,7 +93,7 @@ class DerivativeLimit(Limit):
 
 @dataclass(frozen=True)
 class SpeedLimit(DerivativeLimit):
-    """(11), (21): |dtheta_i(t)| <= dtheta_max."""
+    """The limit on speeds (11), (21): |dtheta_i(t)| <= dtheta_max."""
 
     name: ClassVar[str] = "speed"
     order: ClassVar[int] = 1
@@ -103,7 +103,7 @@ class SpeedLimit(DerivativeLimit):
 
 @dataclass(frozen=True)
 class AccelerationLimit(DerivativeLimit):
-    """(12), (22): |d2theta_i(t)| <= d2theta_max."""
+    """The limit on accelerations (12), (22): |d2theta_i(t)| <= d2theta_max."""
 
     name: ClassVar[str] = "acceleration"
     order: ClassVar[int] = 2
@@ -113,7 +113,7 @@ class AccelerationLimit(DerivativeLimit):
 
 @dataclass(frozen=True)
 class JerkLimit(DerivativeLimit):
-    """|d3theta_i(t)| <= d3theta_max: ours, the paper has none."""
+    """The limit on jerks |d3theta_i(t)| <= d3theta_max: ours, the paper has none."""
 
     name: ClassVar[str] = "jerk"
     order: ClassVar[int] = 3
@@ -123,7 +123,7 @@ class JerkLimit(DerivativeLimit):
 
 @dataclass(frozen=True)
 class JointRange(Limit):
-    """``lowest_i <= theta_i <= highest_i`` for every joint i.
+    """The limit ``lowest_i <= theta_i <= highest_i`` for every joint i.
 
     Args:
         robot: whose joints; it has position limits.
@@ -178,7 +178,7 @@ class JointRange(Limit):
 
 @dataclass(frozen=True)
 class TorqueLimit(Limit):
-    """``|tau_i(t)| <= max_torque_i`` for every joint i, with tau = M(q) a + C(q, v) v + g(q) + friction.
+    """The limit ``|tau_i(t)| <= max_torque_i``, with tau = M(q) a + C(q, v) v + g(q) + friction.
 
     Args:
         robot: whose masses are known.
@@ -218,12 +218,12 @@ class TorqueLimit(Limit):
 
     @property
     def scales_with_time(self) -> bool:
-        """Wherever the motors can hold the arm: what inertia takes falls with the square of the duration."""
+        """Whether the motors can hold the arm: the torque of inertia falls with the square of the duration."""
         return True
 
     @property
-    def kept_by_scan(self) -> bool:
-        """Where there is no viscous friction, which is not linear in (du/dt)^2."""
+    def ensured_by_scan(self) -> bool:
+        """Whether there is no viscous friction, which is not linear in (du/dt)^2."""
         return not self.robot.massive.has_damping
 
     @property
@@ -231,7 +231,7 @@ class TorqueLimit(Limit):
         return (StaticTorque(self.robot),)
 
     def magnitudes(self, samples: Samples) -> Matrix:
-        """By what factor each sample has to be run more slowly for each joint, (n, dof); below 1 where faster will do.
+        """The least factors by which samples must run more slowly for each joint, (n, dof); below 1 if faster will do.
 
         Run s times slower, torques are inertial / s^2 + viscous / s + held, so that with what gravity and Coulomb
         friction leave of the limit, s is the larger root of a quadratic equation.
@@ -241,8 +241,8 @@ class TorqueLimit(Limit):
         inertial = chain.inertial(theta, speed, acceleration)
         viscous = chain.viscous(speed)
         held = chain.gravitational(theta) + chain.coulomb(speed)
-        above = time_scales(inertial, viscous, ca.fmax(bound - held, LEAST_ROOM * bound))
-        below = time_scales(-inertial, -viscous, ca.fmax(bound + held, LEAST_ROOM * bound))
+        above = time_scales(inertial, viscous, ca.fmax(bound - held, LEAST_TORQUE_SHARE * bound))
+        below = time_scales(-inertial, -viscous, ca.fmax(bound + held, LEAST_TORQUE_SHARE * bound))
         return ca.fmax(above, below)
 
     def time_scale(self, peaks: Matrix) -> Matrix:
@@ -251,7 +251,7 @@ class TorqueLimit(Limit):
 
 @dataclass(frozen=True)
 class StaticTorque(Limit):
-    """``|g_i(q) + friction_i sign(v_i)| <= (1 - share) max_torque_i``: a motion can be run slowly enough.
+    """The limit ``|g_i(q) + friction_i sign(v_i)| <= (1 - share) max_torque_i``, kept at any slow speed.
 
     Args:
         robot: whose masses are known and whose torques are limited.
@@ -267,7 +267,7 @@ class StaticTorque(Limit):
         held = chain.gravitational(samples.derivative_or_zero(0))
         if chain.has_friction:
             held = held + chain.coulomb(samples.speed)
-        room = (1.0 - LEAST_ROOM) * ca.horzcat(*TorqueLimit(self.robot).bounds)
+        room = (1.0 - LEAST_TORQUE_SHARE) * ca.horzcat(*TorqueLimit(self.robot).bounds)
         formula = "|g_i(theta(t_j)) + friction| <= max_torque_i, at every sample t_j"
         return [_within(self, held, room, "N m", formula)]
 
@@ -298,11 +298,13 @@ def _of_joints(limit: DerivativeLimit | TorqueLimit, unit: str) -> tuple[Relaxat
     def looser(joint: int, by: float) -> dict[str, object]:
         return {field: entry_changed(bounds, joint, bounds[joint] + by)}
 
-    own_units = (unit if turning == "rad" else _of_sliding(unit) for turning in robot.joint_units)
-    each = zip(bounds, robot.joint_names, own_units, strict=False)
+    units_by_joint = (unit if turning == "rad" else _of_sliding(unit) for turning in robot.joint_units)
+    each = zip(bounds, robot.joint_names, units_by_joint, strict=False)
     return tuple(
-        Relaxation(limit=limit.name, of=name, statement=robot, values=partial(looser, joint), size=bound, unit=own_unit)
-        for joint, (bound, name, own_unit) in enumerate(each)
+        Relaxation(
+            limit=limit.name, of=name, statement=robot, values=partial(looser, joint), size=bound, unit=joint_unit
+        )
+        for joint, (bound, name, joint_unit) in enumerate(each)
     )
 
 
@@ -312,14 +314,14 @@ def _of_sliding(unit: str) -> str:
 
 
 def holding_torques(robot: Robot, theta: FloatArray) -> FloatArray | None:
-    """What holds postures (n, dof) where they are, (n, dof), N m; None for a robot without torque limits."""
+    """Torques that hold postures (n, dof), (n, dof), N m; None for a robot without torque limits."""
     if robot.limits.torque is None or robot.rigid_chain is None:
         return None
     return as_array(robot.rigid_chain.gravitational(ca.DM(theta)))
 
 
 def can_hold(robot: Robot, theta: FloatArray) -> NDArray[np.bool_]:
-    """Which postures (n, dof) the motors can hold, (n,)."""
+    """Whether the motors can hold each of the postures (n, dof), (n,)."""
     torques = holding_torques(robot, theta)
     if torques is None:
         return np.ones(len(theta), dtype=bool)
@@ -328,7 +330,7 @@ def can_hold(robot: Robot, theta: FloatArray) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class DurationBounds(Parametric):
-    """``shortest <= t_i <= longest`` for every duration t_i of a finished motion, after any time scaling.
+    """The limit ``shortest <= t_i <= longest`` for every duration t_i of a finished motion, after time scaling.
 
     Args:
         name: of the constraint.

@@ -1,4 +1,4 @@
-"""What a limit is: constraints at samples, the time scales it allows, how it is repeated over bodies."""
+"""Limits: constraints at samples, the time scales they allow, and repetition over bodies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from problems.scene import Obstacle
 
 
 class PenaltyKind(Enum):
-    """The summand of g_i(x) in (15) and (25) where h_i(x) says that a limit is broken."""
+    """The kind of summand g_i(x) in (15) and (25) where h_i(x) says that a limit is broken."""
 
     MAGNITUDE = "sum of absolute values"  # (16), (17): speeds and accelerations
     COUNT = "number of broken rows"  # (18): lapped points
@@ -26,7 +26,7 @@ class PenaltyKind(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Constraint:
-    """``lower <= expression <= upper``, one row a time sample, one column a joint, link or obstacle.
+    """The constraint ``lower <= expression <= upper``, one row a sample, one column a joint, link or obstacle.
 
     A single row is of the whole motion, or of one point of it.
 
@@ -98,7 +98,7 @@ class Constraint:
         return np.where(finite, values, bound)
 
     def excess(self) -> Operand:
-        """The amount by which each entry breaks its bounds, in the constraint's unit; 0 where it holds."""
+        """The amount by which each entry breaks its bounds, in the constraint's unit; 0 where it does not."""
         over: Operand = 0.0
         if self.upper is not None:
             over = ca.fmax(0.0, self.expression - self._repeated(self.upper))
@@ -107,7 +107,7 @@ class Constraint:
         return over
 
     def broken(self) -> Matrix:
-        """H of (16)-(18): 1 where a bound is broken, else 0."""
+        """The function H of (16)-(18): 1 where a bound is broken, else 0."""
         if self.symmetric:
             assert self.upper is not None
             return ca.fabs(self.expression) > self._repeated(self.upper)
@@ -119,20 +119,20 @@ class Constraint:
         return above if below is None else ca.logic_or(below, above)
 
     @property
-    def room(self) -> float:
-        """Of numeric values: how far the nearest is from its bounds, dimensionless; negative where one is broken."""
+    def slack(self) -> float:
+        """The distance of numeric values from their bounds, dimensionless, at least; negative where one is broken."""
         values = as_array(self.expression)
         lower, upper = self.bounds
         return float(np.min(np.minimum(values - lower, upper - values) / self.scales))
 
     def paper_penalty(self) -> Matrix:
-        """h_i(x) g_i(x) of (15) or (25): discontinuous at the limit, so an optimum never exceeds it slightly."""
+        """The term h_i(x) g_i(x) of (15) or (25): discontinuous at the limit, so no optimum exceeds it slightly."""
         if self.penalty is PenaltyKind.COUNT:
             return total(self.broken())
         return total(ca.if_else(self.broken(), ca.fabs(self.expression), 0.0))
 
     def graded_penalty(self) -> Matrix:
-        """Sum of the dimensionless excesses: how far, not only how often, the limit is broken."""
+        """The sum of the dimensionless excesses: how far, not only how often, the limit is broken."""
         excess = self.excess()
         return total(excess if self.scale is None else excess * self._repeated(1.0 / self.scale))
 
@@ -207,11 +207,11 @@ class Limit(Parametric, ABC):
         return None
 
     def complete(self, obstacles: Sequence[Obstacle]) -> Limit:
-        """The limit as a verdict on a finished motion speaks of it, also of what a search need not look at; itself."""
+        """The limit as a verdict judges it, also of what a search leaves out; itself by default."""
         return self
 
     def exact_constraints_at(self, samples: Samples) -> list[Constraint]:
-        """The same without what may be rounded off for a search or a program; by default there is nothing such."""
+        """The constraints without what is rounded off for a search or a program; the same ones by default."""
         return self.constraints_at(samples)
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
@@ -236,14 +236,14 @@ class Limit(Parametric, ABC):
         return []
 
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
-        """Whether it can be broken at one sample, for little work; None where nothing is known for less than all."""
+        """Whether it can be broken at one sample, cheaply; None where only all of it says."""
         return None
 
     def near(self, samples: Samples) -> Self | None:
         """The limit as far as it may matter near a motion, given by numeric samples; None where it is far from it."""
         if self.order is not None:
             return self
-        return self if any(constraint.room < FAR for constraint in self.constraints(samples)) else None
+        return self if any(constraint.slack < FAR for constraint in self.constraints(samples)) else None
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
@@ -271,13 +271,13 @@ class Limit(Parametric, ABC):
         return False
 
     @property
-    def kept_by_scan(self) -> bool:
+    def ensured_by_scan(self) -> bool:
         """Whether the timing of a path on a grid, :mod:`problems.motions.path_scan`, keeps it at the grid points."""
         return False
 
     @property
     def static_limits(self) -> tuple[Limit, ...]:
-        """What is left of the limit however slowly a motion is run, as limits of their own; nothing by default."""
+        """Limits that remain however slowly a motion is run; none by default."""
         return ()
 
     def magnitudes(self, samples: Samples) -> Matrix:
@@ -298,7 +298,7 @@ class Limit(Parametric, ABC):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Repetition:
-    """What a limit says of many things in the same words: written once, evaluated for each with its own numbers.
+    """A limit on many similar objects: written once, evaluated for each with its own numbers.
 
     Attributes:
         limits: about one of them, on positions of the robot's frames alone.
@@ -360,7 +360,7 @@ def longest_time_scale(limits: Sequence[Limit], peaks: Mapping[int, Matrix]) -> 
     return scale if len(known) == len(limits) else LARGEST_SLOWDOWN * scale
 
 
-def holds_time(limits: Iterable[Limit]) -> bool:
+def depends_on_speed(limits: Iterable[Limit]) -> bool:
     """Whether a limit depends on how fast a motion is run, and is not restored by running it slower."""
     return any(not limit.scales_with_time and _depends_on_time(limit) for limit in limits)
 
@@ -382,7 +382,7 @@ POINT_TOLERANCE = 1e-9  # of the reach; allows for rounding only
 
 
 def reach_limit(cosines: Matrix) -> Constraint:
-    """(13), with absolute values: cos(theta_2) at both ends, (1, 2)."""
+    """The constraint (13), with absolute values: cos(theta_2) at both ends, (1, 2)."""
     one = ca.DM.ones(1, 2)
     return Constraint(
         name="reach",
@@ -399,7 +399,7 @@ def reach_limit(cosines: Matrix) -> Constraint:
 
 
 def end_point(name: str, tool: Matrix, point: tuple[float, ...], reach: float) -> Constraint:
-    """The tool (1, dim) of a robot with that reach is where the task wants it, m: a distance, up to rounding."""
+    """The constraint that the tool (1, dim) of a robot is at its place, up to rounding of that reach, m."""
     bound = ca.DM([[POINT_TOLERANCE * reach]])
     return Constraint(
         name=name,

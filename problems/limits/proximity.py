@@ -1,4 +1,4 @@
-"""What keeps clear of what: pairs, balls in clusters, clearances; and a robot's own bodies."""
+"""Pairs that keep clear of each other, balls in clusters, clearances; and a robot's own bodies."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def clusters_of(robot: Robot, bodies: Sequence[Body]) -> list[Cluster]:
 
 
 def _halved(bodies: list[Body], places: Sequence[FloatArray]) -> list[list[Body]]:
-    """Cut in two along the longest way through them until no part has too many."""
+    """Parts of bodies, cut in two along their longest extent until no part has too many."""
     if len(bodies) <= MOST_BALLS:
         return [bodies]
     centers = np.array([places[body.start] for body in bodies])
@@ -74,41 +74,41 @@ NEAR = 0.1  # of the reach: pairs that stay farther apart, on top of what they h
 
 
 class Pair(Parametric, ABC):
-    """Two things that have to keep a distance. A subclass is a frozen dataclass."""
+    """Two objects that have to keep a distance. A subclass is a frozen dataclass."""
 
     @property
     @abstractmethod
     def group(self) -> Hashable:
-        """Pairs of one group are computed together."""
+        """A key; pairs of one group are computed together."""
 
     @property
     def description(self) -> str:
-        """What they are and where, for messages."""
+        """The names and places of both, for messages."""
         return str(self)
 
     @property
     def thickness(self) -> Operand:
-        """What the widths of the two, and the slack, take from the distance between their middle lines, m."""
+        """The widths of the two, and the slack, by which the distance of their middle lines is larger, m."""
         return reduce(add, self.radii) + self.slack if self.slack else reduce(add, self.radii)
 
     @property
     @abstractmethod
     def slack(self) -> float:
-        """How much nearer the two may be than is planned, because joints do not follow exactly, m."""
+        """The distance by which the two may be nearer than planned, as joints do not follow exactly, m."""
 
     def tracked(self, robot: Robot) -> Self:
-        """The same of a robot whose joints may be off."""
+        """The pair of a robot whose joints may be off."""
         return self if robot.is_exact else replace(self, slack=float(robot.tube(*self.motion(robot))))  # type: ignore[type-var]
 
     @property
     @abstractmethod
     def radii(self) -> tuple[Operand, ...]:
-        """Of the bodies that move, m, in the order of their ends."""
+        """The radii of the bodies that move, m, in the order of their ends."""
 
     @property
     @abstractmethod
     def dim(self) -> int:
-        """2 in the plane, 3 in space."""
+        """The dimension: 2 in the plane, 3 in space."""
 
     @property
     @abstractmethod
@@ -121,16 +121,16 @@ class Pair(Parametric, ABC):
 
     @property
     def is_time_dependent(self) -> bool:
-        """Whether it matters at which times; not by default."""
+        """Whether its distance depends on the time; not by default."""
         return False
 
     @property
     @abstractmethod
     def form(self) -> Pair:
-        """The pair without what :meth:`apart` does not depend on: whose ends they are, and how what moves does."""
+        """The pair without what :meth:`apart` does not depend on: whose ends they are, and how they move."""
 
     def view(self, times: FloatArray) -> Frames | None:
-        """The frames in which one has to see the other at times (n,), s; None for that of the world."""
+        """The frames in which one sees the other at times (n,), s; None for that of the world."""
         return None
 
     @abstractmethod
@@ -144,19 +144,19 @@ class Pair(Parametric, ABC):
 
     @property
     def growth_rate(self) -> float:
-        """How much more they have to keep with every second, m/s; nothing by default."""
+        """The rate at which the distance to be kept grows, m/s; 0 by default."""
         return 0.0
 
     @abstractmethod
     def apart(self, *ends: Matrix) -> Matrix:
-        """How far the middle lines are apart, (n, 1), m, given their ends (n, dim) as one sees the other."""
+        """Distances of the middle lines, (n, 1), m, given their ends (n, dim) as one sees the other."""
 
     def exactly_apart(self, *ends: FloatArray) -> FloatArray | None:
-        """The same in numbers, (n,), m, for proofs, where that is sharper; None by default."""
+        """Sharper numeric distances, (n,), m, for proofs; None by default."""
         return None
 
     def between(self, *ends: Matrix, times: Matrix | None = None) -> Matrix:
-        """How far the middle lines are apart, (n, 1), m, whichever pairs of its group the ends (n, dim) belong to.
+        """Distances of the middle lines, (n, 1), m, whichever pairs of its group the ends (n, dim) belong to.
 
         Args:
             ends: of the middle lines, (n, dim), m.
@@ -165,7 +165,7 @@ class Pair(Parametric, ABC):
         return self.apart(*ends)
 
     def clearance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> Matrix:
-        """How far they are apart in n postures, (n, 1), m; positions of the frames, each (n, dim); times (n, 1), s.
+        """The clearance in n postures, (n, 1), m; positions of the frames, each (n, dim); times (n, 1), s.
 
         Negative where they meet. Else no more than a distance that changes by no more than the points of one move as
         seen from the other.
@@ -177,20 +177,20 @@ class Pair(Parametric, ABC):
         return distance if is_zero(self.thickness) else distance - self.thickness
 
     def distance(self, positions: Sequence[Matrix], times: Matrix | None = None) -> float:
-        """How far they are apart in one posture, exact to rounding, m; by default that is the clearance."""
+        """The distance in one posture, exact to rounding, m; by default the clearance."""
         return float(self.clearance(positions, times))
 
     @abstractmethod
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        """How fast they move as seen from each other.
+        """Factors that bound how fast both move as seen from each other.
 
         Returns:
             turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: no point moves
             faster than the sum over j of levers[j] |u_j|.
         """
 
-    def own_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
-        """How much the distance of any pair of its group can change within cells of time though no joint moves.
+    def link_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
+        """Changes of the distance of any pair of its group within cells of time though no joint moves, at most.
 
         Args:
             robot: of which they are pairs.
@@ -202,11 +202,11 @@ class Pair(Parametric, ABC):
         return np.zeros(len(cells))
 
     def without_growth(self) -> Pair:
-        """The same where it is planned and predicted, without doubt: itself by default."""
+        """The pair without growth of the distance to be kept: itself by default."""
         return self
 
     def can_touch(self, robot: Robot) -> bool:
-        """Whether they can come as near as they must not."""
+        """Whether they can come nearer than they must keep."""
         return True
 
     def smooth(self, clearance: Matrix) -> Matrix:
@@ -215,7 +215,7 @@ class Pair(Parametric, ABC):
 
 
 def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix], times: Matrix | None = None) -> Matrix:
-    """How far pairs are apart in n postures, (n, pairs), m; positions of the frames, each (n, dim); times (n, 1), s."""
+    """Clearances of pairs in n postures, (n, pairs), m; positions of frames, each (n, dim); times (n, 1), s."""
     groups: dict[Hashable, list[int]] = {}
     for number, pair in enumerate(pairs):
         groups.setdefault(pair.group, []).append(number)
@@ -231,7 +231,7 @@ def clearances(pairs: Sequence[Pair], positions: Sequence[Matrix], times: Matrix
 
 @dataclass(frozen=True)
 class Proximity(Limit):
-    """Every pair keeps the robot's margin.
+    """A limit on pairs, each of which keeps the robot's margin.
 
     Args:
         robot: whose bodies.
@@ -250,8 +250,8 @@ class Proximity(Limit):
     pairs: tuple[Pair, ...]
     around: tuple[Pair, float] | None = None
 
-    def kept(self, share: float) -> Operand:
-        """The clearance that is kept, m: the robot's margin, and a share of its reach."""
+    def required_clearance(self, share: float) -> Operand:
+        """The clearance to be kept, m: the robot's margin, and a share of its reach."""
         spare = share * self.robot.radius
         return spare if is_zero(self.robot.margin) else self.robot.margin + spare
 
@@ -286,7 +286,7 @@ class Proximity(Limit):
             equation=equation,
             unit="m",
             expression=clearances,
-            lower=ca.repmat(ca.horzcat(self.kept(margin)), 1, len(self.pairs)),
+            lower=ca.repmat(ca.horzcat(self.required_clearance(margin)), 1, len(self.pairs)),
             upper=None,
             columns=tuple(f"{what}{pair}" for pair in self.pairs),
             scale=ca.repmat(ca.horzcat(self.robot.radius / 2.0), 1, len(self.pairs)),
@@ -299,11 +299,11 @@ class Proximity(Limit):
             return None
         pair, length = self.around
         between = pair.between(*pair.ends(samples.positions), times=samples.times)
-        return between < self.kept(margin) + length
+        return between < self.required_clearance(margin) + length
 
     def near(self, samples: Samples) -> Self | None:
         """The pairs within a share of the reach of what they have to keep, and those that time may bring near."""
-        room = as_array(self.clearances(samples)).min(axis=0) - float(self.kept(0.0))
+        room = as_array(self.clearances(samples)).min(axis=0) - float(self.required_clearance(0.0))
         near, pairs = NEAR * float(self.robot.radius), zip(self.pairs, room, strict=True)
         return self._of(tuple(pair for pair, left in pairs if pair.is_time_dependent or left < near))
 
@@ -320,7 +320,7 @@ class Proximity(Limit):
         return replace(self, pairs=pairs, around=None) if pairs else None
 
     def clearances(self, samples: Samples) -> Matrix:
-        """Of all pairs at each sample, (n, pairs), m."""
+        """The clearances of all pairs at each sample, (n, pairs), m."""
         return clearances(self.pairs, samples.positions, samples.times)
 
     def _smooth(self, clearances: Matrix) -> Matrix:
@@ -333,7 +333,7 @@ TINY_SQUARED = 1e-30  # m^2: keeps the gradient of no distance finite
 
 @dataclass(frozen=True)
 class BodyPair(Pair):
-    """Two bodies of the robot, the one nearer the base first: lines in the plane, or balls; and their slack, m."""
+    """Two bodies of the robot, that nearer the base first: lines in the plane, or balls; and their slack, m."""
 
     first: Body
     second: Body
@@ -352,7 +352,6 @@ class BodyPair(Pair):
 
     @property
     def dim(self) -> int:
-        """That of the bodies: lines in the plane, balls in space."""
         return 3 if self.first.is_ball else 2
 
     @property
@@ -402,12 +401,12 @@ class SelfClearance(Proximity):
         return WorldQuestion(self.robot, (), True, self.proof_gap) if own else None
 
     def complete(self, obstacles: Sequence[Obstacle]) -> SelfClearance:
-        """That of all pairs of which a verdict speaks; itself where a class of its own chose pairs."""
+        """The limit on all pairs that a verdict judges; itself where a class of its own chose pairs."""
         return (SelfClearance.of_all(self.robot) or self) if type(self) is SelfClearance else self
 
     @classmethod
     def of_all(cls, robot: Robot) -> Self | None:
-        """The limit of all pairs of which a verdict speaks, where it is asked for and there are any.
+        """The limit on all pairs that a verdict judges, where it is asked for and there are any.
 
         Of a robot with covers, a verdict speaks of these instead.
         """
@@ -439,11 +438,9 @@ class SelfClearance(Proximity):
         return [Repetition(limits=tuple(limits), symbols=ca.SX(0, 1), numbers=np.empty((1, 0)), frames=frames)]
 
     def repeated_numbers(self) -> list[FloatArray]:
-        """None: nothing is repeated."""
         bodies = (body for pair in self.pairs for body in (pair.first, pair.second))
         return [np.empty((1, 0))] if all(body.is_ball for body in bodies) else []
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The bodies at each sample, kept apart by a share ``margin`` of the reach on top of the robot's margin."""
         formula = "clearance(link i at t_j, link l at t_j) >= margin, for links with another in between"
         return [self.constraint(self.name, "", self.clearances(samples), margin, formula)]

@@ -43,7 +43,7 @@ class TaperedMargin(Limit):
         return self.limit.robot_or_none
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        """The limit's constraints on one sample: their bounds are between those without margin and those with all."""
+        """The limit's constraints on one sample, with bounds between those without margin and those with all of it."""
         return self._between_bounds(
             self.limit.constraints_at(samples, 0.0), self.limit.constraints_at(samples, PLACE_SHARE), samples
         )
@@ -93,18 +93,18 @@ def _bound(
     return None if loose is None or tight is None else narrowed(loose + share * (tight - loose))
 
 
-LOOK = 0.05  # s, from one look to the next
-FEWEST, MOST = 21, 600  # looks
+SAMPLE_STEP = 0.05  # s, between samples of a stay
+FEWEST_SAMPLES, MOST_SAMPLES = 21, 600
 AT_GOAL = " at the goal"  # after the name of a constraint
 
 
-def looks(seconds: float) -> FloatArray:
-    """Shares of a stay of so many s at which it is looked at, (n,), from 0 to 1."""
-    return np.linspace(0.0, 1.0, int(np.clip(np.ceil(seconds / LOOK) + 1.0, FEWEST, MOST)))
+def stay_shares(seconds: float) -> FloatArray:
+    """Shares of a stay of so many s at which it is sampled, (n,), from 0 to 1."""
+    return np.linspace(0.0, 1.0, int(np.clip(np.ceil(seconds / SAMPLE_STEP) + 1.0, FEWEST_SAMPLES, MOST_SAMPLES)))
 
 
 def staying(robot: Robot, theta: Matrix, arrival: Matrix, since: Matrix) -> Samples:
-    """A posture, as samples of a motion after its end.
+    """The samples of a posture after the end of a motion.
 
     Args:
         robot: that stands.
@@ -119,7 +119,7 @@ def staying(robot: Robot, theta: Matrix, arrival: Matrix, since: Matrix) -> Samp
 def stay_constraints(
     limits: Sequence[Limit], robot: Robot, theta: Matrix, arrival: Matrix, since: Matrix, margin: float
 ) -> list[Constraint]:
-    """What of some limits depends on the time itself, kept while a robot stands; arguments as of :func:`staying`."""
+    """The constraints of time-dependent limits on a robot that stands; arguments as of :func:`staying`."""
     samples = staying(robot, theta, arrival, since)
     return [
         replace(constraint, name=f"{constraint.name}{AT_GOAL}")
@@ -129,10 +129,10 @@ def stay_constraints(
 
 
 def time_dependent_parts(limits: Sequence[Limit]) -> list[Limit]:
-    """What of limits depends on the time itself."""
+    """The parts of limits that depend on the time itself."""
     return [kept for limit in limits if (kept := limit.time_dependent_part) is not None]
 
 
 def stay_matters(limits: Sequence[Limit], seconds: Operand) -> bool:
-    """Whether anything is asked for after arrival."""
+    """Whether any limit depends on the time after arrival."""
     return bool(time_dependent_parts(limits)) and not is_zero(seconds)

@@ -1,7 +1,16 @@
-"""How it moves: families of trajectories, their samples and their exact polynomial pieces."""
+"""Motions: families of trajectories, their samples and their exact polynomial pieces."""
 
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
-from problems.motions.path_scan import LEAST_ROOM, Bounds, TorqueSlopes, advance, before, gap, interval_time, limited
+from problems.motions.path_scan import (
+    LEAST_TORQUE_SHARE,
+    Bounds,
+    TorqueSlopes,
+    advance,
+    before,
+    gap,
+    interval_time,
+    limited,
+)
 from problems.motions.path_spline import (
     ALONG,
     GAUSS_SHARES,
@@ -37,7 +46,7 @@ __all__ = [
     "CONTINUOUS_ORDERS",
     "DEGREE",
     "GAUSS_SHARES",
-    "LEAST_ROOM",
+    "LEAST_TORQUE_SHARE",
     "SAMPLED_ORDERS",
     "SLIVER",
     "SMOOTH_ORDERS",

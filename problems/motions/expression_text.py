@@ -25,7 +25,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, Matrix, number_of
-from problems.evaluation import BINARY, UNARY, Symbolic, UnsupportedOperation, interpret, rebuilt
+from problems.evaluation import BINARY, UNARY, Interpreter, Symbolic, UnsupportedOperation, interpret, rebuilt
 from problems.motions.samples import MISSING, SAMPLED_ORDERS, MotionView, Samples, quantity_named
 from problems.robots import Robot
 
@@ -38,15 +38,15 @@ REGISTER = re.compile(r"w(\d{1,6})")
 
 
 class InvalidText(ValueError):
-    """Text that is no expression; the message is one line."""
+    """Raised for text that is no expression; the message is one line."""
 
 
 Entry = tuple[str, int]  # a quantity's name and which of its numbers
 
 
 @dataclass
-class Writer:
-    """Interpreter that writes down what it is asked to compute."""
+class Writer(Interpreter[str]):
+    """An interpreter that writes down what it is asked to compute."""
 
     lines: list[str] = field(default_factory=list)
 
@@ -57,11 +57,9 @@ class Writer:
         return repr(float(value))
 
     def unary(self, name: str, a: str) -> str:
-        """A line."""
         return self._line(f"{name}({a})")
 
     def binary(self, name: str, a: str, b: str) -> str:
-        """A line."""
         return self._line(f"{name}({a}, {b})")
 
     def _line(self, operation: str) -> str:
@@ -116,14 +114,14 @@ def read(text: str) -> tuple[tuple[Entry, ...], ca.Function]:
 
 @dataclass
 class _Reader:
-    """What has been read so far."""
+    """A reader of the lines of an expression, with what was read so far."""
 
     registers: list[ca.SX] = field(default_factory=list)
     symbols: dict[Entry, ca.SX] = field(default_factory=dict)
     outputs: list[ca.SX] = field(default_factory=list)
 
     def take(self, line: str) -> None:
-        """One more line."""
+        """Read one more line."""
         if len(line) > LONGEST_LINE:
             raise InvalidText("too long")
         output, operation = OUTPUT.fullmatch(line), OPERATION.fullmatch(line)
@@ -190,22 +188,22 @@ class SampleFunction:
 
     @cached_property
     def _smooth(self) -> ca.Function:
-        """The same with gradients that are finite where a length is zero."""
+        """The function with gradients that are finite where a length is zero."""
         return rebuilt(self._read[1], _SmoothRoots())
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """What it depends on: names of quantities, and which of their numbers."""
+        """The numbers that it depends on: names of quantities, and places in them."""
         return self._read[0]
 
     @property
     def width(self) -> int:
-        """How many values it has."""
+        """The number of its values."""
         return int(self._read[1].size1_out(0))
 
     @property
     def operations(self) -> int:
-        """How many it takes."""
+        """The number of its operations."""
         return self.text.count("(")
 
     def uses(self, *names: str) -> bool:
@@ -221,7 +219,7 @@ class SampleFunction:
 
     @cached_property
     def formula(self) -> str:
-        """What it says, for a reader."""
+        """The formula, for a reader."""
         if self.operations > LONGEST_FORMULA:
             names = sorted({name for name, _ in self.entries})
             return f"({self.operations} operations on {', '.join(names)})"
@@ -230,7 +228,7 @@ class SampleFunction:
         return ", ".join(str(value) for value in ca.vertsplit(values))
 
     def check(self, robot: Robot, field: str, name: str) -> None:
-        """That a robot has what it depends on.
+        """Check that a robot has what the expression depends on.
 
         Raises:
             InvalidProblem: of the field, naming whose expression it is.
@@ -243,7 +241,7 @@ class SampleFunction:
                 raise InvalidProblem(field, f"{name!r}: {quantity}[{index}] of {width}")
 
     def at(self, samples: Samples, smooth: bool = False) -> Matrix:
-        """Its values at n samples, (n, width).
+        """The values at n samples, (n, width).
 
         Args:
             samples: of a motion.
@@ -262,7 +260,7 @@ class SampleFunction:
         return function(columns.T).T
 
     def of_state(self, robot: Robot) -> ca.Function:
-        """Its values (width,) as a function of angles, three derivatives and the time in s, (4 dof + 1,), and of T."""
+        """The function of angles, three derivatives and time in s, (4 dof + 1,), and T, to its values (width,)."""
         known = self._of_states.get(id(robot))
         if known is not None:
             return known[1]
@@ -276,16 +274,16 @@ class SampleFunction:
 
     @cached_property
     def _of_states(self) -> dict[int, tuple[Robot, ca.Function]]:
-        """Those functions, by the robot's identity, with the robot itself, so that it stays the one."""
+        """The functions of states by the robot's identity, with the robot, so that the identity stays unique."""
         return {}
 
     def probed(self, robot: Robot, states: FloatArray, duration: float = 1.0) -> FloatArray:
-        """Its values (n, width) in states (n, 4 dof + 1): angles, three derivatives, time in s."""
+        """The values (n, width) in states (n, 4 dof + 1): angles, three derivatives, time in s."""
         return np.asarray(self.of_state(robot)(states.T, duration)).T
 
 
 class _SmoothRoots(Symbolic):
-    """Symbols in which every root has something under it."""
+    """An interpreter in symbols in which every root has something under it."""
 
     def unary(self, name: str, a: ca.SX) -> ca.SX:
         return ca.sqrt(a + ROOT_OFFSET) if name == "sqrt" else super().unary(name, a)
@@ -359,14 +357,14 @@ def _called(stated: Stated, view: MotionView, called: str) -> Any:
 
 
 def _outside(reason: str, robot: Robot) -> str:
-    """What is said of an index that is too large or too small."""
+    """The message about an index that is too large or too small."""
     length = LENGTH.search(reason)
     known = f"{robot.dof} joints, {robot.dim} coordinates of a point" if length is None else f"{length[1]} in all"
     return f"an index is out of range: {known}, counted from 0"
 
 
 def _column(value: Any, called: str) -> ca.SX:
-    """What a function gave as a dense column."""
+    """The value of a function as a dense column."""
     try:
         expression = ca.vertcat(*value) if isinstance(value, list | tuple) else value
         expression = ca.SX(expression if isinstance(expression, ca.SX) else ca.DM(expression))
@@ -393,13 +391,13 @@ def _text(expression: ca.SX, symbols: Mapping[str, ca.SX], called: str) -> str:
 
 
 def _inserted(expression: ca.SX, symbols: Mapping[str, ca.SX], long: _WrittenOut, called: str) -> str:
-    """The short form with what its symbols stand for put in: the long form, unless something was differentiated."""
+    """The short form with its symbols replaced by the long form, unless something was differentiated."""
     function = ca.Function("short", list(symbols.values()), [expression])
     inserted = function.call([long(name) for name in symbols])[0]
     return _text(ca.densify(ca.SX(inserted)), long.known, called)
 
 
 def random_states(robot: Robot, count: int) -> FloatArray:
-    """States (count, 4 dof + 1) to look at an expression in: angles, three derivatives, and a time; always the same."""
+    """States (count, 4 dof + 1) to probe an expression in: angles, three derivatives, time; always the same."""
     rng, shape = np.random.default_rng(0), (count, 4 * robot.dof + 1)
     return np.asarray(rng.uniform(0.1, 1.5, shape) * rng.choice([-1.0, 1.0], shape))

@@ -3,7 +3,7 @@
 With b = (du/dt)^2 and c = d2u/dt2, constant from one grid point to the next, b_{i+1} = b_i + 2 (u_{i+1} - u_i) c_i,
 and every joint moves with q' sqrt(b) and accelerates with q'' b + q' c. Both ends of an interval have to keep
 
-    -room - tilt b <= c <= room - tilt b,        room = a / |q'|, tilt = q'' / q',
+    -above - tilt b <= c <= above - tilt b,        above = a / |q'|, tilt = q'' / q',
 
 for the far end in terms of the near end's b and c. Backward, the largest b from which the rest of the path can be run
 follows from what every two of these bounds of c say about b; forward, the largest c is taken that stays below it. The
@@ -27,48 +27,48 @@ import casadi as ca
 from problems.base import Matrix, Operand, largest, smallest, total
 from problems.robots import Robot
 
-LEAST_ROOM = 1e-3  # of a limit: as much of it has to be left by gravity for a motion, and counts as left
+LEAST_TORQUE_SHARE = 1e-3  # of a limit: as much of it has to be left by gravity for a motion, and counts as left
 
 
 @dataclass(frozen=True)
 class TorqueSlopes:
-    """tau = rate c + bend b + held at grid points of a path q(u); each (n, k), N m or N.
+    """The torques tau = rate c + bend b + static at grid points of a path q(u); each (n, k), N m or N.
 
     Attributes:
         rate: M(q) q'.
         bend: M(q) q'' + C(q, q') q'.
-        held: what gravity and Coulomb friction take.
+        static: what gravity and Coulomb friction take.
     """
 
     rate: Matrix
     bend: Matrix
-    held: Matrix
+    static: Matrix
 
     @classmethod
     def along(cls, robot: Robot, theta: Matrix, first: Matrix, second: Matrix) -> TorqueSlopes:
-        """Those at q, q' and q'', each (n, k), of a robot whose masses are known."""
+        """The slopes at q, q' and q'', each (n, k), of a robot whose masses are known."""
         chain = robot.massive
-        held = chain.gravitational(theta)
+        static = chain.gravitational(theta)
         if chain.has_friction:
-            held = held + chain.coulomb(first)
-        return cls(chain.inertial(theta, 0.0 * first, first), chain.inertial(theta, first, second), held)
+            static = static + chain.coulomb(first)
+        return cls(chain.inertial(theta, 0.0 * first, first), chain.inertial(theta, first, second), static)
 
     def row(self, i: int) -> TorqueSlopes:
-        """Those at one grid point."""
-        return TorqueSlopes(self.rate[i, :], self.bend[i, :], self.held[i, :])
+        """The slopes at one grid point."""
+        return TorqueSlopes(self.rate[i, :], self.bend[i, :], self.static[i, :])
 
     def seen_before(self, step: Matrix) -> TorqueSlopes:
-        """In terms of b at the grid point before, from which it follows as b + step c."""
-        return TorqueSlopes(self.rate + step * self.bend, self.bend, self.held)
+        """The slopes in terms of b at the grid point before, from which it follows as b + step c."""
+        return TorqueSlopes(self.rate + step * self.bend, self.bend, self.static)
 
     @property
     def stacked(self) -> Matrix:
-        """All in one column, (3 k, 1), of one grid point."""
-        return ca.horzcat(self.rate, self.bend, self.held).T
+        """The slopes of one grid point in one column, (3 k, 1)."""
+        return ca.horzcat(self.rate, self.bend, self.static).T
 
     @classmethod
     def unstacked(cls, column: Matrix) -> TorqueSlopes:
-        """Those of :attr:`stacked`."""
+        """The inverse of :attr:`stacked`."""
         return cls(*(part.T for part in ca.vertsplit(column, int(column.shape[0]) // 3)))
 
 
@@ -86,21 +86,21 @@ Slopes: TypeAlias = tuple[Matrix, Matrix]  # q' and q'' at a grid point, (1, k)
 
 @dataclass(frozen=True)
 class Bounds:
-    """What limits say in one interval: ``-below - tilt b <= c <= room - tilt b``; each (m, 1).
+    """Limits in one interval: ``-below - tilt b <= c <= above - tilt b``; each (m, 1).
 
     Attributes:
-        room: above.
+        above: above.
         tilt: on both sides.
-        below: likewise to ``room``; None where it is the same.
+        below: likewise to ``above``; None where it is the same.
     """
 
-    room: Matrix
+    above: Matrix
     tilt: Matrix
     below: Matrix | None = None
 
     @classmethod
     def of_interval(cls, here: Slopes, ahead: Slopes, step: Matrix, acceleration: Sequence[Operand]) -> Bounds:
-        """Of both ends of an interval.
+        """The bounds at both ends of an interval.
 
         Args:
             here: q' and q'' at its beginning.
@@ -110,30 +110,30 @@ class Bounds:
         """
         ends = [here, (ahead[0] + step * ahead[1], ahead[1])]
         limits, signed = ca.horzcat(*acceleration), [_away_from_zero(first) for first, _ in ends]
-        room = ca.horzcat(*(limits / ca.fabs(first) for first in signed))
+        above = ca.horzcat(*(limits / ca.fabs(first) for first in signed))
         tilt = ca.horzcat(*(second / first for first, (_, second) in zip(signed, ends, strict=True)))
-        return cls(room.T, tilt.T)
+        return cls(above.T, tilt.T)
 
     def with_torques(self, ends: Sequence[TorqueSlopes], torque: Sequence[Operand]) -> Bounds:
-        """The same and what torque limits say.
+        """The bounds with those of torque limits.
 
         Args:
             ends: of the interval, in terms of b at its beginning.
             torque: limits of the joints, N m or N.
         """
         limits = ca.horzcat(*torque)
-        room, tilt, below = [self.room], [self.tilt], [self.room]
+        above, tilt, below = [self.above], [self.tilt], [self.above]
         for end in ends:
-            up, down = (ca.fmax(limits + sign * end.held, LEAST_ROOM * limits) for sign in (-1.0, 1.0))
+            up, down = (ca.fmax(limits + sign * end.static, LEAST_TORQUE_SHARE * limits) for sign in (-1.0, 1.0))
             signed, turned = _away_from_zero(end.rate), end.rate < 0.0
-            room.append((ca.if_else(turned, down, up) / ca.fabs(signed)).T)
+            above.append((ca.if_else(turned, down, up) / ca.fabs(signed)).T)
             below.append((ca.if_else(turned, up, down) / ca.fabs(signed)).T)
             tilt.append((end.bend / signed).T)
-        return Bounds(ca.vertcat(*room), ca.vertcat(*tilt), ca.vertcat(*below))
+        return Bounds(ca.vertcat(*above), ca.vertcat(*tilt), ca.vertcat(*below))
 
     def steepest(self, b: Matrix) -> Matrix:
         """The largest c at b."""
-        return smallest(self.room - self.tilt * b)
+        return smallest(self.above - self.tilt * b)
 
 
 def _away_from_zero(values: Matrix) -> Matrix:
@@ -143,7 +143,7 @@ def _away_from_zero(values: Matrix) -> Matrix:
 def before(
     here: Slopes, bounds: Bounds, step: Matrix, most: Matrix, least: Matrix | None, speed: Sequence[Operand]
 ) -> tuple[Matrix, Matrix | None, Matrix]:
-    """From what b may be at a grid point to what it may be at the one before.
+    """The range of b at a grid point from that at the next one.
 
     Args:
         here: q' and q'' at the one before.
@@ -159,16 +159,16 @@ def before(
     high = ca.fmax(0.0, _largest_before(here, bounds, step, most, least, speed))
     if least is None:
         return high, None, ca.DM(0.0)
-    low = largest(ca.vertcat(0.0, (least - step * bounds.room) / ca.fmax(1.0 - step * bounds.tilt, TINY)))
+    low = largest(ca.vertcat(0.0, (least - step * bounds.above) / ca.fmax(1.0 - step * bounds.tilt, TINY)))
     return high, ca.fmin(low, high), gap(low, high)
 
 
 def _largest_before(
     here: Slopes, bounds: Bounds, step: Matrix, most: Matrix, least: Matrix | None, speed: Sequence[Operand]
 ) -> Matrix:
-    room, tilt = bounds.room, bounds.tilt
-    below = room if bounds.below is None else bounds.below
-    not_below = step * room if least is None else step * room - least
+    above, tilt = bounds.above, bounds.tilt
+    below = above if bounds.below is None else bounds.below
+    not_below = step * above if least is None else step * above - least
     parts = [
         ((ca.horzcat(*speed) / ca.fmax(ca.fabs(here[0]), LEAST_RATE)) ** 2).T,
         (most + step * below) / ca.fmax(1.0 - step * tilt, TINY),
@@ -179,15 +179,15 @@ def _largest_before(
 
 
 def _where_two_meet(bounds: Bounds, symmetric: int) -> list[Matrix]:
-    """The largest b at which every two bounds leave a c between them, given how many are the same on both sides."""
-    room, tilt, below = bounds.room, bounds.tilt, bounds.below
+    """The largest b at which every two bounds leave a c between them, given how many are symmetric."""
+    above, tilt, below = bounds.above, bounds.tilt, bounds.below
     found: list[Matrix] = []
-    for i, j in combinations(range(room.numel()), 2):
+    for i, j in combinations(range(above.numel()), 2):
         if below is None or j < symmetric:
-            found.append((room[i] + room[j]) / ca.fmax(ca.fabs(tilt[i] - tilt[j]), TINY))
+            found.append((above[i] + above[j]) / ca.fmax(ca.fabs(tilt[i] - tilt[j]), TINY))
         else:
-            apart = 1.0 / (tilt[i] - tilt[j])  # infinite where they never meet; both rooms are positive
-            found.append(ca.fmax((room[i] + below[j]) * apart, -(below[i] + room[j]) * apart))
+            apart = 1.0 / (tilt[i] - tilt[j])  # infinite where they never meet; both bounds are positive
+            found.append(ca.fmax((above[i] + below[j]) * apart, -(below[i] + above[j]) * apart))
     return found
 
 
@@ -198,12 +198,12 @@ def advance(bounds: Bounds, step: Matrix, b: Matrix, most: Matrix) -> tuple[Matr
 
 
 def interval_time(step: Matrix, b: Matrix, ahead: Matrix) -> Matrix:
-    """How long an interval takes, s, given b at both ends; all (n, 1)."""
+    """The time of an interval, s, given b at both ends; all (n, 1)."""
     return step / ca.fmax(ca.sqrt(b) + ca.sqrt(ahead), TINY)
 
 
 def gap(least: Matrix, most: Matrix) -> Matrix:
-    """By how much ``least`` is above ``most``, relative to both; 0 where it is not."""
+    """The amount by which ``least`` is above ``most``, relative to both; 0 where it is not."""
     return ca.fmax(0.0, least - most) / ca.fmax(least + most, TINY)
 
 
@@ -231,7 +231,7 @@ def scan(
     torques: tuple[TorqueSlopes, Sequence[Operand]] | None = None,
     shares: Matrix | None = None,
 ) -> Scan:
-    """All of it at once.
+    """The largest speeds along a path that all limits allow, by a backward and a forward scan.
 
     Args:
         first: q' at the grid points, (n, k), rad.

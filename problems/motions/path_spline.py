@@ -33,7 +33,7 @@ BLEND_REACH = 6.0 / 32.0  # how far the middle of a blend is from its corner, fo
 
 @dataclass(frozen=True)
 class JointPath:
-    """Joint angles over a path parameter u.
+    """Joint angles as a function of a path parameter u.
 
     Args:
         breakpoints: p + 1 increasing values of u.
@@ -109,7 +109,7 @@ class JointPath:
 
     @cached_property
     def curve(self) -> PiecewisePolynomial:
-        """The piecewise polynomial."""
+        """The piecewise polynomial of the angles."""
         return PiecewisePolynomial(self.coefficients, self.breakpoints)
 
     def at(self, u: FloatArray, derivative: int = 0) -> FloatArray:
@@ -137,7 +137,7 @@ def _line(start: FloatArray, way: FloatArray) -> FloatArray:
 
 
 def _blend(corner: FloatArray, before: FloatArray, after: FloatArray, half: float) -> FloatArray:
-    """Coefficients (BLEND_DEGREE + 1, k) from one line to the next: of their slopes at its ends, without curvature.
+    """Coefficients (BLEND_DEGREE + 1, k) of a blend between two lines, of their slopes, without curvature.
 
     With w from 0 to 1: corner - half (1 - 2 w) before + half (2 w^3 - w^4) (after - before).
     """
@@ -153,7 +153,7 @@ Rates: TypeAlias = tuple[Matrix, Matrix | None]  # b = (du/dt)^2 at start and go
 
 @dataclass(frozen=True)
 class TimedPath:
-    """A path with its timing.
+    """A path with the timing along it.
 
     Attributes:
         control_points: of the spline, (N, k), rad.
@@ -168,7 +168,7 @@ class TimedPath:
     gap: Matrix
 
     def time_scaled(self, factor: Operand, shortest: Operand) -> TimedPath:
-        """The same path run ``factor`` times slower, for no less than ``shortest`` seconds."""
+        """The path run ``factor`` times slower, for no less than ``shortest`` seconds."""
         duration = ca.fmax(self.duration * factor, shortest)
         return replace(self, squared=self.squared * (self.duration / duration) ** 2, duration=duration)
 
@@ -214,7 +214,7 @@ class PathSpline(Motion[TimedPath]):
 
     @property
     def acceleration(self) -> tuple[Operand, ...]:
-        """The accelerations that the timing makes use of, rad/s^2."""
+        """The accelerations that the timing uses, rad/s^2."""
         return tuple(self.share * limit for limit in self.robot.limits.acceleration)
 
     @cached_property
@@ -290,7 +290,7 @@ class PathSpline(Motion[TimedPath]):
 
     @cached_property
     def grid(self) -> SampleGrid:
-        """Nothing but the number of the sample: blocks hold finished samples."""
+        """The number of the sample alone, as blocks hold finished samples."""
         count = self.parameters_u.size
         return SampleGrid(rows=np.empty((count, 0)), pieces=np.arange(count))
 
@@ -326,13 +326,13 @@ class PathSpline(Motion[TimedPath]):
         return ca.vec(ca.horzcat(*rows).T)
 
     def piece_sizes(self, orders: tuple[int, ...]) -> tuple[int, int]:
-        """A piece is a sample, with Gauss's points after it, and so is the window."""
+        """The sizes of a sample with Gauss's points after it, which is both a piece and the window."""
         size = self.instants * (len(orders) * self.robot.dof + 2)
         return size, size
 
     @property
     def instants(self) -> int:
-        """Number of samples of a piece: its own, and Gauss's points where integrals are taken."""
+        """The number of samples of a piece: its own, and Gauss's points where integrals are taken."""
         return 1 + len(GAUSS_SHARES) * self.integrated
 
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
@@ -358,7 +358,6 @@ class PathSpline(Motion[TimedPath]):
 
     @property
     def duration_count(self) -> int:
-        """One: T."""
         return 1
 
     def as_matrices(self, parameters: TimedPath) -> list[Matrix]:
@@ -393,7 +392,7 @@ class PathSpline(Motion[TimedPath]):
         return Trajectory.from_pieces(durations, pieces)
 
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Equal steps in each piece of the finished motion, which has pieces of its own."""
+        """Times at equal steps in each piece of the finished motion, which has pieces of its own."""
         return trajectory.times(at_least)
 
 

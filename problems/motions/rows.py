@@ -28,7 +28,7 @@ LEAST_STEP = 1e-9  # s, between two rows: a nanosecond, the resolution of ROS
 
 @dataclass(frozen=True, eq=False)
 class MotionRows:
-    """Rows of a motion of k joints.
+    """A motion of k joints stated by rows.
 
     Args:
         times: (n,), s, increasing; the first is when the motion begins.
@@ -72,7 +72,7 @@ class MotionRows:
         self._check_stated()
 
     def _check_stated(self) -> None:
-        """What the interpolation needs is there."""
+        """Check that the rows state what the interpolation needs."""
         stated = {name: self._states(name) for name in STATES[1:]}
         lonely = stated["accelerations"] & ~stated["velocities"]
         if self.interpolation == "auto" and lonely.any():
@@ -86,13 +86,13 @@ class MotionRows:
                 raise InvalidProblem(name, f"row {row} states none; {self.interpolation} pieces need them in every row")
 
     def _states(self, name: str) -> NDArray[np.bool_]:
-        """Which rows state velocities or accelerations, (n,)."""
+        """Whether each row states velocities or accelerations, (n,)."""
         values = getattr(self, name)
         return np.zeros(self.times.size, dtype=bool) if values is None else _stated(values)
 
     @cached_property
     def derivatives(self) -> NDArray[np.intp]:
-        """How many derivatives each piece has from both of its rows: 0 linear, 1 cubic, 2 quintic; (n - 1,)."""
+        """The number of derivatives that both rows of a piece state: 0 linear, 1 cubic, 2 quintic; (n - 1,)."""
         if self.interpolation != "auto":
             return np.full(self.times.size - 1, NAMES.index(self.interpolation))
         has_velocity, has_acceleration = (self._states(name) for name in STATES[1:])
@@ -101,7 +101,7 @@ class MotionRows:
 
     @property
     def said(self) -> str:
-        """How the rows are joined, in words."""
+        """The interpolation between the rows, in words."""
         counts = [(name, int((self.derivatives == number).sum())) for number, name in enumerate(NAMES)]
         used = [(name, count) for name, count in counts if count]
         pieces = f"{self.derivatives.size} piece{'s' * (self.derivatives.size > 1)}"
@@ -125,7 +125,7 @@ class MotionRows:
 
 
 def _stated(values: FloatArray) -> NDArray[np.bool_]:
-    """Which rows (n, k) state anything."""
+    """Whether each row of (n, k) states anything."""
     return np.asarray(~np.isnan(values).all(axis=1))
 
 
@@ -150,14 +150,14 @@ def linear_pieces(lengths: FloatArray, positions: Ends) -> FloatArray:
 
 
 def cubic_pieces(lengths: FloatArray, positions: Ends, velocities: Ends) -> FloatArray:
-    """The same of cubics with given velocities at both ends, (4, p, k)."""
+    """Coefficients (4, p, k), lowest power first, of cubics with given velocities at both ends."""
     slope = (positions[1] - positions[0]) / lengths
     (v, w), h = velocities, lengths
     return np.stack([positions[0], v, (3.0 * slope - 2.0 * v - w) / h, (v + w - 2.0 * slope) / h**2])
 
 
 def quintic_pieces(lengths: FloatArray, positions: Ends, velocities: Ends, accelerations: Ends) -> FloatArray:
-    """The same of quintics with given velocities and accelerations at both ends, (6, p, k)."""
+    """Coefficients (6, p, k), lowest power first, of quintics with given velocities and accelerations at both ends."""
     slope = (positions[1] - positions[0]) / lengths
     (v, w), (a, b), h = velocities, accelerations, lengths
     third = (10.0 * slope - 6.0 * v - 4.0 * w) / h**2 + (b - 3.0 * a) / (2.0 * h)

@@ -66,7 +66,7 @@ class Samples:
         return found
 
     def derivative_or_zero(self, order: int) -> Matrix:
-        """The same, or zeros where these samples were made without it: for torques, which need not depend on angles.
+        """The derivative, or zeros where samples were made without it: for torques, which may not need angles.
 
         They do not where there is no gravity, nor those of an arm whose joints only slide.
         """
@@ -90,7 +90,7 @@ class Samples:
 
     @property
     def moving(self) -> Robot:
-        """The robot.
+        """The robot, which has to be known.
 
         Raises:
             ValueError: these samples have none.
@@ -101,19 +101,19 @@ class Samples:
 
     @cached_property
     def positions(self) -> tuple[Matrix, ...]:
-        """Where the robot's frames are, base first and tool last, each (n, dim), m."""
+        """Positions of the robot's frames, base first and tool last, each (n, dim), m."""
         if self.known_positions is not None:
             return self.known_positions
         return self.moving.positions(self.theta)
 
     @cached_property
     def torque(self) -> Matrix:
-        """What the joints' motors give, (n, dof), N m; only of a robot whose masses are known."""
+        """Torques of the joints' motors, (n, dof), N m; only of a robot whose masses are known."""
         return self.moving.inverse_dynamics(*(self.derivative_or_zero(order) for order in range(3)))
 
     @property
     def tool(self) -> Matrix:
-        """Where the tool is, (n, dim), m."""
+        """Positions of the tool, (n, dim), m."""
         return self.positions[-1]
 
     @property
@@ -145,7 +145,7 @@ class Samples:
 
     @property
     def both_sides(self) -> Samples:
-        """With the rows before jumps behind the others: for what depends on accelerations; (n + m, dof)."""
+        """The samples followed by the rows before jumps, for what depends on accelerations; (n + m, dof)."""
         jumps = self.before_jumps
         if jumps is None:
             return self
@@ -182,7 +182,7 @@ ROTATION_ENTRIES = 9
 
 @dataclass(frozen=True)
 class Quantity:
-    """One of them.
+    """A quantity that an expression may use.
 
     Attributes:
         width: how many numbers it is for a robot.
@@ -284,7 +284,7 @@ class MotionView:
 
     @property
     def theta(self) -> ca.SX:
-        """The same by the paper's name."""
+        """Joint positions by the paper's name, (dof, 1), rad."""
         return self.q
 
     @property
@@ -304,27 +304,27 @@ class MotionView:
 
     @property
     def torque(self) -> ca.SX:
-        """What the motors give, (dof, 1), N m; of robots whose masses are known."""
+        """Torques of the motors, (dof, 1), N m; of robots whose masses are known."""
         return self._of("torque")
 
     @property
     def tool(self) -> ca.SX:
-        """Where the tool is, (2, 1) or (3, 1), m."""
+        """Position of the tool, (2, 1) or (3, 1), m."""
         return self._of("tool")
 
     @property
     def tool_velocity(self) -> ca.SX:
-        """How fast it moves, (2, 1) or (3, 1), m/s."""
+        """Velocity of the tool, (2, 1) or (3, 1), m/s."""
         return self._of("tool_velocity")
 
     @property
     def rotation(self) -> ca.SX:
-        """How the tool of a robot in space is turned: its rotation matrix, (3, 3); ``m.rotation[:, 2]`` is its z."""
+        """Rotation matrix (3, 3) of the tool of a robot in space; ``m.rotation[:, 2]`` is its z axis."""
         return ca.reshape(self._of("rotation"), 3, 3).T
 
     @property
     def positions(self) -> tuple[ca.SX, ...]:
-        """Where the frames are, base first and tool last, each (2, 1) or (3, 1), m."""
+        """Positions of the frames, base first and tool last, each (2, 1) or (3, 1), m."""
         count = len(self.robot.positions(ca.DM.zeros(1, self.robot.dof)))
         return tuple(self._of(f"frame_{number}") for number in range(count))
 
@@ -335,7 +335,7 @@ class MotionView:
 
     @property
     def duration(self) -> ca.SX:
-        """How long the whole motion takes, s."""
+        """The duration of the whole motion, s."""
         return self._of("duration")
 
     def _of(self, name: str) -> ca.SX:

@@ -50,7 +50,7 @@ class ClampedSpline:
 
     @cached_property
     def greville(self) -> FloatArray:
-        """For each control point the u to which it belongs, (N,): control points there make a straight line."""
+        """The Greville abscissae (N,): control points there make a straight line."""
         return np.array([self.basis.t[i + 1 : i + 1 + self.degree].mean() for i in range(self.size)])
 
     def basis_functions(self, u: FloatArray, derivative: int = 0) -> FloatArray:
@@ -63,7 +63,7 @@ class ClampedSpline:
         return constant(np.where(np.abs(rows) < RELATIVE_ROUNDING * np.abs(rows).max(initial=0.0), 0.0, rows))
 
     def local_basis(self, u: FloatArray, derivative: int = 0) -> tuple[FloatArray, NDArray[np.intp]]:
-        """The basis functions that can differ from zero at parameters (n,): (n, degree + 1), and which is the first."""
+        """The basis functions that can be nonzero at parameters (n,): (n, degree + 1), and the number of the first."""
         rows = np.asarray(self.sampling_matrix(u, derivative))
         piece = np.clip(np.searchsorted(self.nodes, u, side="right") - 1, 0, self.nodes.size - 2)
         first = self.first_of_piece[piece]
@@ -82,7 +82,7 @@ class ClampedSpline:
 
 
 class InterpolatingSpline(ClampedSpline, ABC):
-    """Splines with given knots. A subclass says which conditions, besides the angles at the knots, determine them.
+    """A spline with given knots. A subclass says which conditions determine it besides the angles there.
 
     Args:
         knots: M >= 2 increasing values of u at which angles are given, the first 0, the last 1.
@@ -141,7 +141,7 @@ def _substitute(triangle: FloatArray, known: list[Matrix], order: range) -> list
 
 @dataclass(frozen=True)
 class SplineShape:
-    """B-spline coefficients of the joint angles (N, k) in rad over u in [0, 1], and how long it takes, s."""
+    """The shape of a spline in time: coefficients (N, k), rad, over u in [0, 1], and duration, s."""
 
     coefficients: Matrix
     time: Matrix
@@ -202,7 +202,7 @@ class SplineInTime(Motion[SplineShape]):
         return ca.vec(ca.horzcat(*(parameters.coefficients / parameters.time**order for order in orders)).T)
 
     def piece_sizes(self, orders: tuple[int, ...]) -> tuple[int, int]:
-        """One coefficient per piece; as many of them determine a sample as basis functions are not zero there."""
+        """One coefficient per piece; a sample needs as many as basis functions are nonzero there."""
         size = len(orders) * self.robot.dof
         return size, self.support * size
 
@@ -232,7 +232,6 @@ class SplineInTime(Motion[SplineShape]):
 
     @property
     def duration_count(self) -> int:
-        """One: t_T."""
         return 1
 
     def as_matrices(self, parameters: SplineShape) -> list[Matrix]:

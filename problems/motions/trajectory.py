@@ -29,7 +29,7 @@ LARGEST_JUMP_SCALE, LEAST_JUMP_SCALE = 1.0, 1e-6  # rad: jumps are relative to w
 
 @dataclass(frozen=True, repr=False)
 class Trajectory:
-    """Joint angles over time.
+    """Joint angles as piecewise polynomials of time.
 
     Args:
         breakpoints: p + 1 increasing times, s, the first 0.
@@ -61,12 +61,12 @@ class Trajectory:
 
     @classmethod
     def standing(cls, posture: FloatArray, seconds: float) -> Trajectory:
-        """A posture (k,), rad, held for so many seconds."""
+        """A trajectory that stays in a posture (k,), rad, for so many seconds."""
         return cls(np.array([0.0, seconds]), np.asarray(posture, dtype=np.float64)[None, None])
 
     @property
     def duration(self) -> float:
-        """T in s."""
+        """The duration T, s."""
         return float(self.breakpoints[-1])
 
     @cached_property
@@ -107,15 +107,15 @@ class Trajectory:
 
     @property
     def moves(self) -> bool:
-        """Whether any joint does, at any time."""
+        """Whether any joint moves at any time."""
         return bool(self.coefficients[:-1].any())
 
     def value_at_end(self, derivative: int = 0) -> FloatArray:
-        """Joint angles or a derivative of them, (k,), with which it ends: where that jumps, what comes before."""
+        """Joint angles or a derivative of them, (k,), at the end: where that jumps, what comes before."""
         return np.asarray(self._sides(derivative)[0][-1])
 
     def part(self, first: float, last: float) -> Trajectory:
-        """What it does from one time in s to another, on a clock of its own; exact up to rounding.
+        """The section from one time in s to another, on a clock of its own; exact up to rounding.
 
         Raises:
             ValueError: 0 <= first < last <= T does not hold.
@@ -133,7 +133,7 @@ class Trajectory:
         return Trajectory(edges - first, np.array(taylor[::-1]))
 
     def followed_by(self, then: Trajectory) -> Trajectory:
-        """This motion and, from its end on, another one of the same joints, which begins with the same state."""
+        """The motion and, from its end on, another one of the same joints, which begins with the same state."""
         order = max(motion.coefficients.shape[0] for motion in (self, then))
         padded = [
             np.pad(motion.coefficients, ((order - motion.coefficients.shape[0], 0), (0, 0), (0, 0)))
@@ -143,7 +143,7 @@ class Trajectory:
         return Trajectory(times, np.concatenate(padded, axis=1))
 
     def reversed(self) -> Trajectory:
-        """The same motion from its end to its start; exact up to rounding."""
+        """The motion from its end to its start; exact up to rounding."""
         n, lengths = self.coefficients.shape[0] - 1, np.diff(self.breakpoints)[:, None]
         powers = self.coefficients[::-1]
         taylor = [
@@ -174,7 +174,7 @@ class Trajectory:
         )
 
     def times(self, at_least: int) -> FloatArray:
-        """At least so many times in s, equally spaced in each piece, every breakpoint among them."""
+        """Times in s, so many at least, equally spaced in each piece, every breakpoint among them."""
         pieces = self.breakpoints.size - 1
         intervals = int(np.ceil(max(at_least - 1, 1) / pieces))
         starts, durations = self.breakpoints[:-1, None], np.diff(self.breakpoints)[:, None]
@@ -193,7 +193,7 @@ class Trajectory:
 
     @cached_property
     def _extreme_times(self) -> dict[int, FloatArray]:
-        """Those that were asked for already, by derivative."""
+        """The extreme times that were asked for already, by derivative."""
         return {}
 
     def _found_extreme_times(self, derivative: int) -> FloatArray:
@@ -210,7 +210,7 @@ class Trajectory:
         return np.unique(np.concatenate(times))
 
     def _is_jump(self, order: int) -> NDArray[np.bool_]:
-        """At which inner breakpoints a derivative jumps by more than rounding, (p - 1,)."""
+        """Whether a derivative jumps by more than rounding at each inner breakpoint, (p - 1,)."""
         before, after = self._sides(order)
         largest = max(float(np.abs(before).max(initial=0.0)), float(np.abs(after).max(initial=0.0)))
         return np.asarray((np.abs(after[1:] - before[:-1]) > ROUNDING * largest).any(axis=1))
@@ -250,7 +250,7 @@ class Trajectory:
         return float(max(np.inf if np.isnan(jump) else jump for jump in relative))
 
     def jump_times(self, order: int, end_accelerations: FloatArray | None = None) -> FloatArray:
-        """When a derivative jumps, the largest jump first, (n,), s.
+        """Times at which a derivative jumps, the largest jump first, (n,), s.
 
         Accelerations also from and to what they are before and after the motion: zero, or ``end_accelerations``
         (2, k), rad/s^2. Where joints move at an end, only the acceleration along their velocity counts: what is across
@@ -267,7 +267,7 @@ class Trajectory:
         return self.breakpoints[largest_first[jumps[largest_first] > JUMP * self._jump_scale(order)]]
 
     def jump_time(self, order: int, end_accelerations: FloatArray | None = None) -> float | None:
-        """When a derivative jumps most, s; None where none jumps; as in :meth:`jump_times`."""
+        """The time at which a derivative jumps most, s; None where none jumps; as in :meth:`jump_times`."""
         times = self.jump_times(order, end_accelerations)
         return float(times[0]) if times.size else None
 
@@ -299,7 +299,7 @@ class Trajectory:
         return float(self._jumps(order, outside).max(initial=0.0))
 
     def jump_sum(self, order: int, outside: FloatArray | None) -> float:
-        """The same of all jumps of a joint together, of the joint that jumps most."""
+        """The sum of all jumps of a derivative of the joint that jumps most, rad / s^order."""
         return float(self._jumps(order, outside).sum(axis=0).max(initial=0.0))
 
     def _jumps(self, order: int, outside: FloatArray | None) -> FloatArray:
@@ -316,7 +316,7 @@ class Trajectory:
         return np.einsum("ipk,pi->pk", np.asarray(curve.c), powers), np.asarray(curve.c[-1])
 
     def _jump_scale(self, order: int) -> float:
-        """What a jump of a derivative is relative to, rad / s^order."""
+        """The scale of jumps of a derivative, rad / s^order."""
         extreme = float(np.abs(self.at(self.extreme_times(order), order)).max())
         piece = self.duration / (self.breakpoints.size - 1)
         return max(min(extreme, LARGEST_JUMP_SCALE / piece**order), LEAST_JUMP_SCALE / self.duration**order)
@@ -335,7 +335,7 @@ class Trajectory:
         return start + part.start * length, start + part.end * length
 
     def time_scaled(self, factor: float) -> Trajectory:
-        """The same path run ``factor`` times slower."""
+        """The trajectory run ``factor`` times slower."""
         powers = np.arange(self.coefficients.shape[0] - 1, -1, -1)
         slower = self.coefficients / (factor**powers)[:, None, None]
         return Trajectory(self.breakpoints * factor, slower)
@@ -386,7 +386,7 @@ class Motion(Parametric, ABC, Generic[P]):
 
     @abstractmethod
     def at(self, window: Matrix, row: Matrix, durations: Matrix, orders: tuple[int, ...]) -> Samples:
-        """One sample.
+        """The sample of one row.
 
         Args:
             window: the part of the blocks that belongs to this row, (width, 1).

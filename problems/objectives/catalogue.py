@@ -16,7 +16,7 @@ from problems.robots import Robot
 
 
 class ExecutionTime(Objective):
-    """(8) T = t_1 + t_2, (19) T = t_T; s."""
+    """The duration (8) T = t_1 + t_2, (19) T = t_T; s."""
 
     name: ClassVar[str] = "time"
     symbol: ClassVar[str] = "T"
@@ -43,7 +43,7 @@ class ExecutionTime(Objective):
 
 
 class JointRotation(Objective):
-    """(9), (20): sum over joints and time steps of the absolute angular displacement; rad.
+    """The rotation (9), (20): sum over joints and time steps of the absolute angular displacement; rad.
 
     In a search over its samples; of a finished motion over the times at which any joint turns back, which is exact.
     """
@@ -62,7 +62,7 @@ class JointRotation(Objective):
         return ca.fabs(after.theta - before.theta)
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
-        """Exactly: the displacements from one turning point to the next."""
+        """The exact value: the displacements from one turning point to the next."""
         return float(self.value(trajectory.samples(trajectory.extreme_times(0))))
 
     def upper_bound(self, bounds: MotionBounds) -> float:
@@ -99,7 +99,7 @@ LENGTH_FLOOR = 1e-14  # of the reach: what rounding makes of a tip that stands s
 
 
 class TipTravel(Objective):
-    """(10): how far the tip travels; m.
+    """The distance (10) that the tip travels; m.
 
     A search adds up the straight lines between the tip's positions at its samples, as the paper does. That is too
     little, by the curvature between two samples; a finished motion has the length of the curve itself.
@@ -133,7 +133,7 @@ class TipTravel(Objective):
         return robot.length_unit
 
     def upper_bound(self, bounds: MotionBounds) -> float:
-        """The tip moves no farther than the farthest it can be from the base times what the joints turn."""
+        """A bound by the farthest that the tip can be from the base times what the joints turn."""
         return bounds.radius * bounds.rotation
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
@@ -146,7 +146,7 @@ class TipTravel(Objective):
         return Integrand(lengths=(velocity(samples.theta.T, samples.speed.T).T,))
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:
-        """The same with corners rounded off by ``SMOOTHING_LENGTH``."""
+        """The length with corners rounded off by ``SMOOTHING_LENGTH``."""
         before, after = samples.steps
         step, corner = after.tool - before.tool, SMOOTHING_LENGTH * samples.moving.length_unit
         return ca.sum1(ca.sqrt(ca.sum2(step * step) + corner**2) - corner)
@@ -165,7 +165,7 @@ class TorqueIntegral(Objective):
 
     @abstractmethod
     def of_joints(self, torque: Matrix, speed: Matrix) -> Integrand:
-        """What is integrated, a column for each joint; not negative.
+        """The integrand, a column for each joint; not negative.
 
         Args:
             torque: (n, dof), N m or N.
@@ -188,11 +188,11 @@ class TorqueIntegral(Objective):
         return total(points.weights * ca.sum2(self.smooth_rate(points.torque, points.speed, points.moving)))
 
     def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:
-        """What is integrated, without kinks, (n, dof)."""
+        """The integrand without kinks, (n, dof)."""
         return self.of_joints(torque, speed).values
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
-        """To 1e-9 of it: kinks, and jumps of Coulomb friction where joints turn back, included."""
+        """The integral, to 1e-9 of it, with kinks, and jumps of Coulomb friction where joints turn back."""
         joints = robot.dof
         theta, speed, acceleration = (ca.SX.sym(name, joints) for name in ("theta", "speed", "acceleration"))
         torque = robot.inverse_dynamics(theta.T, speed.T, acceleration.T)
@@ -204,14 +204,14 @@ class TorqueIntegral(Objective):
         return integral(at, trajectory.extreme_times(0), FLOOR)
 
     def size(self, robot: Robot) -> float:
-        """That of a second at a tenth of speed and acceleration limits, in the middle of the joint ranges."""
+        """The integral over a second at a tenth of speed and acceleration limits, amid the joint ranges."""
         theta, speed, acceleration = (ca.DM(values).T for values in usual_state(robot))
         torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)
         return float(ca.sum2(self.of_joints(torque, speed).values))
 
 
 class Energy(TorqueIntegral):
-    """E = integral of sum over joints of tau_i^2 dt; N^2 m^2 s. Ours: the paper has no dynamics.
+    """The energy E = integral of sum over joints of tau_i^2 dt; N^2 m^2 s. Ours: the paper has no dynamics.
 
     Proportional to the heat in the windings of motors of the same make, whose current goes with the torque.
     """
@@ -221,7 +221,7 @@ class Energy(TorqueIntegral):
     unit: ClassVar[str] = "N^2 m^2 s"
 
     def of_joints(self, torque: Matrix, speed: Matrix) -> Integrand:
-        """tau_i^2."""
+        """The squares tau_i^2 of torques."""
         return Integrand(squares=torque)
 
 
@@ -229,7 +229,7 @@ SMOOTHING = 1e-2  # of the usual power of a joint: rounds the corner where it ch
 
 
 class Work(TorqueIntegral):
-    """W = integral of sum over joints of |tau_i dq_i/dt| dt; J. Ours: the paper has no dynamics.
+    """The work W = integral of sum over joints of |tau_i dq_i/dt| dt; J. Ours: the paper has no dynamics.
 
     Braking counts like driving: nothing is fed back.
     """
@@ -240,7 +240,7 @@ class Work(TorqueIntegral):
     polish_suffices: ClassVar[bool] = False  # slow motions are best, of many kinds: 20.0 J where a search found 11.8 J
 
     def of_joints(self, torque: Matrix, speed: Matrix) -> Integrand:
-        """|tau_i dq_i/dt|."""
+        """The absolute powers |tau_i dq_i/dt|."""
         return Integrand(lengths=tuple(ca.horzsplit(torque * speed)))
 
     def smooth_rate(self, torque: Matrix, speed: Matrix, robot: Robot) -> Matrix:

@@ -19,7 +19,7 @@ NAMED_SYMBOL = "J"
 
 @dataclass(frozen=True)
 class ExpressionObjective(Parametric, Objective):
-    """``integral of rate dt from 0 to T + terminal(T)``.
+    """The objective ``integral of rate dt from 0 to T + terminal(T)``.
 
     Args:
         stated_name: as in a scenario file.
@@ -93,7 +93,7 @@ class ExpressionObjective(Parametric, Objective):
         return self.terminal(samples.duration) + (ca.DM(0.0) if part is None else part)
 
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
-        """To 1e-9 of its size, kinks included."""
+        """The value, to 1e-9 of its size, kinks included."""
         ends = float(self.terminal(ca.DM(trajectory.duration)))
         if self.rate is None:
             return ends
@@ -106,7 +106,7 @@ class ExpressionObjective(Parametric, Objective):
         return ends + integral(at, trajectory.extreme_times(0), FLOOR)
 
     def size(self, robot: Robot) -> float:
-        """That of a second at a tenth of the limits in the middle of the joint ranges; 1 where that is nothing."""
+        """The value over a second at a tenth of the limits, amid the joint ranges; 1 where that is 0."""
         state = np.concatenate([*usual_state(robot), np.zeros(robot.dof), [0.5]])[None]
         size = abs(float(self.terminal(ca.DM(1.0))))
         if self.rate is not None:

@@ -1,4 +1,4 @@
-"""What objectives integrate over time, and how: exactly, of finished motions; by parts, for programs.
+"""Integrands of objectives, and their integrals over time: exact of finished motions, by parts for programs.
 
 All cells that are left are evaluated at once: SciPy's ``cubature``, which settles one after the other, takes twenty
 times as long here.
@@ -18,7 +18,7 @@ from problems.base import FloatArray, Matrix
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Integrand:
-    """What is integrated over time at n samples, made of smooth functions: the sum over all that it names.
+    """The integrand at n samples, made of smooth functions: the sum over all that it names.
 
     What programs make of a motion near by depends on how it is made: a square of a function is the square of one that
     is linear there, and so on; only of the rest second derivatives are taken.
@@ -35,13 +35,13 @@ class Integrand:
 
     @property
     def values(self) -> Matrix:
-        """Of all columns, (n, m)."""
+        """The values of all columns, (n, m)."""
         squared = () if self.squares is None else (self.squares * self.squares,)
         lengths = (ca.fabs(v) if v.shape[1] == 1 else ca.sqrt(ca.sum2(v * v)) for v in self.lengths)
         return ca.horzcat(*squared, *lengths, *(() if self.rest is None else (self.rest,)))
 
     def weighted(self, weight: float) -> Integrand:
-        """A positive weight times it."""
+        """The integrand times a positive weight."""
         return Integrand(
             squares=None if self.squares is None else sqrt(weight) * self.squares,
             lengths=tuple(weight * vector for vector in self.lengths),
@@ -50,7 +50,7 @@ class Integrand:
 
     @classmethod
     def sum_of(cls, parts: Sequence[Integrand]) -> Integrand:
-        """Of several."""
+        """The sum of several integrands."""
 
         def columns(each: Iterable[Matrix | None]) -> Matrix | None:
             found = [part for part in each if part is not None]

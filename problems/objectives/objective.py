@@ -1,4 +1,4 @@
-"""What an objective is: contributions of the duration, of samples and of steps; bounds of itself; weighted sums."""
+"""Objectives: contributions of the duration, of samples and of steps; their bounds; weighted sums."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ UNKNOWN_UPPER_BOUND = 1e12  # for objectives that state none; no motion within l
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DirectMoves:
-    """From a posture to each of several others, and what is known of all motions between them.
+    """Moves from a posture to each of several others, and bounds of all motions between them.
 
     Attributes:
         robot: that moves.
@@ -36,12 +36,12 @@ class DirectMoves:
 
     @property
     def rotations(self) -> FloatArray:
-        """How far all joints together turn at least, (n,), rad."""
+        """The least rotation of all joints together, (n,), rad."""
         return np.asarray(np.abs(self.goals - self.start).sum(axis=1))
 
     @property
     def distances(self) -> FloatArray:
-        """How far the tool moves at least, (n,), m."""
+        """The least distance that the tool moves, (n,), m."""
         tool = as_array(self.robot.tool(ca.DM(np.vstack([self.start, self.goals]))))
         return np.asarray(np.linalg.norm(tool[1:] - tool[0], axis=1))
 
@@ -73,26 +73,26 @@ class Objective(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """As in a scenario file."""
+        """The name in a scenario file."""
 
     @property
     @abstractmethod
     def symbol(self) -> str:
-        """As in the paper."""
+        """The symbol in the paper."""
 
     @property
     def equation(self) -> str:
-        """Where the paper states it; a dash where it does not."""
+        """The equation in the paper; a dash where it has none."""
         return "-"
 
     @property
     @abstractmethod
     def unit(self) -> str:
-        """Of its value."""
+        """The unit of its value."""
 
     @property
     def is_time_dependent(self) -> bool:
-        """Whether it depends on how long a motion takes; if not, a nonlinear program leaves time out."""
+        """Whether it depends on the duration of a motion; if not, a nonlinear program leaves time out."""
         return True
 
     @property
@@ -122,7 +122,7 @@ class Objective(ABC):
 
     @property
     def norm(self) -> float:
-        """How joints that turn far weigh against joints that turn little, where structured starts choose postures.
+        """The exponent that weighs joints that turn far against others where structured starts choose postures.
 
         The p of a p-norm, infinite where the farthest alone counts.
         """
@@ -130,12 +130,12 @@ class Objective(ABC):
 
     @property
     def program_steps(self) -> int | None:
-        """Time steps a segment with which a nonlinear program gets by; None for those of the search."""
+        """The number of time steps a segment that a nonlinear program needs; None for those of the search."""
         return None
 
     @property
     def terms(self) -> tuple[tuple[float, Objective], ...]:
-        """What it is a sum of: weights and objectives; itself alone by default."""
+        """The weights and objectives of which it is a sum; itself alone by default."""
         return ((1.0, self),)
 
     @property
@@ -144,7 +144,7 @@ class Objective(ABC):
         return self.is_time_dependent and not self.sooner_is_better
 
     def check(self, robot: Robot) -> None:
-        """That it is defined for a robot.
+        """Check that it is defined for a robot.
 
         Raises:
             InvalidProblem: it needs masses, and they are not known.
@@ -186,12 +186,12 @@ class Objective(ABC):
 
     @property
     def direct_is_least(self) -> bool:
-        """Whether nothing between two postures beats a motion in the least duration in which no joint turns back."""
+        """Whether no motion beats one in the least duration in which no joint turns back."""
         return False
 
     @property
     def polish_suffices(self) -> bool:
-        """Whether convex programs from a few ways end as near the best motion as a search of a population does."""
+        """Whether convex programs from a few paths end as near the best motion as a search of a population does."""
         return True
 
     def lower_bound(self, moves: DirectMoves) -> FloatArray:
@@ -199,7 +199,7 @@ class Objective(ABC):
         return np.full_like(moves.durations, -np.inf)
 
     def integrand(self, samples: Samples) -> Integrand | None:
-        """What is integrated: a motion's value is ``terminal(T)`` and the integral of this over time.
+        """The integrand: a motion's value is ``terminal(T)`` and the integral of this over time.
 
         None where that is not known to say all, as by default where :attr:`is_integral` is not set.
 
@@ -279,7 +279,7 @@ class WeightedSum(Parametric, Objective):
 
     @property
     def name(self) -> str:
-        """Such as ``time + 0.02 energy``."""
+        """The name, such as ``time + 0.02 energy``."""
         return self._written([objective.name for objective in self.objectives])
 
     @property
@@ -308,7 +308,7 @@ class WeightedSum(Parametric, Objective):
 
     @property
     def norm(self) -> float:
-        """The least of theirs: displacements add up if they do so for any of them."""
+        """The least of the terms' exponents: displacements add up if they do so for any of them."""
         return min(objective.norm for objective in self.objectives)
 
     @property
@@ -327,7 +327,7 @@ class WeightedSum(Parametric, Objective):
         return _added([(weight, objective.at(samples)) for weight, objective in self.terms])
 
     def of_samples(self, samples: Samples) -> Matrix | None:
-        """Of those that have a contribution of each sample: of each at the points that suit it."""
+        """The sum of the terms' contributions of samples, each at the points that suit it."""
         return _added([(weight, objective.of_samples(samples)) for weight, objective in self.terms])
 
     def between(self, before: Samples, after: Samples) -> Matrix | None:
@@ -376,7 +376,7 @@ class WeightedSum(Parametric, Objective):
         return [row for objective, own in each for row in objective.slack_rows(samples, own)]
 
     def _slacks(self, samples: Samples, slack: Matrix) -> list[Matrix]:
-        """The slacks of each of them, (rows, dof)."""
+        """The slacks of each of the terms, (rows, dof)."""
         robot = samples.moving
         rows = [objective.slack_count(robot, samples.count - 1) // robot.dof for objective in self.objectives]
         return list(ca.vertsplit(slack, np.cumsum([0, *rows]).tolist()))

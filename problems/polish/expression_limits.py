@@ -18,12 +18,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, as_array
+from problems.base import CACHE_SIZE, FloatArray, Matrix, as_array
 from problems.limits import ExpressionLimit, Limit
 from problems.motions import Samples, Trajectory
 from problems.polish.settings import DEFAULT_EXPRESSIONS, ExpressionSettings
 
-CACHED_LIMITS = 16
 STATE_ORDERS = 3  # angles, velocities, accelerations
 OTHER_QUANTITIES = ("jerk", "time", "duration")  # that are no function of these
 ROUNDING = 1e-10  # of the scale
@@ -77,7 +76,7 @@ class ExpressionLimits:
     settings: ExpressionSettings = DEFAULT_EXPRESSIONS
 
     @classmethod
-    @lru_cache(maxsize=CACHED_LIMITS)
+    @lru_cache(maxsize=CACHE_SIZE)
     def of(cls, limits: tuple[ExpressionLimit, ...]) -> ExpressionLimits:
         """The cached object of given limits, whose functions are made once."""
         return cls(limits)

@@ -20,8 +20,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, Matrix, total
-from problems.core import WholeRows, joined
+from problems.base import CACHE_SIZE, FloatArray, Matrix, total
+from problems.core import WholeRows, stacked
 from problems.motions import SAMPLED_ORDERS, Samples
 from problems.objectives import DirectMoves, Integrand, Objective
 from problems.polish.deviation import Deviations, PostureRows
@@ -29,7 +29,6 @@ from problems.polish.settings import DEFAULT_OBJECTIVE, ObjectiveSettings
 from problems.polish.spline import AT_REST
 from problems.robots import Robot
 
-CACHED_OBJECTIVES = 16
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # in each piece of the spline
 DURATION_ROUNDING = 1e-6  # of a bound of the duration
 
@@ -47,7 +46,7 @@ class IntegrandFunctions:
     robot: Robot
 
     @classmethod
-    @lru_cache(maxsize=CACHED_OBJECTIVES)
+    @lru_cache(maxsize=CACHE_SIZE)
     def of(cls, objective: Objective, robot: Robot) -> IntegrandFunctions | None:
         """The cached functions of an objective of a robot; None where its integrand is unknown."""
         return None if objective.integrand(Samples.symbolic(robot, SAMPLED_ORDERS)) is None else cls(objective, robot)
@@ -336,7 +335,7 @@ class PolishObjective:
         time_cost = self.scale * slope + self._weight_of_time + lateness
         squares = [self._time_square(self.scale * curvature)] if curvature > 0.0 else []
         if not self._rows_of_orders:
-            return QuadraticModel(None, time_cost, joined(squares) if squares else None)
+            return QuadraticModel(None, time_cost, stacked(squares) if squares else None)
         state = self._state(self.motions.padded(x, duration))
         squared, by_squared, vectors, by_vectors, first, second = self.integrand.linear(state, self._u, duration)
         weights = self.scale * self._weights
@@ -347,7 +346,7 @@ class PolishObjective:
         squares += [self._convex_squares(second, weights)] if second.size else []
         cost, by_time = self._costs(weights[:, None] * first)
         squares = [rows for rows in squares if rows.bound.size]
-        return QuadraticModel(cost, time_cost + by_time, joined(squares) if squares else None)
+        return QuadraticModel(cost, time_cost + by_time, stacked(squares) if squares else None)
 
     def _length_weights(self, vectors: FloatArray, weights: FloatArray) -> FloatArray:
         """Weights of the squares of vectors (n, m), by those of samples, (n,): (n, m)."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from problems.base import FloatArray
 from problems.core import Schedule, World
-from problems.limits import looks
+from problems.limits import stay_shares
 from problems.motions import Trajectory
 from problems.polish.descent import DeviationPolish, Iterate
 from problems.polish.deviation import Deviations, direct_motion
@@ -298,7 +298,10 @@ class PathRefinement:
         """Clearance on top of the margins, of obstacles and of own links, m, (2,): less where the ends have less."""
         still, start, margin = self.world.still, self.motions.start[None], self.settings.proof_margin
         left = [
-            min(still.rooms(self._stops, margin, which).min(), self.world.rooms(start, margin, which)[0])
+            min(
+                still.clearance_margins(self._stops, margin, which).min(),
+                self.world.clearance_margins(start, margin, which)[0],
+            )
             for which in self.world.margins
         ]
         most = (margin, self.settings.own_proof_margin)
@@ -353,7 +356,7 @@ class PathRefinement:
         """
         if not self.world.moves:
             return []
-        settings, bound, since = self.settings, self.motions.bound, looks(self.stay) * self.stay
+        settings, bound, since = self.settings, self.motions.bound, stay_shares(self.stay) * self.stay
         standing, end, windows = np.tile(self.motions.goal, (since.size, 1)), bound, list[TimeWindow]()
         while end <= settings.latest_arrival * bound or (not windows and end <= settings.latest_first_arrival):
             if self.world.clear(standing, times=end + since).all():

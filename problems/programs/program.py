@@ -25,7 +25,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, Matrix
-from problems.limits import SAMPLING_MARGIN, Constraint, Limit, holds_time
+from problems.limits import SAMPLING_MARGIN, Constraint, Limit, depends_on_speed
 from problems.motions import Samples, Trajectory
 from problems.objectives import Objective
 from problems.tasks import Task
@@ -266,4 +266,4 @@ class MotionProgram(NonlinearProgram):
     @cached_property
     def holds_time(self) -> bool:
         """Whether a limit keeps a motion from being run faster than it was found."""
-        return holds_time(self.limits)
+        return depends_on_speed(self.limits)

@@ -1,5 +1,6 @@
 """Robots: kinematics and limits of the joints."""
 
+from problems.robots.appearance import LinkAppearance, appearance_text, read_appearances
 from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint
@@ -19,7 +20,6 @@ from problems.robots.inverse_kinematics import (
     tool_jacobian,
 )
 from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
-from problems.robots.looks import Look, looks_text, read_looks
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
 from problems.robots.robot import Body, JointLimits, Robot
@@ -32,7 +32,7 @@ from problems.robots.shapes import (
     Shape,
     SphereShape,
 )
-from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, most_held
+from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, largest_holding_torques
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
 from problems.robots.srdf import read_srdf, srdf_chain
@@ -74,8 +74,8 @@ __all__ = [
     "CylinderShape",
     "HullShape",
     "JointLimits",
+    "LinkAppearance",
     "LinkCover",
-    "Look",
     "MeshNote",
     "MeshShape",
     "NewtonSteps",
@@ -96,16 +96,16 @@ __all__ = [
     "TrackingError",
     "Transform",
     "angles_between",
+    "appearance_text",
     "as_point",
     "built_in",
     "complete_arm",
     "covers_text",
     "geometry_of",
     "joint_bounds",
+    "largest_holding_torques",
     "least_tracking_error",
-    "looks_text",
     "matrix_of",
-    "most_held",
     "moved_inertia",
     "numbers_of",
     "payload_of",
@@ -113,8 +113,8 @@ __all__ = [
     "postures",
     "project",
     "quaternions_of",
+    "read_appearances",
     "read_covers",
-    "read_looks",
     "read_spheres",
     "read_srdf",
     "read_urdf",

@@ -13,7 +13,7 @@ from problems.geometry import Balls, BallTree
 
 @dataclass(frozen=True, eq=False)
 class CoveredLink:
-    """A link on a body of the chain.
+    """A link on a body of the chain, with balls that hold it.
 
     Attributes:
         name: of the link.
@@ -29,19 +29,19 @@ class CoveredLink:
 
     @cached_property
     def tree(self) -> BallTree:
-        """Of the balls."""
+        """The tree of the balls."""
         return BallTree.of(self.balls)
 
     @cached_property
     def digest(self) -> str:
-        """Of everything."""
+        """A digest of name, body, balls and overhang."""
         content = np.column_stack([self.balls.centers, self.balls.radii])
         return sha256(f"{self.name} {self.body} {self.overhang!r} ".encode() + content.tobytes()).hexdigest()
 
 
 @dataclass(frozen=True, eq=False)
 class ArmCover:
-    """All links of an arm. Two with the same content are equal.
+    """The covers of all links of an arm. Two with the same content are equal.
 
     Attributes:
         links: those with collision geometry.
@@ -53,7 +53,7 @@ class ArmCover:
 
     @cached_property
     def digest(self) -> str:
-        """Of everything."""
+        """A digest of all links and pairs."""
         return sha256(f"{[link.digest for link in self.links]} {self.pairs}".encode()).hexdigest()
 
     def __eq__(self, other: object) -> bool:

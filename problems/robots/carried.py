@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from problems.geometry import Triangles
-from problems.robots.inertia import Inertia, Payload, as_matrix, joined, moved_inertia
-from problems.robots.looks import Parts
+from problems.robots.appearance import Parts
+from problems.robots.inertia import Inertia, Payload, as_matrix, combined, moved_inertia
 from problems.robots.shapes import Shape
 from problems.robots.transform import as_point
 
@@ -31,16 +31,18 @@ class Carried:
     mass: float | None = None
 
     @property
-    def looks(self) -> Parts:
-        """Its surfaces, in the tool's frame."""
+    def appearances(self) -> Parts:
+        """The surfaces of its shapes, in the tool's frame."""
         surfaces = [shape.placed(shape.surface) for shape in self.shapes]
         return ((COLOUR, Triangles.of(np.concatenate(surfaces))),)
 
     @property
     def inertia(self) -> Inertia:
-        """Of its mass, 0 where none is stated, in the tool's frame."""
+        """The inertia of its mass, 0 where none is stated, in the tool's frame."""
         mass, volume = self.mass or 0.0, sum(shape.bulk.volume for shape in self.shapes)
-        return joined([_placed(shape, mass * shape.bulk.volume / volume) for shape in self.shapes]) or Inertia(mass=0.0)
+        return combined([_placed(shape, mass * shape.bulk.volume / volume) for shape in self.shapes]) or Inertia(
+            mass=0.0
+        )
 
 
 def _placed(shape: Shape, mass: float) -> Inertia:
@@ -51,14 +53,14 @@ def _placed(shape: Shape, mass: float) -> Inertia:
 
 
 def payload_of(carried: Sequence[Carried], payload: Payload | None) -> Payload | None:
-    """What the tool carries in all; None where nothing has a mass.
+    """The whole load of the tool; None where nothing has a mass.
 
     Args:
         carried: bodies in the tool's frame.
         payload: that is stated besides.
     """
     stated = [] if payload is None else [payload]
-    total = joined([*(body.inertia for body in carried if body.mass), *stated])
+    total = combined([*(body.inertia for body in carried if body.mass), *stated])
     if not any(body.mass for body in carried) or total is None:
         return payload
     return Payload(mass=total.mass, center=total.center, matrix=total.matrix)

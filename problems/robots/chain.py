@@ -18,7 +18,7 @@ UNTURNED: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class JointKind(StrEnum):
-    """How a joint moves."""
+    """The kind of motion of a joint."""
 
     REVOLUTE = "revolute"  # turns between its limits
     CONTINUOUS = "continuous"  # turns without end
@@ -60,7 +60,7 @@ class ChainJoint(Parametric):
     fault: str = ""
 
     def moved(self, value: Operand) -> Transform:
-        """From its own frame to that of the joint before, at a value (n, 1) in rad or m."""
+        """The transform from its own frame to that of the joint before, at a value (n, 1) in rad or m."""
         return moved(Transform(self.rotation, self.translation), self.axis, self.turns, value)
 
     @property
@@ -78,18 +78,18 @@ class ChainJoint(Parametric):
 
     @property
     def turns(self) -> bool:
-        """Whether it is an angle."""
+        """Whether its value is an angle."""
         return self.kind is not JointKind.PRISMATIC
 
     @property
     def travel(self) -> float:
-        """How far its frame can be from where it is at zero, m."""
+        """The largest distance of its frame from where it is at zero, m."""
         return 0.0 if self.turns or self.position is None else max(map(abs, self.position))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Chain(Parametric):
-    """Joints one after the other.
+    """A serial chain of joints.
 
     Attributes:
         name: of the robot.
@@ -109,11 +109,11 @@ class Chain(Parametric):
 
     @property
     def tip(self) -> Transform:
-        """From the tip's frame to the last joint's."""
+        """The transform from the tip's frame to the last joint's."""
         return Transform(self.tip_rotation, self.tip_translation)
 
     def frames(self, theta: Matrix, base: Transform) -> list[Transform]:
-        """From the base's frame and those of all joints to outside, in n postures (n, dof); dof + 1 of them."""
+        """Transforms of base and joint frames to the outside, in n postures (n, dof); dof + 1 of them."""
         frames = [base]
         for joint, value in zip(self.joints, columns(theta), strict=True):
             frames.append(frames[-1] @ joint.moved(value))
@@ -130,7 +130,7 @@ class Chain(Parametric):
         return tuple(regrouped([joint.rigid for joint in self.joints]))
 
     def check_masses(self, field: str) -> None:
-        """All masses are known and those of bodies, so that torques are.
+        """Check that all masses are known and possible, so that torques are known.
 
         Raises:
             InvalidProblem: they are not, and ``field`` has no effect without them.
@@ -142,7 +142,7 @@ class Chain(Parametric):
             raise InvalidProblem(field, f"torques are not known: no masses are stated for {', '.join(self.massless)}")
 
     def with_friction(self, viscous: Sequence[float] | None, coulomb: Sequence[float] | None) -> Chain:
-        """The same with other friction, where it is given.
+        """The chain with other friction, where it is given.
 
         Args:
             viscous: of each joint, N m s or N s/m.
@@ -168,11 +168,11 @@ class Chain(Parametric):
 
     @cached_property
     def offsets(self) -> FloatArray:
-        """How far a joint's frame can be from the one before, m; (dof,)."""
+        """The largest distances of joint frames from those before, m; (dof,)."""
         return np.array([float(np.linalg.norm(joint.translation)) + joint.travel for joint in self.joints])
 
     def levers(self, body: int, points: FloatArray) -> FloatArray:
-        """How far points (n, 3) of a body can be from each joint's axis, (n, dof), m; 1 for a joint that slides.
+        """The largest distances of points (n, 3) of a body from each joint's axis, (n, dof), m; 1 if it slides.
 
         Args:
             body: number of the joint that moves it; 0 for the base.
@@ -215,13 +215,13 @@ class LinkFrame:
 
     @property
     def pose(self) -> Transform:
-        """From the link's frame to the body's."""
+        """The transform from the link's frame to the body's."""
         return Transform(self.rotation, self.translation)
 
 
 @dataclass(frozen=True)
 class OffChainJoint:
-    """A joint that carries links of an arm and is not planned with.
+    """A joint that carries links of an arm and is not planned.
 
     Attributes:
         name: of the joint.
@@ -238,7 +238,7 @@ class OffChainJoint:
 
     @property
     def note(self) -> str:
-        """What becomes of it, in a line."""
+        """A line on how the joint is modelled."""
         if self.leader:
             return f"joint {self.name!r} mimics {self.leader!r}: a plan has to leave out what it carries"
         return f"joint {self.name!r} is off the chain: locked at {self.value or 0.0:g}, its masses kept"

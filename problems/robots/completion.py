@@ -14,7 +14,7 @@ from problems.base import InvalidProblem
 from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.chain import OffChainJoint
 from problems.robots.description import RobotDescription
-from problems.robots.link_covers import cure, fine_balls, overhang_of, placed
+from problems.robots.link_covers import advice, fine_balls, overhang_of, placed
 from problems.robots.neighbours import are_never_parted, connected_links
 from problems.robots.own_pairs import LinkPairs, Named, OwnPairs, own_pairs_of
 from problems.robots.spatial_arm import SpatialArm
@@ -27,7 +27,7 @@ def complete_arm(
     kept: LinkPairs = (),
     ignored: Collection[str] = (),
 ) -> SpatialArm:
-    """An arm made of a description, with the pairs of its links that keep apart and what no verdict on it speaks of.
+    """An arm made of a description, with pairs of links that keep apart and what no verdict covers.
 
     Args:
         description: of the robot.
@@ -50,7 +50,7 @@ def complete_arm(
 
 @dataclass(frozen=True)
 class OwnContacts:
-    """Own links of an arm: which keep apart, and which do not and why.
+    """The arm's own links: which keep apart, and which do not and why.
 
     Attributes:
         description: of the robot.
@@ -92,7 +92,7 @@ class OwnContacts:
 
     @cached_property
     def cover(self) -> ArmCover:
-        """All links with collision geometry as balls for proofs, and which of them must keep apart."""
+        """A cover for proofs of all links with collision geometry, and which of them must keep apart."""
         excused = (self.connected | _named(self.never_parted)) - _named(self.kept) | _named(self._may_touch)
         return ArmCover(
             self._links,
@@ -106,7 +106,7 @@ class OwnContacts:
 
     @cached_property
     def never_parted(self) -> tuple[tuple[str, str], ...]:
-        """Names of links whose balls touch wherever the one joint between them is; what the tool holds is not asked."""
+        """Names of links whose balls touch wherever the one joint between them is, carried bodies excluded."""
         found, settled = [], self.connected | _named(self.kept) | _named(self._may_touch)
         for one, two in self._moving_pairs:
             first, second = self._links[one], self._links[two]
@@ -150,10 +150,10 @@ class OwnContacts:
         return [(link, file) for link, file in self.description.unread if link not in {*stated, *self.ignored}]
 
     def _check_geometry(self) -> None:
-        """All geometry that the chain moves is known and moves as it is modelled, or is to be ignored."""
+        """Check that all geometry that the chain moves is known and moves as modelled, or is to be ignored."""
         for link, file in self._unread:
             if self.description.frame(link).body > 0:
-                raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {cure(link)}")
+                raise InvalidProblem("urdf", f"link {link!r}: its mesh {file} is not read; {advice(link)}")
         for joint in self.description.off_chain:
             followers = self._carried(joint) if joint.leader else []
             if followers:
@@ -210,7 +210,7 @@ class OwnContacts:
                 yield frame.name
 
     def _held(self) -> Iterator[str]:
-        """Where joints off the chain with geometry are taken to stand."""
+        """Lines on where joints off the chain with geometry are assumed to stand."""
         held = [joint for joint in self.description.off_chain if not joint.leader and self._carried(joint)]
         stated = [f"{joint.name} = {joint.value:g}" for joint in held if joint.value is not None]
         free = [joint.name for joint in held if joint.value is None]
@@ -220,7 +220,7 @@ class OwnContacts:
             yield f"what {', '.join(free)} carry, elsewhere than at the joint's origin"
 
     def _contacts(self) -> Iterator[str]:
-        """Own links that are not compared, and why."""
+        """Lines on own links that are not compared, and why."""
         spheres = self.arm.spheres
         touching = [] if self._links else [(spheres[a].name, spheres[b].name) for a, b in self.spheres.together]
         connected = [tuple(sorted(pair)) for pair in self.connected - _named(self.kept) if pair <= self._covered]

@@ -8,6 +8,7 @@ from math import pi
 from typing import TypeAlias
 
 from problems.base import ANGLES, InvalidProblem
+from problems.robots.appearance import LinkAppearance, Parts, Visual, new_appearances, placed_appearances
 from problems.robots.carried import Carried
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
 from problems.robots.inertia import Payload
@@ -20,7 +21,6 @@ from problems.robots.link_covers import (
     cover_link,
     searched_balls,
 )
-from problems.robots.looks import Look, Parts, Visual, new_looks, placed_looks
 from problems.robots.own_pairs import LinkPairs
 from problems.robots.shapes import MeshShape, Shape
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
@@ -35,7 +35,7 @@ Ranges: TypeAlias = Sequence[tuple[float, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class RobotDescription:
-    """A chain in space with what is known of it.
+    """A chain in space and everything that is known of it.
 
     Attributes:
         chain: joints, with position limits, speeds, efforts and masses where they are stated.
@@ -44,7 +44,7 @@ class RobotDescription:
         covers: of links, by their names: of meshes, or finer than the spheres.
         visuals: what is shown of links, by their names.
         unseen: links with something to be shown that cannot be read, and why.
-        looks: of links, on the bodies that carry them.
+        appearances: of links, on the bodies that carry them.
         carried: names of the links that the tool holds.
         spheres: that hold the collision geometry, as far as it is known, for searches.
         disabled: names of links that may touch.
@@ -63,7 +63,7 @@ class RobotDescription:
     covers: tuple[LinkCover, ...] = ()
     visuals: tuple[tuple[str, tuple[Visual, ...]], ...] = ()
     unseen: tuple[tuple[str, str], ...] = ()
-    looks: tuple[Look, ...] = ()
+    appearances: tuple[LinkAppearance, ...] = ()
     carried: tuple[str, ...] = ()
     spheres: tuple[Sphere, ...] = ()
     disabled: tuple[tuple[str, str], ...] = ()
@@ -152,7 +152,7 @@ class RobotDescription:
             margin=margin,
             self_margin=self_margin,
             self_collision=self_collision,
-            looks=self.looks,
+            appearances=self.appearances,
             carried=self.carried,
             tracking=None if tracking is None else self._tracking(tracking),
         )
@@ -162,7 +162,7 @@ class RobotDescription:
         return TrackingError(**{name: self._each("tracking_error", stated.get(name, 0.0), None) for name in parts})
 
     def with_covers(self, covers: Mapping[str, LinkCover]) -> RobotDescription:
-        """The same with covers of links, by their names, and the spheres that these and the shapes make.
+        """The description with covers of links by name, and the spheres that these and the shapes make.
 
         Raises:
             InvalidProblem: ``urdf`` needs more spheres than there may be.
@@ -184,7 +184,7 @@ class RobotDescription:
         return ((link, ball) for link, shapes in self.shapes for ball in searched_balls(shapes, covers.get(link)))
 
     def carrying(self, carried: Sequence[Carried], tool: Transform) -> RobotDescription:
-        """The same with bodies on its tool, as links of the last joint.
+        """The description with bodies on its tool, as links of the last joint.
 
         Args:
             carried: the bodies, in the tool's frame.
@@ -203,12 +203,12 @@ class RobotDescription:
             for frame, part in zip(frames, carried, strict=True)
             for ball in searched_balls(part.shapes, None)
         ]
-        seen = placed_looks(frames, {part.name: part.looks for part in carried}) if self.looks else ()
+        seen = placed_appearances(frames, {part.name: part.appearances for part in carried}) if self.appearances else ()
         held = replace(
             self,
             links=(*self.links, *frames),
             spheres=(*self.spheres, *balls),
-            looks=(*self.looks, *seen),
+            appearances=(*self.appearances, *seen),
             carried=(*self.carried, *(part.name for part in carried)),
         )
         if not self.covers:
@@ -218,7 +218,7 @@ class RobotDescription:
         return replace(held, shapes=(*self.shapes, *shapes), covers=(*self.covers, *covers))
 
     def with_spheres(self, spheres: tuple[Sphere, ...]) -> RobotDescription:
-        """The same with spheres in the place of all others, and of covers."""
+        """The description with spheres in the place of all others, and of covers."""
         stated = {sphere.name for sphere in spheres}
         unread = tuple((link, file) for link, file in self.unread if link not in stated)
         return replace(self, spheres=spheres, covers=(), unread=unread)
@@ -226,7 +226,7 @@ class RobotDescription:
     def new_covers(
         self, read: ReadFile, overhang: float | None = None, ignored: Collection[str] = ()
     ) -> tuple[dict[str, LinkCover], list[MeshNote]]:
-        """Covers of all links whose geometry is more than balls, by their names; notes on their meshes.
+        """Covers of all links whose geometry is more than balls, by name; notes on their meshes.
 
         Args:
             read: the content of a mesh's file.
@@ -250,8 +250,8 @@ class RobotDescription:
                         raise
         return covers, notes
 
-    def new_looks(self, read: ReadFile) -> tuple[dict[str, Parts], list[MeshNote]]:
-        """What the links look like, by their names: what is shown of them, or else their collision geometry.
+    def new_appearances(self, read: ReadFile) -> tuple[dict[str, Parts], list[MeshNote]]:
+        """Appearances of links by name: of what is shown of them, or else their collision geometry.
 
         Args:
             read: the content of a mesh's file.
@@ -262,28 +262,28 @@ class RobotDescription:
         following = {link: joint.leader for joint in self.off_chain if joint.leader for link in joint.links}
         visuals = {link: parts for link, parts in self.visuals if link not in following}
         shapes = {link: parts for link, parts in self.shapes if link not in following}
-        looks, notes = new_looks(visuals, shapes, read)
+        appearances, notes = new_appearances(visuals, shapes, read)
         unseen = [*self.unseen, *((link, f"it moves with joint {leader!r}") for link, leader in following.items())]
-        return looks, [*(MeshNote(link, "", reason) for link, reason in unseen), *notes]
+        return appearances, [*(MeshNote(link, "", reason) for link, reason in unseen), *notes]
 
-    def with_looks(self, looks: Mapping[str, Parts]) -> RobotDescription:
-        """The same with looks of links, by their names."""
-        return replace(self, looks=placed_looks(self.links, looks))
+    def with_appearances(self, appearances: Mapping[str, Parts]) -> RobotDescription:
+        """The description with appearances of links, by their names."""
+        return replace(self, appearances=placed_appearances(self.links, appearances))
 
     def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
-        """The same with more links that may touch."""
+        """The description with more links that may touch."""
         return replace(self, disabled=(*self.disabled, *pairs))
 
     @property
     def drawn(self) -> SpatialArm:
-        """The robot where its geometry alone matters; ranges that are not known are half a turn each way, or 1 m."""
+        """The robot where its geometry alone matters; unknown ranges are half a turn each way, or 1 m."""
         unknown = {True: (-pi, pi), False: (-1.0, 1.0)}
         ranges = [joint.position or unknown[joint.turns] for joint in self.chain.joints]
         return self.arm(max_speed=1.0, max_acceleration=1.0, max_jerk=1.0, position_limits=ranges)
 
     @property
     def reach(self) -> float:
-        """No less than the distance that the tip can have from the base, m."""
+        """A bound of the distance that the tip can have from the base, m."""
         return self.drawn.reach()[1]
 
     def _each(self, field: str, given: PerJoint | None, known: Sequence[float | None] | None) -> tuple[float, ...]:
@@ -302,7 +302,7 @@ class RobotDescription:
         return None if given is None and known is None else self._each(field, given, known)
 
     def _torques(self, given: PerJoint | None) -> tuple[float, ...] | None:
-        """Those given; else the efforts, where they and the masses of all joints are known."""
+        """The given torques; else the efforts, where they and the masses of all joints are known."""
         efforts = [joint.effort for joint in self.chain.joints]
         known = None not in efforts and not self.chain.massless
         return self._each_or_none("max_torque", given, efforts if known else None)
@@ -316,7 +316,7 @@ class RobotDescription:
         return tuple(_range(joint) for joint in joints)
 
     def _limited(self, ranges: tuple[tuple[float, float], ...]) -> Chain:
-        """The chain with these ranges: how far a joint slides decides how far its frame can be."""
+        """The chain with these ranges, as sliding ranges decide how far a frame can be."""
         pairs = zip(self.chain.joints, ranges, strict=True)
         return replace(
             self.chain,

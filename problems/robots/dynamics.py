@@ -48,19 +48,19 @@ from problems.robots.transform import (
 
 
 class Jointed(Protocol):
-    """What the recursion has to know of a joint."""
+    """A joint as the recursion needs it."""
 
     @property
     def axis(self) -> tuple[float, float, float]:
-        """Unit vector in its own frame."""
+        """The unit vector of the axis in its own frame."""
 
     @property
     def turns(self) -> bool:
-        """Whether it is revolute."""
+        """Whether the joint is revolute."""
 
     @property
     def moments(self) -> Moments:
-        """Of the body that it moves, about the origin of its frame."""
+        """The moments of the body that it moves, about the origin of its frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class MovedBody:
 
 @dataclass(frozen=True, eq=False)
 class _Twist:
-    """How a frame moves, in its own axes: angular velocity and acceleration, and the acceleration of its origin."""
+    """The motion of a frame in its own axes: angular velocity and acceleration, and its origin's acceleration."""
 
     rate: Vector = ORIGIN
     spin: Vector = ORIGIN
@@ -126,7 +126,7 @@ def newton_euler(bodies: Sequence[MovedBody], gravity: Vector) -> list[Operand]:
 
 
 def _carried(before: _Twist, body: MovedBody) -> _Twist:
-    """How the frame of a joint moves, from how the one before does."""
+    """The motion of a joint's frame, from that of the one before."""
     back, arm = transposed(body.pose.rotation), body.pose.translation
     rate, spin = rotated(back, before.rate), rotated(back, before.spin)
     origin = added(before.acceleration, rotated(before.field, arm))
@@ -138,7 +138,7 @@ def _carried(before: _Twist, body: MovedBody) -> _Twist:
 
 
 def _wrench(twist: _Twist, moments: Moments) -> tuple[Vector, Vector]:
-    """Force and moment about the origin of its frame that move a body so.
+    """Force and moment about the origin of its frame that move a body in this way.
 
     Over the body's masses at places r they are the integrals of a + B r and of r x (a + B r).
     """
@@ -179,13 +179,13 @@ class RigidJoint:
     friction: Operand = 0.0
 
     def moved(self, value: Operand) -> Transform:
-        """From its own frame to that of the joint before, at a value (n, 1) in rad or m."""
+        """The transform from its own frame to that of the joint before, at a value (n, 1) in rad or m."""
         return moved(self.pose, self.axis, self.turns, value)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RigidChain:
-    """Joints one after the other on a base that stands still.
+    """A chain of joints with masses on a base that stands still.
 
     Attributes:
         joints: from the base on.
@@ -213,7 +213,7 @@ class RigidChain:
         return self._by_joint(ca.sign(speed), [joint.friction for joint in self.joints])
 
     def torques(self, theta: Matrix, speed: Matrix, acceleration: Matrix) -> Matrix:
-        """What the motors have to give, M(q) a + C(q, v) v + g(q) + friction: (n, k), N m or N.
+        """The torques of the motors, M(q) a + C(q, v) v + g(q) + friction: (n, k), N m or N.
 
         Args:
             theta: joint angles, (n, k), rad or m.
@@ -259,7 +259,7 @@ def time_scales(inertial: Matrix, viscous: Matrix, room: Matrix) -> Matrix:
 
 
 def time_scales_of_arrays(inertial: FloatArray, viscous: FloatArray, room: FloatArray) -> FloatArray:
-    """The same of arrays of one shape; infinite, or 0, where no room is left."""
+    """The least s of :func:`time_scales` for arrays of one shape; infinite, or 0, where no room is left."""
     square = viscous * viscous + 4.0 * inertial * room
     with np.errstate(all="ignore"):
         root = (viscous + np.sqrt(np.maximum(square, 0.0))) / (2.0 * room)
@@ -297,7 +297,7 @@ def _unmoved(joint: RigidJoint, whole: _Numbers) -> _Numbers:
 
 
 def _seen_from(pose: Transform, moments: _Numbers) -> _Numbers:
-    """The same masses about the origin of the frame in which theirs has a pose."""
+    """Moments of masses about the origin of the frame in which theirs has a pose."""
     mass, first, second = moments
     turn, place = np.array(pose.rotation, dtype=float), np.array(pose.translation, dtype=float)
     turned = turn @ first

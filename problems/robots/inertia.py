@@ -41,7 +41,7 @@ MASSLESS: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 @dataclass(frozen=True, kw_only=True)
 class Inertia(Parametric):
-    """The mass of a body.
+    """The mass of a body and its distribution.
 
     Attributes:
         mass: kg.
@@ -54,7 +54,7 @@ class Inertia(Parametric):
     matrix: Matrix3 = MASSLESS
 
     def moments(self) -> Moments:
-        """The same about the origin of the body's frame."""
+        """The moments about the origin of the body's frame."""
         return Moments.of(self, Transform())
 
 
@@ -67,7 +67,7 @@ def moved_inertia(inertia: Inertia, pose: Transform) -> Inertia:
     )
 
 
-def joined(parts: Sequence[Inertia]) -> Inertia | None:
+def combined(parts: Sequence[Inertia]) -> Inertia | None:
     """Several masses in one frame as one (parallel axes theorem); None where there are none."""
     if not parts:
         return None
@@ -94,7 +94,7 @@ def as_matrix(matrix: FloatArray) -> Matrix3:
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """What forces on a body depend on, about the origin of a frame; those of bodies that are fixed together add up.
+    """The moments of a mass about the origin of a frame; those of bodies fixed together add up.
 
     Attributes:
         mass: kg.
@@ -108,7 +108,7 @@ class Moments:
 
     @classmethod
     def of(cls, inertia: Inertia, pose: Transform) -> Moments:
-        """Those of a body whose frame is posed in another, about the origin of that one."""
+        """The moments of a body whose frame is posed in another, about the origin of that one."""
         center = pose.apply(inertia.center)
         first = scaled(center, inertia.mass)
         turned = compose(compose(pose.rotation, _second(inertia.matrix)), transposed(pose.rotation))
@@ -136,8 +136,8 @@ def _second(inertia: Rotation) -> Rotation:
     )
 
 
-def impossible(matrix: Matrix3) -> str | None:
-    """Why no body of positive density has this inertia (kg m^2) about its centre of mass; None where one can have it.
+def inertia_fault(matrix: Matrix3) -> str | None:
+    """The reason why no body of positive density has this inertia (kg m^2) about its centre of mass, or None.
 
     Principal moments are sums of two of three variances each, so that none is negative or above the sum of the others.
     """
@@ -157,7 +157,7 @@ KEYS = ("mass", "center", "inertia")
 
 @dataclass(frozen=True, kw_only=True)
 class Payload(Inertia):
-    """What the tool carries, in the tool's frame; its numbers may change without compiling anything anew.
+    """A load of the tool, in its frame; its numbers may change without compiling anything anew.
 
     Raises:
         InvalidProblem: ``payload.mass``, ``payload.center`` or ``payload.inertia``: the mass is negative, a number is
@@ -172,13 +172,13 @@ class Payload(Inertia):
         check_within("payload.center", self.center, COORDINATES, "m")
         entries = [entry for row in self.matrix for entry in row]
         check_within("payload.inertia", entries, (-INERTIAS[1], INERTIAS[1]), "kg m^2")
-        reason = impossible(self.matrix)
+        reason = inertia_fault(self.matrix)
         if reason is not None:
             raise InvalidProblem("payload.inertia", reason)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """Its mass, where it has one."""
+        """The relaxation of the load's mass, where it has one."""
 
         def lighter(by: float) -> dict[str, object]:
             return {"mass": self.mass - by}
@@ -188,7 +188,7 @@ class Payload(Inertia):
 
 
 def planar_payload(mass: float, center: tuple[float, float] = (0.0, 0.0), inertia: float = 0.0) -> Payload:
-    """A flat body in the plane of a planar arm.
+    """The payload of a flat body in the plane of a planar arm.
 
     Args:
         mass: kg.
@@ -205,7 +205,7 @@ def planar_payload(mass: float, center: tuple[float, float] = (0.0, 0.0), inerti
 
 
 def planar_payload_of(table: Any) -> Payload:
-    """The same from a table of a file.
+    """The payload of a planar arm from a table of a file.
 
     Raises:
         InvalidProblem: it is none, or as of a payload.

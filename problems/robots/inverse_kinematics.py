@@ -23,7 +23,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from problems.base import FloatArray, Matrix, Operand, as_array, kept_function, largest
+from problems.base import FloatArray, Matrix, Operand, as_array, cached_function, largest
 from problems.robots.spatial_arm import SpatialArm
 from problems.robots.transform import Rotation, Transform, Vector, as_rows, plus, times
 
@@ -47,7 +47,7 @@ def project(
     kept: float = 0.0,
     known: Matrix | None = None,
 ) -> Matrix:
-    """The posture near ``theta`` with the tool at a position, and turned as told if a rotation is given.
+    """The posture near ``theta`` with the tool at a position, and at an orientation if a rotation is given.
 
     Args:
         robot: that moves.
@@ -68,7 +68,7 @@ def project(
 
 
 def geometry_of(robot: SpatialArm) -> SpatialArm:
-    """What of a robot decides where its tool is: plain numbers, the same in its symbolic copy."""
+    """The plain numbers of a robot that decide where its tool is, the same in its symbolic copy."""
     ones = (1.0,) * robot.dof
     base, tool = (robot.base_translation, robot.base_rotation), (robot.tool_translation, robot.tool_rotation)
     return SpatialArm(robot.chain, ones, ones, None, None, (), *base, *tool)
@@ -76,11 +76,11 @@ def geometry_of(robot: SpatialArm) -> SpatialArm:
 
 @lru_cache(maxsize=16)
 def _step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
-    return kept_function(lambda: _new_step(robot, turning, limited), "step", robot, turning, limited)
+    return cached_function(lambda: _new_step(robot, turning, limited), "step", robot, turning, limited)
 
 
 def _new_step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
-    """From a posture (1, dof), position (3, 1), [rotation (3, 3),] [limits (1, dof)] to the posture after a step."""
+    """The function of one step: posture (1, dof), position (3, 1), [rotation (3, 3), limits (1, dof)] -> posture."""
     theta, position, rotation = ca.SX.sym("theta", 1, robot.dof), ca.SX.sym("position", 3), ca.SX.sym("rotation", 3, 3)
     low, high = ca.SX.sym("low", 1, robot.dof), ca.SX.sym("high", 1, robot.dof)
     pose, jacobian = jacobian_columns(robot, theta, turning)
@@ -97,7 +97,7 @@ def _new_step(robot: SpatialArm, turning: bool, limited: bool) -> ca.Function:
 
 
 def pose_error(pose: Transform, position: Matrix, rotation: Matrix | None) -> list[Operand]:
-    """What is missing from a pose to another one: 3 numbers in m, then 3 in rad if a rotation (3, 3) is given."""
+    """The error from a pose to another one: 3 numbers in m, then 3 in rad if a rotation (3, 3) is given."""
     away: list[Operand] = [position[i] - pose.translation[i] for i in range(3)]
     return away if rotation is None else [*away, *_turn_missing(pose.rotation, rotation)]
 
@@ -132,7 +132,7 @@ def _turn_missing(current: Rotation, wanted: Matrix) -> list[Operand]:
 
 
 def joint_bounds(robot: SpatialArm, kept: float, known: Matrix | None) -> tuple[Matrix, ...]:
-    """Lowest and highest, (1, dof), of what :func:`project` leaves free; none where there are no limits."""
+    """Lowest and highest values, (1, dof), that :func:`project` leaves free; none where there are no limits."""
     limits = robot.limits.position
     if limits is None:
         return ()
@@ -144,7 +144,7 @@ def joint_bounds(robot: SpatialArm, kept: float, known: Matrix | None) -> tuple[
 
 
 def _damped_step(jacobian: Columns, error: Sequence[Operand]) -> Matrix:
-    """``J^T (J J^T + lambda I)^-1 e``, (1, dof)."""
+    """The damped step ``J^T (J J^T + lambda I)^-1 e``, (1, dof)."""
     count = len(error)
     damping = ERROR_DAMPING * sum(part * part for part in error) + LEAST_COMPILED_DAMPING
     square = [[_dot([c[i] for c in jacobian], [c[j] for c in jacobian]) for j in range(i + 1)] for i in range(count)]
@@ -155,7 +155,7 @@ def _damped_step(jacobian: Columns, error: Sequence[Operand]) -> Matrix:
 
 
 def solve_positive_definite(lower: Sequence[Sequence[Operand]], right: Sequence[Operand]) -> list[Operand]:
-    """The solution of a small symmetric system by L D L^T, entry by entry, with no pivots to choose.
+    """The solution of a small symmetric system by L D L^T, entry by entry, without pivoting.
 
     Args:
         lower: the rows of a positive definite matrix, each up to the diagonal.
@@ -256,7 +256,7 @@ def _turned(rotation: ArrayLike | None) -> FloatArray | None:
 
 @dataclass
 class _Search:
-    """A pose to be reached.
+    """A search for postures that reach a pose.
 
     Attributes:
         robot: that has to.
@@ -278,16 +278,16 @@ class _Search:
 
     @property
     def bounds(self) -> Bounds:
-        """Of the joints while they are stepped: a winding one is free."""
+        """Bounds of the joints while they are stepped, none of a winding joint."""
         return np.where(self.winding, -np.inf, self.low), np.where(self.winding, np.inf, self.high)
 
     @property
     def steps(self) -> NewtonSteps:
-        """In NumPy."""
+        """Newton steps in NumPy."""
         return NewtonSteps(self.robot)
 
     def starts(self, rng: np.random.Generator, count: int) -> FloatArray:
-        """Uniform within the limits, of winding joints within a turn."""
+        """Uniform starts within the limits, of winding joints within a turn."""
         low = np.where(self.winding, self.middle - np.pi, self.low)
         high = np.where(self.winding, self.middle + np.pi, self.high)
         return rng.uniform(low, high, (count, self.robot.dof))
@@ -297,7 +297,7 @@ class _Search:
         return np.asarray(np.where(self.winding, theta, np.clip(theta, self.low, self.high)))
 
     def arrived(self, theta: FloatArray) -> FloatArray:
-        """Which postures reach the pose within their limits, (n,)."""
+        """Whether each posture reaches the pose within the limits, (n,)."""
         if not len(theta):
             return np.zeros(0, dtype=bool)
         error, _, size = self.steps.error(theta, self.position, self.rotation)
@@ -307,14 +307,14 @@ class _Search:
         return np.asarray(reached & within)
 
     def wrapped(self, theta: FloatArray, near: FloatArray) -> FloatArray:
-        """The same postures with winding joints in the turn nearest to a posture (dof,), within their limits."""
+        """The postures with winding joints in the turn nearest to a posture (dof,), within their limits."""
         turned = theta - TURN * np.round((theta - near) / TURN)
         turned = np.where(turned > self.high, turned - TURN * np.ceil((turned - self.high) / TURN), turned)
         turned = np.where(turned < self.low, turned + TURN * np.ceil((self.low - turned) / TURN), turned)
         return np.where(self.winding, turned, theta)
 
     def distinct(self, theta: FloatArray) -> FloatArray:
-        """The first of all that are alike, whole turns aside."""
+        """The first of all postures that are alike up to whole turns."""
         kept: list[FloatArray] = []
         for posture in theta:
             apart = np.abs(np.array(kept).reshape(-1, self.robot.dof) - posture)
@@ -337,7 +337,7 @@ class NewtonSteps:
     def __call__(
         self, theta: FloatArray, position: FloatArray, rotation: FloatArray | None, bounds: Bounds, steps: int
     ) -> tuple[FloatArray, FloatArray]:
-        """Where they lead, and what each posture then lacks.
+        """The postures that steps lead to, and the error that each then has.
 
         Args:
             theta: where they begin, (n, dof), rad or m.
@@ -367,7 +367,7 @@ class NewtonSteps:
     def error(
         self, theta: FloatArray, position: FloatArray, rotation: FloatArray | None
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What the tool lacks, m and Rodrigues vector, (n, 3 or 6), its Jacobian (n, 3 or 6, dof), and its size, (n,).
+        """The tool's error, m and Rodrigues vector, (n, 3 or 6), its Jacobian (n, 3 or 6, dof), and its size, (n,).
 
         Half a turn has no such vector, but a size.
         """

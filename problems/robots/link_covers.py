@@ -42,7 +42,7 @@ class LinkCover:
 
     @property
     def searched(self) -> tuple[Ball, ...]:
-        """The coarse balls."""
+        """The coarse balls, for searches."""
         if self.coarse is None:
             return ()
         each = zip(self.coarse.balls.centers, self.coarse.balls.radii.tolist(), strict=True)
@@ -51,7 +51,7 @@ class LinkCover:
 
 @dataclass(frozen=True)
 class MeshNote:
-    """Something unusual of a mesh.
+    """A remark on a mesh.
 
     Attributes:
         link: that has it.
@@ -106,11 +106,11 @@ def _named(link: str, files: str) -> Iterator[None]:
         yield
     except InvalidProblem as error:
         what = f"its mesh {files}" if files else "its shapes"
-        raise InvalidProblem("urdf", f"link {link!r}: {what}: {error.reason}; {cure(link)}") from error
+        raise InvalidProblem("urdf", f"link {link!r}: {what}: {error.reason}; {advice(link)}") from error
 
 
-def cure(link: str) -> str:
-    """What helps where the geometry of a link is not known."""
+def advice(link: str) -> str:
+    """The advice for a link whose geometry is not known."""
     return f"state spheres for it, or leave it out of every verdict: ignore_geometry = [{link!r}]"
 
 
@@ -126,7 +126,7 @@ def fine_balls(shapes: Iterable[Shape], cover: LinkCover | None) -> Balls:
     balls = Balls(
         np.array([b.center for b in stated]).reshape(-1, 3), np.array([b.radius for b in stated], dtype=float)
     )
-    return balls if cover is None or cover.fine is None else cover.fine.balls.joined(balls)
+    return balls if cover is None or cover.fine is None else cover.fine.balls.combined(balls)
 
 
 def _stated(shapes: Iterable[Shape], cover: LinkCover | None) -> list[Ball]:
@@ -140,7 +140,7 @@ def _stated(shapes: Iterable[Shape], cover: LinkCover | None) -> list[Ball]:
 
 
 def overhang_of(shapes: Iterable[Shape], cover: LinkCover | None) -> float:
-    """How far the balls of a link for proofs may stick out of it, m; what was measured, and a little."""
+    """The distance by which balls of a link for proofs may stick out of it, m: the measured one, and a little."""
     measured = 0.0 if cover is None or cover.fine is None else cover.fine.largest_overhang
     stated = (ball.radius - (ball.inner or 0.0) for ball in _stated(shapes, cover))
     return FINE_OVERHANG + max((measured, *stated))
@@ -161,7 +161,7 @@ def covers_text(covers: Iterable[LinkCover]) -> str:
 
 
 def read_covers(text: str) -> dict[str, LinkCover]:
-    """What a text states, by the links' names.
+    """The covers that a text states, by the links' names.
 
     Raises:
         InvalidProblem: ``covers`` is no such text.

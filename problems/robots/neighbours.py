@@ -18,7 +18,7 @@ DEEPEST = 0.95  # of an overlap is counted on: rounding takes less than the rest
 
 
 def connected_links(frames: Sequence[LinkFrame], solid: Collection[str]) -> frozenset[frozenset[str]]:
-    """Pairs of names of links that one joint connects: directly, or by way of links without geometry fixed to them.
+    """Pairs of names of links that one joint connects, directly or via fixed links without geometry.
 
     The way leads from a link towards the base: what is fixed beside a joint's parent, as a wall beside an arm, is not
     connected with what the joint moves.
@@ -69,7 +69,7 @@ def are_never_parted(one: CoveredLink, two: CoveredLink, joint: ChainJoint, boun
 
 
 def _levers(balls: Balls, joint: ChainJoint) -> FloatArray:
-    """How far centres are from the axis, (k,), m; 1 for a joint that slides."""
+    """The distances of centres from the axis, (k,), m; 1 for a joint that slides."""
     if not joint.turns:
         return np.ones(len(balls))
     axis = np.array(joint.axis)
@@ -78,7 +78,7 @@ def _levers(balls: Balls, joint: ChainJoint) -> FloatArray:
 
 
 def _depths(one: Balls, two: Balls, joint: ChainJoint, value: float) -> FloatArray:
-    """By how much each ball of two overlaps one of the likeliest of the others, (k,), m; no more than it does."""
+    """Lower bounds of how deep each ball of two overlaps one of the likeliest of the others, (k,), m."""
     pose = joint.moved(ca.DM(value))
     turn = np.array([[float(entry) for entry in row] for row in pose.rotation])
     centers = two.centers @ turn.T + np.array([float(part) for part in pose.translation])

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem, as_array, kept_text, structure_key
+from problems.base import FloatArray, InvalidProblem, as_array, cached_text, structure_key
 from problems.robots.spatial_arm import SpatialArm
 
 SAMPLES = 2_000
@@ -50,7 +50,7 @@ class OwnPairs:
 def own_pairs_of(
     robot: SpatialArm, disabled: LinkPairs = (), kept: LinkPairs = (), connected: Named = frozenset()
 ) -> OwnPairs:
-    """Which spheres have to keep apart; the same for the same robot.
+    """Pairs of spheres that have to keep apart; the same for the same robot.
 
     Args:
         robot: its spheres, limits of the joints and margin decide.
@@ -89,9 +89,9 @@ def _chosen(robot: SpatialArm, disabled: Named, kept: Named, connected: Named) -
 
 
 def _least_and_touching(robot: SpatialArm, pairs: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """What random postures say of pairs (m, 2), kept on disk: see :attr:`_Sampled.result`."""
+    """The results of random postures for pairs (m, 2), cached: see :attr:`_Sampled.result`."""
     key = structure_key("own pairs", robot, pairs)
-    text = kept_text(key, "pairs", lambda: json.dumps([part.tolist() for part in _Sampled(robot, pairs).result]))
+    text = cached_text(key, "pairs", lambda: json.dumps([part.tolist() for part in _Sampled(robot, pairs).result]))
     least, touching = json.loads(text)
     return np.array(least), np.array(touching)
 
@@ -114,7 +114,7 @@ def _check(robot: SpatialArm, disabled: LinkPairs, kept: LinkPairs) -> None:
 
 
 def _named(robot: SpatialArm, pairs: NDArray[np.int64], names: Named) -> NDArray[np.bool_]:
-    """Which pairs are of spheres on two links that are named together."""
+    """Whether each pair is of spheres on two links that are named together."""
     links = [sphere.name for sphere in robot.spheres]
     return np.array([frozenset((links[one], links[two])) in names for one, two in pairs], dtype=bool)
 
@@ -133,7 +133,7 @@ class _Sampled:
 
     @property
     def result(self) -> tuple[FloatArray, FloatArray]:
-        """The least distance of each pair, (m,), m, and the part of the uniform postures at which it touches."""
+        """The least distance of each pair, (m,), m, and the share of the uniform postures at which it touches."""
         rng = np.random.default_rng(0)
         low, high = self._ranges
         theta = rng.uniform(low, high, (SAMPLES, self.robot.dof))
@@ -159,7 +159,7 @@ class _Sampled:
         return ca.Function("centers", [theta], [ca.densify(ca.vertcat(*centers))])
 
     def _distances(self, theta: FloatArray) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
-        """Of each pair: the least distance, m, the posture that has it, and the part of the postures that touch."""
+        """The least distance of each pair, m, the posture that has it, and the share of postures that touch."""
         centers = as_array(self._centers(theta.T)).T.reshape(len(theta), -1, 3)
         robot = self.robot
         radii = np.array([s.radius if robot.cover is None else robot.inner(k) for k, s in enumerate(robot.spheres)])

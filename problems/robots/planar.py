@@ -143,12 +143,12 @@ class PlanarArm(MassiveLinks):
 
     @property
     def redundancy(self) -> int:
-        """How many links are redundant, k - 2."""
+        """The number of redundant links, k - 2."""
         return self.links - 2
 
     @property
     def stretched(self) -> float:
-        """Not zero where the second link is the last and carries the tool at its side."""
+        """The second joint's angle, rad; not zero where link 2 is the last and carries the tool at its side."""
         return -float(self.tool_angle) if self.links == 2 else 0.0
 
     def restore_redundancy(self, point: Matrix, normalised: Matrix) -> Matrix:
@@ -219,7 +219,7 @@ class PlanarArm(MassiveLinks):
         return wrap_to(angles, theta)
 
     def wrist(self, point: Matrix, phi: Matrix) -> Matrix:
-        """From the base to the end of link 2 in m, (2, 1), with links 3..k at ``phi`` and the tool at ``point``."""
+        """The end of link 2 from the base, m, (2, 1), with links 3..k at ``phi`` and the tool at ``point``."""
         wrist = self._from_base(point)
         for i, length in enumerate(self.link_lengths[2:]):
             wrist = wrist - length * ca.vertcat(ca.cos(phi[i]), ca.sin(phi[i]))
@@ -228,11 +228,11 @@ class PlanarArm(MassiveLinks):
         return wrist
 
     def _from_base(self, point: Matrix) -> Matrix:
-        """From the base to a point, (2, 1), m."""
+        """The vector from the base to a point, (2, 1), m."""
         return point if is_zero(self.base_point) else point - ca.vertcat(*self.base_point)
 
     def wrap(self, theta: Matrix) -> Matrix:
-        """The same posture with each angle in its first turn.
+        """The posture with each angle in its first turn.
 
         That is (-pi, pi], or, with joint limits, the turn around the middle of the joint's range. (1, k) -> (1, k).
         """

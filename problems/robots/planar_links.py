@@ -199,7 +199,7 @@ class PlanarLinks(Robot):
             raise InvalidProblem("tool_offset", "the tool lies on the last joint")
 
     def _check_widths(self) -> None:
-        """Radii are lengths, and links that must not touch can be apart."""
+        """Check that radii are lengths, and that links that must not touch can be apart."""
         if self.link_radius is not None:
             self._check_length("link_radius", self.link_radius)
             check_within("link_radius", self.link_radius, (0.0, LENGTHS[1]), "m")
@@ -211,7 +211,7 @@ class PlanarLinks(Robot):
                 raise InvalidProblem("self_collision", reason)
 
     def _most_between(self, first: Body, second: Body) -> float:
-        """What a pair's distance is in no posture more than, m: the links between them, stretched out."""
+        """An upper bound of a pair's distance, m: the links between them, stretched out."""
         if second.start < self.links:
             return sum(self.link_lengths[first.end : second.start])
         start, way = np.array([self.link_lengths[-1], 0.0]), np.array(self.tool_offset)  # of the tool's line
@@ -256,7 +256,7 @@ class PlanarLinks(Robot):
 
     @property
     def tool_angle(self) -> Operand:
-        """From the last link to the line from its joint to the tool, rad."""
+        """The angle from the last link to the line from its joint to the tool, rad."""
         along, left = self.link_lengths[-1] + self.tool_offset[0], self.tool_offset[1]
         return ca.atan2(left, along) if self.has_tool else 0.0
 
@@ -306,17 +306,17 @@ class PlanarLinks(Robot):
 
     @property
     def levers(self) -> FloatArray:
-        """A point of link i is carried along by the turning of the links j <= i, each as long as it is."""
+        """Bounds of each body's motion: turning of links j <= i carries link i, each by its length."""
         levers = np.tri(self.links) * np.array(self.link_lengths)
         return np.vstack([levers, self._tool_levers]) if self.has_tool else np.asarray(levers)
 
     @property
     def _tool_levers(self) -> FloatArray:
-        """No point of the tool's line is farther from the last joint than the line's farther end."""
+        """Bounds of the motion of the tool's line, whose farther end is the farthest from the last joint."""
         return np.array([*self.link_lengths[:-1], max(self.link_lengths[-1], float(self.chain[-1]))])
 
     def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
-        """Seen from link i, link j is carried by the turning of the links i + 1 ... j against link i."""
+        """Bounds of the motion of link j as seen from link i: by the turning of links i + 1 ... j against link i."""
         i, j = first.end - 1, min(second.end, self.links) - 1
         levers = self._tool_levers if second.end > self.links else np.array(self.link_lengths)
         return self.turns[i + 1 : j + 1] - self.turns[i], levers[i + 1 : j + 1]

@@ -91,13 +91,13 @@ class Body(Parametric):
 
     @property
     def frames(self) -> tuple[int, ...]:
-        """Where it begins and ends; of a ball that is one frame."""
+        """The indices of the frames where it begins and ends; one of a ball."""
         return (self.start,) if self.is_ball else (self.start, self.end)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Robot(Parametric, ABC):
-    """A serial chain of joints.
+    """A serial chain of joints with bodies.
 
     A subclass is a frozen dataclass. Every method takes postures of n rows and computes with whatever matrices it is
     given, symbolic or numeric.
@@ -157,7 +157,7 @@ class Robot(Parametric, ABC):
 
     @property
     def dim(self) -> int:
-        """2 in the plane, 3 in space."""
+        """The dimension: 2 in the plane, 3 in space."""
         return 2
 
     @property
@@ -167,17 +167,17 @@ class Robot(Parametric, ABC):
 
     @property
     def joint_units(self) -> tuple[str, ...]:
-        """Of the joints' positions: rad, or m where one slides."""
+        """The units of the joints' positions: rad, or m where one slides."""
         return ("rad",) * self.dof
 
     @property
     def base_name(self) -> str:
-        """What a controller calls the body that stands still."""
+        """The controller's name of the body that stands still."""
         return "base"
 
     @property
     def joint_identifiers(self) -> tuple[str, ...]:
-        """What a controller calls the joints."""
+        """The controller's names of the joints."""
         return tuple(f"joint_{joint}" for joint in range(1, self.dof + 1))
 
     @property
@@ -187,7 +187,7 @@ class Robot(Parametric, ABC):
 
     @property
     def base(self) -> tuple[float, ...]:
-        """Where the base stands, m; the origin by default."""
+        """The place of the base, m; the origin by default."""
         return (0.0,) * self.dim
 
     @abstractmethod
@@ -195,16 +195,16 @@ class Robot(Parametric, ABC):
         """Forward kinematics: where the frames are, base first and tool last, each (n, dim), m; theta (n, dof), rad."""
 
     def tool(self, theta: Matrix) -> Matrix:
-        """Where the tool is, (n, dim), m, in n postures (n, dof), rad."""
+        """Positions of the tool, (n, dim), m, in n postures (n, dof), rad."""
         return self.positions(theta)[-1]
 
     def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
-        """Where the tool is in n postures (n, dof), rad: columns (n,) by name; x, y and, in space, z, m."""
+        """The tool's coordinates in n postures (n, dof), rad: columns (n,) by name; x, y and, in space, z, m."""
         place = as_array(self.tool(ca.DM(theta)))
         return dict(zip("xyz", place.T, strict=False))
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
-        """Where base, joints and tool are, for drawing: (n, frames, dim), m; postures (n, dof), rad."""
+        """Positions of base, joints and tool, for drawing: (n, frames, dim), m; postures (n, dof), rad."""
         return np.stack([as_array(matrix) for matrix in self.positions(ca.DM(theta))], axis=1)
 
     @property
@@ -214,7 +214,7 @@ class Robot(Parametric, ABC):
 
     @property
     def body_names(self) -> tuple[str, ...]:
-        """Those of its bodies, each once."""
+        """The names of its bodies, each once."""
         return tuple(dict.fromkeys(body.name for body in self.bodies))
 
     def may_meet(self, body: str, obstacle: str) -> bool:
@@ -222,7 +222,7 @@ class Robot(Parametric, ABC):
         return (body, obstacle) in self.may_touch
 
     def number_of(self, body: Body) -> int:
-        """Which of its bodies that is, from 0 on."""
+        """The number of a body, from 0 on."""
         return self.bodies.index(body)
 
     def moved_by(self, body: Body) -> int:
@@ -250,7 +250,7 @@ class Robot(Parametric, ABC):
 
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Pairs of its own bodies that must not touch if ``self_collision``, the one nearer the base first; none here.
+        """Pairs of own bodies that must not touch if ``self_collision``, that nearer the base first; none here.
 
         Bodies that meet in a joint are none.
         """
@@ -258,17 +258,17 @@ class Robot(Parametric, ABC):
 
     @property
     def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Pairs of its own bodies of which the verdict on a finished motion speaks; a search may look at fewer."""
+        """Pairs of own bodies that the verdict on a finished motion covers; a search may use fewer."""
         return self.own_pairs
 
     @property
     def is_covered(self) -> bool:
-        """Whether verdicts speak of covers of its links, finer than its bodies; not by default."""
+        """Whether verdicts use covers of its links, finer than its bodies; not by default."""
         return False
 
     @property
     def touching(self) -> Self:
-        """The same, which keeps nothing but must not touch."""
+        """The robot without margin: bodies may come near, but must not touch."""
         return replace(self, margin=0.0)
 
     @property
@@ -278,21 +278,21 @@ class Robot(Parametric, ABC):
 
     @property
     def without(self) -> str:
-        """These links in words, to stand behind ``certified``; empty where there are none."""
+        """The ignored links in words, to stand behind ``certified``; empty where there are none."""
         return f"without the geometry of {', '.join(self.ignored)}" if self.ignored else ""
 
     @property
     def assumed(self) -> str:
-        """Under what ``certified`` holds, in words to stand behind it; empty where there is nothing to say."""
+        """The condition under which ``certified`` is true, in words to stand behind it; empty without one."""
         return self.without
 
     @property
     def is_exact(self) -> bool:
-        """Whether joints are where they are planned; by default."""
+        """Whether joints are where they are planned; true by default."""
         return True
 
     def tube(self, turns: FloatArray, levers: FloatArray) -> Operand:
-        """How far a body may be from where it is planned because joints are off, m: not at all by default.
+        """The distance of a body from where it is planned because joints are off, m: 0 by default.
 
         Args:
             turns: (m, dof), from joints to the angles that move it.
@@ -302,12 +302,12 @@ class Robot(Parametric, ABC):
 
     @property
     def unjudged(self) -> tuple[str, ...]:
-        """What no verdict speaks of, although it is or may be there, a line each: contacts that are allowed."""
+        """Lines on what no verdict covers, although it is or may be there: contacts that are allowed."""
         return tuple(f"contact of {body} and {obstacle}, which may touch" for body, obstacle in self.may_touch)
 
     @property
     def says_what_could_touch(self) -> bool:
-        """Whether ``own_pairs`` are all that there are; if not, self-collision cannot be looked after."""
+        """Whether ``own_pairs`` are all pairs; if not, self-collision cannot be avoided."""
         return bool(self.own_pairs) or self.dof <= 2
 
     def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
@@ -321,7 +321,7 @@ class Robot(Parametric, ABC):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The loads that hold it back: what it carries, where it has a payload."""
+        """The relaxations of its load, where it has a payload."""
         payload = getattr(self, "payload", None)
         return payload.relaxations if isinstance(payload, Payload) else ()
 
@@ -333,20 +333,20 @@ class Robot(Parametric, ABC):
     @property
     @abstractmethod
     def levers(self) -> FloatArray:
-        """No point of body b moves faster than the sum over j of ``levers[b, j] |u_j|``; (bodies, m), m."""
+        """Factors (bodies, m), m: no point of body b moves faster than the sum over j of ``levers[b, j] |u_j|``."""
 
     @property
     def rigid_chain(self) -> RigidChain | None:
-        """Its joints with the bodies that they move, the payload included; None where masses are not known."""
+        """The joints with the bodies that they move, the payload included; None where masses are not known."""
         return None
 
     @property
     def torque_units(self) -> tuple[str, ...]:
-        """Of what the joints' motors give: N m, or N where one slides."""
+        """The units of the joints' torques: N m, or N where one slides."""
         return tuple("N m" if unit == "rad" else "N" for unit in self.joint_units)
 
     def inverse_dynamics(self, theta: Matrix, speed: Matrix, acceleration: Matrix) -> Matrix:
-        """What the motors give in a motion, gravity and friction included: (n, dof), N m or N.
+        """The motors' torques in a motion, gravity and friction included: (n, dof), N m or N.
 
         Args:
             theta: joint angles, (n, dof), rad.
@@ -360,7 +360,7 @@ class Robot(Parametric, ABC):
 
     @property
     def massive(self) -> RigidChain:
-        """Its rigid chain.
+        """The rigid chain, which has to be known.
 
         Raises:
             InvalidProblem: masses are not known.
@@ -404,11 +404,11 @@ class Robot(Parametric, ABC):
         raise self._no_closed_form()
 
     def wrap(self, theta: Matrix) -> Matrix:
-        """The same posture (1, dof) with each angle in its first turn, rad."""
+        """The posture (1, dof) with each angle in its first turn, rad."""
         raise self._no_closed_form()
 
     def wrap_near(self, theta: Matrix, start: Matrix) -> Matrix:
-        """The same posture (1, dof) with each angle in the turn nearest ``start``; joint limits decide first."""
+        """The posture (1, dof) with each angle in the turn nearest ``start``; joint limits decide first."""
         raise self._no_closed_form()
 
     def project_to_point(self, theta: Matrix, point: Matrix) -> Matrix:
@@ -420,12 +420,12 @@ class Robot(Parametric, ABC):
 
 
 def _as_tuple(value: Any) -> Any:
-    """Lists as tuples, all the way down."""
+    """The value with lists as tuples, all the way down."""
     return tuple(_as_tuple(entry) for entry in value) if isinstance(value, (list, tuple)) else value
 
 
 def are_numbers(value: Any) -> bool:
-    """A number, or a list of numbers or of such lists."""
+    """Whether a value is a number, or a list of numbers or of such lists."""
     if isinstance(value, (list, tuple)):
         return all(are_numbers(entry) for entry in value)
     return isinstance(value, (int, float)) and not isinstance(value, bool)

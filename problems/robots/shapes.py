@@ -18,7 +18,7 @@ NO_TRIANGLES = np.empty((0, 3, 3))
 
 @dataclass(frozen=True, eq=False)
 class Bulk:
-    """The inside of a body.
+    """The volume of a body and its second moments.
 
     Attributes:
         volume: m^3.
@@ -32,18 +32,18 @@ class Bulk:
 
     @property
     def spread(self) -> FloatArray:
-        """The mean of the same about its centre, (3, 3), m^2."""
+        """The mean of r r^T about its centre, (3, 3), m^2."""
         return np.asarray(self.second - np.outer(self.center, self.center))
 
     @classmethod
     def about_its_origin(cls, volume: float, *variances: float) -> Bulk:
-        """Of a body that is symmetric about its origin, with the mean squares of x, y and z, m^2."""
+        """The bulk of a body symmetric about its origin, with the mean squares of x, y and z, m^2."""
         return cls(volume, np.zeros(3), np.diag(variances))
 
 
 @dataclass(frozen=True)
 class Shape(ABC):
-    """A part of a link.
+    """A geometric part of a link.
 
     Attributes:
         translation: of its own frame in the link's, m.
@@ -55,12 +55,12 @@ class Shape(ABC):
 
     @property
     def pose(self) -> Transform:
-        """From its own frame to the link's."""
+        """The transform from its own frame to the link's."""
         return Transform(self.rotation, self.translation)
 
     @abstractmethod
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
-        """Those that hold it, by a formula, in its own frame; none of a mesh.
+        """Balls that hold it, by a formula, in its own frame; none of a mesh.
 
         Args:
             overhang: how far they may leave it, m, as far as a limited number allows; by default as few as are usual
@@ -69,23 +69,23 @@ class Shape(ABC):
 
     @property
     def triangles(self) -> FloatArray:
-        """Corners of triangles around it, in its own frame, (n, 3, 3), m; none where balls say all by default."""
+        """Corners of triangles around it, in its own frame, (n, 3, 3), m; by default none, as balls say all."""
         return NO_TRIANGLES
 
     @property
     def surface(self) -> FloatArray:
-        """Corners of triangles to be looked at, in its own frame, (n, 3, 3), m; none of a mesh."""
+        """Corners of triangles for drawing, in its own frame, (n, 3, 3), m; none of a mesh."""
         return facing_out(self.triangles)
 
     @property
     def mesh(self) -> MeshShape | None:
-        """Itself, where a file has it; None by default."""
+        """The shape itself, where it is a mesh in a file; None by default."""
         return None
 
     @property
     @abstractmethod
     def bulk(self) -> Bulk:
-        """Its volume and how that lies, in its own frame.
+        """The volume and its moments, in its own frame.
 
         Raises:
             NotImplementedError: of a mesh, which is not known here.
@@ -127,7 +127,7 @@ class CapsuleShape(Shape):
 
     @property
     def bulk(self) -> Bulk:
-        """Of a cylinder and two half balls, whose centres are 3/8 of the radius from the discs."""
+        """The bulk of a cylinder and two half balls, whose centres are 3/8 of the radius from the discs."""
         r, h = self.radius, self.length / 2.0
         middle, ends = 2.0 * np.pi * r**2 * h, 4.0 / 3.0 * np.pi * r**3
         across = (middle * r**2 / 4.0 + ends * r**2 / 5.0) / (middle + ends)
@@ -214,7 +214,6 @@ class MeshShape(Shape):
     scale: Point3 = (1.0, 1.0, 1.0)
 
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
-        """None: its triangles are not known here."""
         return ()
 
     @property

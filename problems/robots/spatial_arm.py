@@ -23,15 +23,15 @@ from problems.base import (
     Matrix,
     Operand,
     as_array,
+    cached_function,
     check_within,
-    kept_function,
     structure_key,
 )
+from problems.robots.appearance import LinkAppearance
 from problems.robots.arm_cover import ArmCover
 from problems.robots.chain import UNTURNED, Chain
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Moments, Payload
-from problems.robots.looks import Look
 from problems.robots.robot import Body, JointLimits, Robot
 from problems.robots.spheres import Sphere
 from problems.robots.tracking import MOST_TOGETHER, TrackingError
@@ -69,7 +69,7 @@ class SpatialArm(Robot):
         payload: what the tool carries; None for nothing.
         gravity: m/s^2, as seen from outside.
         carried: names of spheres, and of links of the cover, that the tool holds.
-        looks: of its links; decoration, which no comparison counts.
+        appearances: of its links; decoration, which no comparison counts.
         tracking: how far its joints may be from where they are planned; None where they follow exactly.
 
     Raises:
@@ -80,7 +80,7 @@ class SpatialArm(Robot):
     numbers: ClassVar[tuple[str, ...]] = (
         *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits", "max_torque"
     )  # fmt: skip
-    inert: ClassVar[tuple[str, ...]] = ("looks",)
+    inert: ClassVar[tuple[str, ...]] = ("appearances",)
     angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
     range_field: ClassVar[str] = "position_limits"
 
@@ -105,7 +105,7 @@ class SpatialArm(Robot):
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
     carried: tuple[str, ...] = ()
-    looks: tuple[Look, ...] = stated(default=(), compare=False)
+    appearances: tuple[LinkAppearance, ...] = stated(default=(), compare=False)
     tracking: TrackingError | None = None
 
     def __repr__(self) -> str:
@@ -160,7 +160,7 @@ class SpatialArm(Robot):
 
     @property
     def _errors(self) -> tuple[Any, ...]:
-        """How far each joint may be from its planned place at any speed and acceleration, rad or m."""
+        """The largest error of each joint at any speed and acceleration, rad or m."""
         if self.tracking is None:
             return (0.0,) * self.dof
         return self.tracking.most(self.max_speed, self.max_acceleration)
@@ -195,7 +195,6 @@ class SpatialArm(Robot):
 
     @property
     def dim(self) -> int:
-        """3."""
         return 3
 
     @property
@@ -218,7 +217,7 @@ class SpatialArm(Robot):
 
     @property
     def _ranges(self) -> tuple[tuple[float, float], ...] | None:
-        """Of what is planned: so that a joint that is off it is within its limits, (lowest, highest) of each."""
+        """Planned ranges, (lowest, highest) of each joint, so that a joint that is off is within its limits."""
         if self.position_limits is None or self.tracking is None:
             return self.position_limits
         own = zip(self.position_limits, self._errors, strict=True)
@@ -250,7 +249,7 @@ class SpatialArm(Robot):
 
     @property
     def base_frame(self) -> Transform:
-        """Where the base stands."""
+        """The pose of the base."""
         return Transform(self.base_rotation, self.base_translation)
 
     @property
@@ -259,7 +258,7 @@ class SpatialArm(Robot):
 
     @property
     def tool_frame(self) -> Transform:
-        """From the tool's frame to the last joint's."""
+        """The transform from the tool's frame to the last joint's."""
         return self.chain.tip @ Transform(self.tool_rotation, self.tool_translation)
 
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
@@ -283,7 +282,7 @@ class SpatialArm(Robot):
 
     @cached_property
     def _tool(self) -> ca.Function | None:
-        """Of one posture (dof, 1), or of n at once: position (3, n) and rotation (9, n); None with symbols in it."""
+        """The function of n postures (dof, n) to position (3, n) and rotation (9, n); None with symbols in it."""
         parts = (self.chain, self.base_translation, self.base_rotation, self.tool_translation, self.tool_rotation)
         if structure_key(*parts) is None:
             return None
@@ -292,19 +291,18 @@ class SpatialArm(Robot):
         def make() -> ca.Function:
             return ca.Function("tool", [theta], [ca.densify(part.T) for part in self._symbolic_tool(theta.T)])
 
-        return kept_function(make, "tool", *parts)
+        return cached_function(make, "tool", *parts)
 
     def tool_at(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The same in numbers: positions (n, 3), m, and rotation matrices (n, 3, 3)."""
+        """The tool's poses in numbers: positions (n, 3), m, and rotation matrices (n, 3, 3)."""
         position, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
         return position, rotation.reshape(-1, 3, 3)
 
     def tool(self, theta: Matrix) -> Matrix:
-        """Where the tool is, (n, 3), m."""
         return self.tool_pose(theta)[0]
 
     def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
-        """Where the tool is, x, y, z, m, and how it is turned, the unit quaternion qx, qy, qz, qw."""
+        """The tool's position x, y, z, m, and its orientation, the unit quaternion qx, qy, qz, qw."""
         place, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
         return dict(zip(POSE, [*place.T, *quaternions_of(rotation).T], strict=True))
 
@@ -317,7 +315,7 @@ class SpatialArm(Robot):
         return np.stack([np.concatenate(pair, axis=1) for pair in zip(origins, turned, strict=True)], axis=1)
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
-        """Base, joints and tool, for drawing: (n, dof + 2, 3), m."""
+        """Positions of base, joints and tool, for drawing: (n, dof + 2, 3), m."""
         points = self.positions(ca.DM(theta))
         return np.stack([as_array(matrix) for matrix in (*points[: self.dof + 1], points[-1])], axis=1)
 
@@ -336,7 +334,7 @@ class SpatialArm(Robot):
         return self.spheres[self.number_of(body)].link
 
     def reach(self, links: int | None = None) -> tuple[float, float]:
-        """0, and no less than the distance in m from the base at which a frame, in the order of positions, can be."""
+        """The least distance, 0, and a bound of the distance in m of a frame of :meth:`positions` from the base."""
         return 0.0, float(self._farthest[-1 if links is None else links])
 
     @cached_property
@@ -355,7 +353,7 @@ class SpatialArm(Robot):
 
     @cached_property
     def levers(self) -> FloatArray:
-        """How far a sphere's centre can be from each joint's axis, (spheres, dof), m; 1 for a joint that slides."""
+        """The largest distances of sphere centres from each joint's axis, (spheres, dof), m; 1 if it slides."""
         links = np.array([sphere.link for sphere in self.spheres], dtype=np.intp)
         centers = np.array([sphere.center for sphere in self.spheres], dtype=float).reshape(-1, 3)
         found = np.empty((links.size, self.dof))
@@ -365,7 +363,7 @@ class SpatialArm(Robot):
 
     @cached_property
     def tool_levers(self) -> FloatArray:
-        """How far the tool can be from each joint's axis, (dof,), m; 1 for a joint that slides."""
+        """The largest distance of the tool from each joint's axis, (dof,), m; 1 for a joint that slides."""
         place = np.array([[float(part) for part in self.tool_frame.translation]])
         return np.asarray(self.chain.levers(self.dof, place)[0])
 
@@ -376,18 +374,18 @@ class SpatialArm(Robot):
 
     @property
     def says_what_could_touch(self) -> bool:
-        """Always: what has no spheres touches nothing."""
+        """Always true: what has no spheres touches nothing."""
         return True
 
     @property
     def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Those of ``kept_pairs``, the one nearer the base first; where a cover decides, what surely lies in them."""
+        """Pairs of ``kept_pairs``, that nearer the base first; where a cover decides, of what surely lies in them."""
         bodies = self.bodies if self.cover is None else tuple(map(self.among_own, self.inner_bodies))
         return self._bodies_of(self.kept_pairs, bodies)
 
     @property
     def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Those of ``kept_pairs`` and ``proven_pairs``."""
+        """Pairs of ``kept_pairs`` and ``proven_pairs``."""
         return self._bodies_of((*self.kept_pairs, *self.proven_pairs), self.bodies)
 
     def _bodies_of(self, numbers: Iterable[tuple[int, int]], bodies: tuple[Body, ...]) -> tuple[tuple[Body, Body], ...]:
@@ -397,7 +395,7 @@ class SpatialArm(Robot):
 
     @cached_property
     def inner_bodies(self) -> tuple[Body, ...]:
-        """Of the spheres what surely lies in the links: balls around the same centres."""
+        """Balls around the spheres' centres that surely lie in the links."""
         return tuple(replace(body, radius=self.inner(number)) for number, body in enumerate(self.bodies))
 
     def among_own(self, body: Body) -> Body:
@@ -418,7 +416,6 @@ class SpatialArm(Robot):
 
     @property
     def ignored(self) -> tuple[str, ...]:
-        """Those of ``ignored_links``."""
         return self.ignored_links
 
     @property
@@ -439,7 +436,7 @@ ROUNDING = 1e-9  # N m
 SEED = 17  # of the postures: a robot has the same figures every time
 
 
-def most_held(arm: SpatialArm) -> FloatArray | None:
+def largest_holding_torques(arm: SpatialArm) -> FloatArray | None:
     """The largest torque that holds each joint at random postures within the limits, (dof,), N m or N.
 
     None where masses are not known. The largest of all postures is a little more.

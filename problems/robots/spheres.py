@@ -51,11 +51,11 @@ class Ball:
     inner: float | None = None
 
     def seen_from(self, pose: Transform) -> Ball:
-        """The same from the frame in which its own has this pose."""
+        """The ball as seen from the frame in which its own has this pose."""
         return Ball(numbers_of(pose @ Transform(translation=self.center))[0], self.radius, self.inner)
 
     def on(self, link: int, name: str) -> Sphere:
-        """The same on a body of the chain, from whose frame it is seen."""
+        """The ball as a sphere on a body of the chain, from whose frame it is seen."""
         return Sphere(link, self.center, self.radius, name, self.inner)
 
 
@@ -112,7 +112,7 @@ def _pieces(length: float, radius: float, excess: float = EXCESS, most: int = MO
 
 
 def _sticking_out(cell: FloatArray) -> float:
-    """How far the ball around a cell leaves it, m."""
+    """The distance by which the ball around a cell leaves it, m."""
     return float(np.linalg.norm(cell) - np.min(cell)) / 2
 
 

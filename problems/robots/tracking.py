@@ -18,7 +18,7 @@ MOST_TOGETHER = 1.0  # rad, of all joints that turn: farther than that bounds by
 
 @dataclass(frozen=True)
 class TrackingError:
-    """Joint j is never farther from its planned place than constant_j + speed_j |dq_j/dt| + acceleration_j |d2q_j/dt2|.
+    """A bound constant_j + speed_j |dq_j/dt| + acceleration_j |d2q_j/dt2| of joint j's distance from its plan.
 
     At every time, whatever the other joints do; speed and acceleration are the planned ones.
 
@@ -43,16 +43,16 @@ class TrackingError:
 
     @property
     def numbers(self) -> FloatArray:
-        """Its three parts, (3, dof)."""
+        """The three parts of the bound, (3, dof)."""
         return np.array([self.constant, self.speed, self.acceleration])
 
     def at(self, speed: FloatArray, acceleration: FloatArray) -> FloatArray:
-        """How far joints may be from their places at speeds and accelerations (n, dof): (n, dof), rad or m."""
+        """The bounds at speeds and accelerations (n, dof): (n, dof), rad or m."""
         constant, by_speed, by_acceleration = self.numbers
         return np.asarray(constant + by_speed * np.abs(speed) + by_acceleration * np.abs(acceleration))
 
     def most(self, speed: Sequence[Operand], acceleration: Sequence[Operand]) -> tuple[Operand, ...]:
-        """The same within limits of speed and acceleration, of each joint: (dof,)."""
+        """The largest bounds within limits of speed and acceleration, of each joint: (dof,)."""
         own = zip(self.constant, self.speed, self.acceleration, speed, acceleration, strict=True)
         return tuple(a + b * fast + c * sharp for a, b, c, fast, sharp in own)
 
@@ -60,7 +60,7 @@ class TrackingError:
 def least_tracking_error(
     errors: FloatArray, speed: FloatArray, acceleration: FloatArray, constant_alone: bool = False, margin: float = 1.0
 ) -> TrackingError:
-    """The least tracking error that bounds what was measured: of each joint a linear program over its three parts.
+    """The least tracking error that bounds what was measured, by a linear program for each joint.
 
     It minimises the mean of the bound over the rows.
 

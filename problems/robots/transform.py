@@ -31,17 +31,17 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """From the coordinates of one frame to those of another: ``x -> rotation x + translation``, m."""
+    """A map of coordinates from one frame to another: ``x -> rotation x + translation``, m."""
 
     rotation: Rotation = IDENTITY
     translation: Vector = ORIGIN
 
     def __matmul__(self, other: Transform) -> Transform:
-        """First the other, then this."""
+        """The transform that does the other first, then this."""
         return Transform(compose(self.rotation, other.rotation), self.apply(other.translation))
 
     def apply(self, point: Vector) -> Vector:
-        """Where a point is seen from outside, m."""
+        """The coordinates of a point as seen from outside, m."""
         return _added(self.turn(point), self.translation)
 
     def turn(self, vector: Vector) -> Vector:
@@ -51,7 +51,7 @@ class Transform:
 
     @property
     def inverse(self) -> Transform:
-        """The transform back."""
+        """The inverse transform, from outside to the frame."""
         back = Transform(transposed(self.rotation))
         x, y, z = (times(part, -1.0) for part in back.turn(self.translation))
         return Transform(back.rotation, (x, y, z))
@@ -75,7 +75,7 @@ def about(axis: Sequence[float], angle: Operand) -> Rotation:
 
 
 def moved(pose: Transform, axis: Sequence[float], turns: bool, value: Operand) -> Transform:
-    """From the frame of a joint to that of the one before.
+    """The transform from the frame of a joint to that of the one before.
 
     Args:
         pose: where it is at zero.
@@ -142,7 +142,7 @@ def rotated(rotation: Rotation, vector: Vector) -> Vector:
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """The cross product."""
+    """The cross product of two vectors."""
     return (
         plus(times(a[1], b[2]), -times(a[2], b[1])),
         plus(times(a[2], b[0]), -times(a[0], b[2])),
@@ -168,7 +168,7 @@ def outer(a: Vector, b: Vector) -> Rotation:
 
 
 def dot(a: Vector, b: Vector) -> Operand:
-    """The scalar product."""
+    """The scalar product of two vectors."""
     return _dot(a, b)
 
 
@@ -216,13 +216,13 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
 
 
 def _of_length_one(quaternions: FloatArray) -> FloatArray:
-    """Quaternions (..., 4), scaled."""
+    """Quaternions (..., 4), scaled to length 1."""
     x, y, z, w = np.moveaxis(quaternions, -1, 0)
     return np.asarray(quaternions / np.sqrt(x * x + y * y + z * z + w * w)[..., None])
 
 
 def _matrices(quaternions: FloatArray) -> FloatArray:
-    """Of quaternions (..., 4) of length 1: (..., 3, 3)."""
+    """The matrices of quaternions (..., 4) of length 1: (..., 3, 3)."""
     x, y, z, w = np.moveaxis(quaternions, -1, 0)
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     rows = (
@@ -234,7 +234,7 @@ def _matrices(quaternions: FloatArray) -> FloatArray:
 
 
 def _quaternions(rotations: FloatArray) -> FloatArray:
-    """Of rotation matrices (n, 3, 3), (n, 4): the largest of the four parts decides which formula is exact."""
+    """Quaternions (n, 4) of rotation matrices (n, 3, 3), by the formula that the largest part makes exact."""
     trace = rotations[:, 0, 0] + rotations[:, 1, 1] + rotations[:, 2, 2]
     largest = np.argmax(np.column_stack([np.diagonal(rotations, axis1=1, axis2=2), trace]), axis=1)
     found = np.empty((len(rotations), 4))
@@ -285,24 +285,24 @@ class Orientations:
 
     @cached_property
     def turns(self) -> FloatArray:
-        """From each point to the next, in the tool's own axes: axis times angle, (n - 1, 3), rad."""
+        """Turns from each point to the next, in the tool's own axes: axis times angle, (n - 1, 3), rad."""
         return np.asarray((self.at_points[:-1].inv() * self.at_points[1:]).as_rotvec())
 
     @cached_property
     def angles(self) -> FloatArray:
-        """By how much it turns from each point to the next, (n - 1,), rad."""
+        """Angles by which it turns from each point to the next, (n - 1,), rad."""
         return np.asarray(np.linalg.norm(self.turns, axis=1))
 
     @cached_property
     def axes(self) -> FloatArray:
-        """About which axis, in the tool's own, (n - 1, 3); any one where it does not turn."""
+        """Axes of these turns, in the tool's own axes, (n - 1, 3); any one where it does not turn."""
         still = self.angles == 0.0
         axes = np.where(still[:, None], [1.0, 0.0, 0.0], self.turns)
         return np.asarray(axes / np.where(still, 1.0, self.angles)[:, None])
 
     @cached_property
     def matrices(self) -> FloatArray:
-        """At the points, (n, 3, 3)."""
+        """The rotation matrices at the points, (n, 3, 3)."""
         return np.asarray(self.at_points.as_matrix())
 
     def along(self, segments: NDArray[np.intp], shares: FloatArray) -> FloatArray:
@@ -338,6 +338,6 @@ def unit_quaternions(given: ArrayLike | Sequence[Sequence[float]]) -> FloatArray
 
 
 def angles_between(first: FloatArray, second: FloatArray) -> FloatArray:
-    """By how much rotation matrices (n, 3, 3) differ, (n,), rad: exact for small angles as well as half turns."""
+    """Angles between rotation matrices (n, 3, 3), (n,), rad: exact for small angles as well as half turns."""
     half_sine = np.linalg.norm(first - second, axis=(1, 2)) / np.sqrt(8.0)
     return np.asarray(2.0 * np.arcsin(np.minimum(1.0, half_sine)))

@@ -11,7 +11,7 @@ from typing import Any
 from problems.base import InvalidProblem
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
 from problems.robots.description import RobotDescription
-from problems.robots.inertia import Inertia, impossible, joined, moved_inertia
+from problems.robots.inertia import Inertia, combined, inertia_fault, moved_inertia
 from problems.robots.spheres_file import read_spheres
 from problems.robots.transform import Transform, numbers_of
 from problems.robots.urdf_elements import (
@@ -104,7 +104,7 @@ def _check(moving: list[UrdfJoint], base: str) -> None:
 def _check_followers(
     tree: Tree, locked: Collection[str], base: str, along: Collection[str], leads: Mapping[str, str]
 ) -> None:
-    """Check that no joint that mimics one of the chain is held by ``locked``, or carries the base.
+    """Check that no joint that mimics one of the chain is locked, or carries the base.
 
     Args:
         tree: as the file states it.
@@ -131,43 +131,46 @@ def _check_followers(
 
 @dataclass
 class _Body:
-    """A link that moves, or the base, and all that is fixed to it or held in its place.
+    """A moving link, or the base, and all links that are fixed to it.
 
     Attributes:
         frames: of its links.
         inertias: of these, in its own frame.
-        ways: joints off the chain between its first link and each, by the names of links.
+        joints_between: joints off the chain between its first link and each, by the names of links.
         faults: why inertias are none.
     """
 
     frames: list[LinkFrame] = field(default_factory=list)
     inertias: list[Inertia] = field(default_factory=list)
-    ways: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    joints_between: dict[str, tuple[str, ...]] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
 
     @property
     def off_chain(self) -> list[str]:
         """Joints off the chain that carry its links, each once."""
-        return list(dict.fromkeys(name for way in self.ways.values() for name in way))
+        return list(dict.fromkeys(name for way in self.joints_between.values() for name in way))
 
     def beyond(self, joint: str) -> Iterator[str]:
         """Links that a joint off the chain carries, as seen from the chain."""
-        return (link for link, way in self.ways.items() if joint in way)
+        return (link for link, way in self.joints_between.items() if joint in way)
 
 
 def _body(tree: Tree, first: LinkFrame, along: Collection[str], off_chain: Collection[str]) -> _Body:
-    """All that hangs together with a link, above it too, as far as no joint of the chain moves it."""
-    body = _Body([first], ways={first.name: ()})
+    """A link and all links fixed to it, above it too, as far as no joint of the chain moves them."""
+    body = _Body([first], joints_between={first.name: ()})
     for frame in body.frames:  # which grows
         for joint, link, pose in tree.around(frame.name):
-            if joint.name not in along and link not in body.ways:
-                body.ways[link] = (*body.ways[frame.name], *((joint.name,) if joint.name in off_chain else ()))
+            if joint.name not in along and link not in body.joints_between:
+                body.joints_between[link] = (
+                    *body.joints_between[frame.name],
+                    *((joint.name,) if joint.name in off_chain else ()),
+                )
                 body.frames.append(LinkFrame.of(link, first.body, frame.pose @ pose, frame.name))
     for frame in body.frames:
         inertia = tree.links[frame.name].inertia
         if inertia is not None:
             body.inertias.append(moved_inertia(inertia, frame.pose))
-            reason = impossible(inertia.matrix)
+            reason = inertia_fault(inertia.matrix)
             body.faults += [] if reason is None else [f"link {frame.name!r}: no body has its inertia, {reason}"]
     return body
 
@@ -181,26 +184,26 @@ def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
         translation=translation,
         rotation=rotation,
         axis=joint.axis,
-        position=joint.position if joint.has_room else None,
+        position=joint.position if joint.has_range else None,
         speed=joint.speed,
         effort=joint.effort,
         damping=joint.damping,
         friction=joint.friction,
-        inertia=joined(body.inertias),
+        inertia=combined(body.inertias),
         fault=next(iter(body.faults), ""),
     )
 
 
 def _soft_limits(moving: list[UrdfJoint]) -> list[str]:
-    """A note on joints that a safety controller slows down, with which no plan counts."""
+    """A note on joints that a safety controller slows down, which plans do not count on."""
     braked = [joint.name for joint in moving if joint.is_braked]
     return [f"soft limits bound {', '.join(braked)}; that speeds fall near them is not planned with"] if braked else []
 
 
 def _gaps(moving: list[UrdfJoint]) -> list[str]:
-    """What the file does not say of the joints that move."""
+    """Notes on what the file does not state of the joints that move."""
     missing = {
-        "position limits": [j.name for j in moving if not j.has_room and j.kind != JointKind.CONTINUOUS],
+        "position limits": [j.name for j in moving if not j.has_range and j.kind != JointKind.CONTINUOUS],
         "velocity": [joint.name for joint in moving if joint.speed is None],
         "effort": [joint.name for joint in moving if joint.effort is None],
     }
@@ -216,7 +219,7 @@ BUILT_IN: Collection[str] = ("panda", "ur5e", "iiwa14")
 
 
 def built_in(name: str, tip_link: str | None = None) -> RobotDescription:
-    """A robot that is built in, with its limits and spheres.
+    """A built-in robot with its limits and spheres.
 
     Args:
         name: one of ``BUILT_IN``.

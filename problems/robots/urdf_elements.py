@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 
 from problems.base import COORDINATES, MASSES, InvalidProblem, number_of, shown
+from problems.robots.appearance import Colour, Visual, colour_of
 from problems.robots.inertia import Inertia, moved_inertia
-from problems.robots.looks import Colour, Visual, colour_of
 from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
 from problems.robots.transform import (
     Matrix3,
@@ -30,10 +30,10 @@ NUMBERS = (-1e12, 1e12)  # of any attribute; masses and inertias included
 
 
 class WithoutDoctype(ET.TreeBuilder):
-    """Builds elements; refuses document types, in which entities that grow without end are declared."""
+    """A builder of elements that refuses document types, whose entities may grow without end."""
 
     def doctype(self, *_: str | None) -> None:
-        """Refuse it before an entity is read."""
+        """Refuse a document type before an entity is read."""
         raise refused("a document type (DOCTYPE) is not read")
 
 
@@ -73,7 +73,7 @@ def _is_of_xacro(element: ET.Element) -> bool:
 
 
 def name_of(element: ET.Element, key: str = "name") -> str:
-    """An attribute that must be there."""
+    """The value of an attribute that must be there."""
     value = element.get(key)
     if not value:
         raise refused(f"<{element.tag}> without {key!r}")
@@ -81,7 +81,7 @@ def name_of(element: ET.Element, key: str = "name") -> str:
 
 
 def numbers(element: ET.Element, key: str, count: int, default: Sequence[float], owner: str) -> tuple[float, ...]:
-    """So many numbers in an attribute of the element of ``owner``.
+    """The numbers, so many, in an attribute of the element of ``owner``.
 
     Raises:
         InvalidProblem: other numbers, or something else.
@@ -158,14 +158,14 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class Mimic:
-    """How a joint follows another: multiplier times its value and an offset, rad or m."""
+    """The rule by which a joint follows another: multiplier times its value and an offset, rad or m."""
 
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
 
     def at(self, value: float) -> float:
-        """Where the joint is, rad or m, when the other is at a value."""
+        """The value of the joint, rad or m, when the other has a value."""
         return self.multiplier * value + self.offset
 
 
@@ -204,18 +204,18 @@ class UrdfJoint:
     is_braked: bool = False
 
     @property
-    def has_room(self) -> bool:
-        """Whether it is stated from where to where it moves, and there is something between."""
+    def has_range(self) -> bool:
+        """Whether the range of the joint is stated and not empty."""
         return self.position is not None and self.position[0] < self.position[1]
 
     @property
     def usual(self) -> float:
-        """Zero where it can be that, else the middle of its range, as ROS's publisher of joint states has it."""
+        """The value 0 if it is in the range, else its middle, as ROS's publisher of joint states has it."""
         low, high = self.position if self.position is not None and self.kind in MOVING else (0.0, 0.0)
         return 0.0 if low <= 0.0 <= high else (low + high) / 2.0
 
     def at(self, value: float) -> UrdfJoint:
-        """The same, held at a value, rad or m; one of several degrees of freedom is held at none."""
+        """The joint fixed at a value, rad or m; at none if it has several degrees of freedom."""
         if self.kind not in MOVING:
             return replace(self, kind="fixed")
         turned = moved(self.origin, self.axis, self.kind != "prismatic", ca.DM(value))
@@ -225,7 +225,7 @@ class UrdfJoint:
 
 
 def read_link(element: ET.Element, colours: Mapping[str, Colour]) -> UrdfLink:
-    """A ``link`` element.
+    """The link that a ``link`` element states.
 
     Args:
         element: of it.
@@ -251,7 +251,7 @@ def read_colours(robot: ET.Element) -> dict[str, Colour]:
 
 
 def _stated_colour(material: ET.Element) -> Colour:
-    """Of a ``material``; empty where it states none, or one that cannot be read: it is decoration."""
+    """The colour of a ``material``; empty where it states none, or one that cannot be read."""
     colour = material.find("color")
     try:
         return "" if colour is None else colour_of(numbers(colour, "rgba", 4, (), "material"))
@@ -260,7 +260,7 @@ def _stated_colour(material: ET.Element) -> Colour:
 
 
 def _visuals(element: ET.Element, owner: str, colours: Mapping[str, Colour]) -> tuple[tuple[Visual, ...], str]:
-    """What is shown of a link, or nothing and why."""
+    """The visual geometry of a link, or nothing and the reason."""
     visuals = []
     try:
         for visual in element.findall("visual"):
@@ -315,7 +315,7 @@ def _inertia(element: ET.Element, owner: str) -> Inertia | None:
 
 
 def read_joint(element: ET.Element) -> UrdfJoint:
-    """A ``joint`` element.
+    """The joint that a ``joint`` element states.
 
     Raises:
         InvalidProblem: it has impossible numbers, or lacks its links.

@@ -36,19 +36,19 @@ ACCESSORIES = re.compile(
 
 
 def is_of_an_arm(joint: UrdfJoint) -> bool:
-    """Whether a joint is none of a hand, a wheel, or a head by its name, and follows no other."""
+    """Whether a joint belongs to no hand, wheel or head by its name, and follows no other."""
     name = joint.name.lower()
     return joint.mimic is None and not ACCESSORIES.search(name) and "hand" not in name
 
 
 def moves_by_itself(joint: UrdfJoint) -> bool:
-    """Any joint that follows no other."""
+    """Whether a joint follows no other."""
     return joint.mimic is None
 
 
 @dataclass(frozen=True)
 class Tree:
-    """Links and joints by name.
+    """The links and joints of a URDF by name.
 
     Attributes:
         links: in the order of the file.
@@ -60,7 +60,7 @@ class Tree:
 
     @classmethod
     def of(cls, robot: ET.Element) -> Tree:
-        """What a ``robot`` element holds.
+        """The tree of a ``robot`` element.
 
         Raises:
             InvalidProblem: two of a name, a link that no one states, a loop.
@@ -160,7 +160,7 @@ class Tree:
         return found
 
     def _tip(self, base: str) -> tuple[str, list[str]]:
-        """Where the only chain of joints ends that are no fingers, wheels, or carry sensors."""
+        """The end of the only chain of joints that are no fingers, wheels or sensor mounts."""
         arms = list(self._arms(base, [], is_of_an_arm)) or list(self._arms(base, [], moves_by_itself))
         if len(arms) > 1:
             each = [f"{self._frame_at(joints[-1].child)!r} ({_counted(joints)})" for joints in arms[:MOST_NAMED]]
@@ -184,7 +184,7 @@ class Tree:
             yield joints
 
     def _frame_at(self, body: str) -> str:
-        """Of the frames fixed to a body the one called as tools are, or the one that most others carry."""
+        """The frame fixed to a body that is named like a tool, or that most others carry."""
         depths = {body: 0}
         for joint in self.below(body):
             if joint.kind == "fixed" and joint.parent in depths:
@@ -197,7 +197,7 @@ class Tree:
         return max(plain, key=lambda link: depths[link])
 
     def locked(self, values: Mapping[str, float]) -> Tree:
-        """The same with joints held at values, rad or m, and those that mimic them, directly or through others.
+        """The tree with joints fixed at values, rad or m, and those that mimic them, directly or through others.
 
         Raises:
             InvalidProblem: ``locked`` names no joint that moves, or a value that it cannot have; ``urdf`` has joints
@@ -208,14 +208,14 @@ class Tree:
             if joint is None or joint.kind not in MOVING:
                 moving = [joint.name for joint in self.joints.values() if joint.kind in MOVING]
                 raise InvalidProblem("locked", f"no joint {name!r} moves; there are {_some(moving)}")
-            if joint.has_room and joint.position is not None and not joint.position[0] <= value <= joint.position[1]:
+            if joint.has_range and joint.position is not None and not joint.position[0] <= value <= joint.position[1]:
                 low, high = joint.position
                 raise InvalidProblem("locked", f"{name}: {value:g} is not within {low:g} to {high:g}")
         leads = {name: self.lead(name, values) for name, joint in self.joints.items() if joint.kind in MOVING}
         return self._at({name: lead.at(values[lead.joint]) for name, lead in leads.items() if lead.joint in values})
 
     def lead(self, name: str, known: Collection[str] = ()) -> Mimic:
-        """How a joint follows the first that is known, or mimics no other: itself, where that is the case.
+        """The rule by which a joint follows the first that is known, or a joint that mimics no other.
 
         Raises:
             InvalidProblem: ``urdf`` has joints that mimic each other in a circle, or a joint that is not there.
@@ -232,7 +232,7 @@ class Tree:
         return lead
 
     def standing(self, chain: Collection[str]) -> tuple[Tree, dict[str, float], dict[str, str]]:
-        """The same with all joints off a chain held where they usually are; values, and joints that follow the chain.
+        """The tree with all joints off a chain fixed at usual values; these, and joints that follow the chain.
 
         Args:
             chain: names of its joints.

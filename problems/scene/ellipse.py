@@ -82,12 +82,12 @@ class Ellipse(Obstacle):
         return 2.0 * min(self.semi_axes)
 
     def to_unit_circle(self, points: Matrix) -> tuple[Matrix, Matrix]:
-        """Map points (n, 2) in m so that this ellipse becomes the unit circle; both (n, 1), dimensionless."""
+        """Points (n, 2) in m mapped so that this ellipse is the unit circle; both (n, 1), dimensionless."""
         dx, dy = self._local(points)
         return dx * (1.0 / self.semi_axes[0]), dy * (1.0 / self.semi_axes[1])
 
     def _local(self, points: Matrix) -> tuple[Matrix, Matrix]:
-        """From the centre to points (n, 2), along the semi-axes; both (n, 1), m."""
+        """Vectors from the centre to points (n, 2), along the semi-axes; both (n, 1), m."""
         x, y = columns(points)
         dx, dy = x - self.center[0], y - self.center[1]
         if not is_zero(self.angle):
@@ -100,7 +100,7 @@ class Ellipse(Obstacle):
         return bool(u * u + v * v <= 1.0)
 
     def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
-        """Clearance of straight segments: exact in sign.
+        """The clearance of straight segments, exact in sign.
 
         Returns:
             (n, 1), m: negative when the segment enters the ellipse, 0 when it touches, else a lower bound of the
@@ -119,7 +119,7 @@ class Ellipse(Obstacle):
         return u0 + along * du, v0 + along * dv
 
     def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
-        """Clearance of straight segments, with a sharper lower bound of their distance: see the top of this module."""
+        """The clearance of straight segments, with a sharper lower bound of their distance: see this module."""
         (a, b), clearance = self.semi_axes, self.segment_clearance(start, end)
         (x0, y0), (x1, y1) = (self._local(points) for points in (start, end))
         dx, dy = x1 - x0, y1 - y0
@@ -186,6 +186,6 @@ class Ellipse(Obstacle):
 
 
 def _unit(x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
-    """Vectors of length 1; of length 0 where there is no direction."""
+    """Unit vectors; vectors of length 0 where there is no direction."""
     length = ca.sqrt(x * x + y * y + TINY_SQUARED)
     return x / length, y / length

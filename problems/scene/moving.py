@@ -27,7 +27,7 @@ Velocity: TypeAlias = Annotated[float, Quantity(COORDINATES, "m/s")]
 
 
 class ObstacleMotion(Parametric, ABC):
-    """How a frame moves in which an obstacle stands still. A subclass is a frozen dataclass.
+    """The motion of a frame in which an obstacle stands still. A subclass is a frozen dataclass.
 
     Times are absolute: at t = 0 the robot starts.
     """
@@ -35,7 +35,7 @@ class ObstacleMotion(Parametric, ABC):
     @property
     @abstractmethod
     def dim(self) -> int:
-        """2 in the plane, 3 in space."""
+        """The dimension: 2 in the plane, 3 in space."""
 
     @abstractmethod
     def seen(self, points: Matrix, times: Matrix) -> Matrix:
@@ -43,7 +43,7 @@ class ObstacleMotion(Parametric, ABC):
 
     @abstractmethod
     def frames(self, times: FloatArray) -> Frames:
-        """Where the frame is at times (n,) in s."""
+        """Poses of the frame at times (n,) in s."""
 
     def placed(self, points: FloatArray, time: float) -> FloatArray:
         """Points (n, dim) of the frame as seen from outside at a time in s: (n, dim), m."""
@@ -51,7 +51,7 @@ class ObstacleMotion(Parametric, ABC):
 
     @abstractmethod
     def travel(self, cells: FloatArray, extent: float) -> FloatArray:
-        """How far points of the frame can be from where they are in the middle of cells of time.
+        """Bounds of how far points of the frame are from where they are in the middle of cells of time.
 
         Args:
             cells: start and end of each, (n, 2), s.
@@ -66,7 +66,7 @@ class ObstacleMotion(Parametric, ABC):
         """An upper bound of how far the frame's origin is from that of the world from one time in s to another, m."""
 
     def quiet_after(self, around: float) -> float:
-        """From which time on, in s, the frame stands still or its origin is farther than so many m from the world's.
+        """The time in s after which the frame stands still, or its origin is farther than so many m from the world's.
 
         Infinite by default: no such time is known.
         """
@@ -74,10 +74,10 @@ class ObstacleMotion(Parametric, ABC):
 
     @abstractmethod
     def later(self, seconds: float) -> Self:
-        """The same motion on a clock that starts so many seconds later."""
+        """The motion on a clock that starts so many seconds later."""
 
     def during(self, first: float, last: float) -> Self:
-        """The same motion for those who ask about times from ``first`` to ``last`` in s alone; itself by default."""
+        """The motion for times from ``first`` to ``last`` in s alone; the whole one by default."""
         return self
 
 
@@ -123,7 +123,6 @@ class ConstantVelocity(ObstacleMotion):
         return np.asarray(np.linalg.norm(self.velocity) * (cells[:, 1] - cells[:, 0]) / 2.0)
 
     def offset(self, first: float, last: float) -> float:
-        """That of one of the two: on a line nothing in between is farther."""
         return float(max(np.linalg.norm(self._place(time)) for time in (first, last)))
 
     def quiet_after(self, around: float) -> float:
@@ -142,7 +141,7 @@ class ConstantVelocity(ObstacleMotion):
 
 @dataclass(frozen=True)
 class MovingObstacle(Obstacle):
-    """An obstacle in a frame that moves. What is asked of it without a time is answered for ``now``.
+    """An obstacle in a moving frame. What is asked of it without a time is answered for ``now``.
 
     Args:
         still: the obstacle as seen from the frame.
@@ -195,14 +194,12 @@ class MovingObstacle(Obstacle):
         return 0.0 if times is None else self.margin_rate * times
 
     def travel(self, cells: FloatArray, around: float) -> FloatArray:
-        """How much a distance can change within cells (n, 2), s, because it moves: (n,), m."""
         first, last = cells.min(initial=0.0), cells.max(initial=0.0)
         extent = min(self.still.extent, around + self.motion.offset(first, last))
         half = (cells[:, 1] - cells[:, 0]) / 2.0
         return np.asarray(self.motion.travel(cells, extent) + self.margin_rate * half)
 
     def quiet_after(self, around: float) -> float:
-        """When its frame stands still or has left, unless more is kept from it with every second."""
         return np.inf if self.margin_rate else self.motion.quiet_after(around + self.still.extent)
 
     def at(self, time: float) -> Self:
@@ -251,21 +248,19 @@ class MovingObstacle(Obstacle):
         return self.still.segment_distance(self._local(start), self._local(end))
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Clearance of n points (n, dim), m: (n, 1)."""
         return self.still.point_clearance(self._local(points))
 
     def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
         return self.still.distance_of(self._local_point(start), self._local_point(end))
 
     def distance_to(self, point: tuple[float, ...]) -> float:
-        """None at some time, maybe: whatever reaches anywhere may touch it."""
+        """A bound of 0: what reaches anywhere may touch it at some time."""
         return 0.0
 
     def smooth(self, clearance: Matrix) -> Matrix:
         return self.still.smooth(clearance)
 
     def outline(self, count: int = 96) -> FloatArray:
-        """Points on the boundary for drawing, (n, dim), m."""
         return self.motion.placed(self.still.outline(count), self.now)
 
     def surface(self) -> tuple[FloatArray, list[list[int]]]:

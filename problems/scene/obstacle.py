@@ -16,7 +16,7 @@ from problems.base import FloatArray, Matrix, Operand, Parametric, check_fields,
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """A frame at n times.
+    """The poses of a frame at n times.
 
     Attributes:
         origins: (n, dim), m.
@@ -27,7 +27,7 @@ class Frames:
     axes: FloatArray | None = None
 
     def at(self, rows: NDArray[np.intp]) -> Frames:
-        """At some of the times."""
+        """The poses at some of the times."""
         return Frames(self.origins[rows], None if self.axes is None else self.axes[rows])
 
     def seen(self, points: FloatArray) -> FloatArray:
@@ -75,37 +75,37 @@ class Obstacle(Parametric, ABC):
         check_fields(self)
 
     def label(self, number: int) -> str:
-        """What messages call the obstacle of that number."""
+        """The words by which messages call the obstacle of that number."""
         return self.unmoved.name or f"obstacle {number}"
 
     @property
     def dim(self) -> int:
-        """2 in the plane, 3 in space."""
+        """The dimension: 2 in the plane, 3 in space."""
         return 2
 
     @property
     @abstractmethod
     def place(self) -> tuple[float, ...]:
-        """A point of it, m, for messages."""
+        """A point of the obstacle, m, for messages."""
 
     @property
     def complexity(self) -> int:
-        """How much it adds to a model, in corners of a polygon; as one corner by default."""
+        """The size that the obstacle adds to a model, in corners of a polygon; 1 by default."""
         return 1
 
     @property
     def moves(self) -> bool:
-        """Whether it matters at which time: not by default."""
+        """Whether the obstacle moves: not by default."""
         return False
 
     @property
     def unmoved(self) -> Obstacle:
-        """The same as seen from the frame in which it stands still; itself by default."""
+        """The obstacle as seen from the frame in which it stands still; the obstacle itself by default."""
         return self
 
     @property
     def in_space(self) -> tuple[Obstacle, ...]:
-        """Of one in the plane: solids that are together as far from any point of the plane z = 0; else none."""
+        """Solids that are together as far from any point of the plane z = 0 as an obstacle in the plane; else none."""
         return ()
 
     def seen(self, points: Matrix, times: Matrix | None) -> Matrix:
@@ -113,24 +113,24 @@ class Obstacle(Parametric, ABC):
         return points
 
     def frames(self, times: FloatArray) -> Frames | None:
-        """That frame at times (n,) in s; None for that of the world."""
+        """Poses of that frame at times (n,) in s; None for the frame of the world."""
         return None
 
     def without_growth(self) -> Obstacle:
-        """The same, from which nothing more is kept as time goes by: itself by default."""
+        """The obstacle with a distance to it that does not grow with time: itself by default."""
         return self
 
     @property
     def growth_rate(self) -> float:
-        """How much more is kept from it with every second, m/s: nothing by default."""
+        """The rate at which the distance to be kept from it grows, m/s: 0 by default."""
         return 0.0
 
     def growth(self, times: Matrix | None) -> Operand:
-        """What is kept from it at times (n, 1) in s, on top of what is kept from any obstacle, (n, 1), m."""
+        """The distance to be kept at times (n, 1) in s on top of that from any obstacle, (n, 1), m."""
         return 0.0
 
     def travel(self, cells: FloatArray, around: float) -> FloatArray:
-        """How much a distance can change within cells of time because the obstacle moves; not by default.
+        """Bounds of how much a distance can change within cells of time because the obstacle moves; 0 by default.
 
         Args:
             cells: start and end of each, (n, 2), s.
@@ -142,26 +142,26 @@ class Obstacle(Parametric, ABC):
         return np.zeros(len(cells))
 
     def quiet_after(self, around: float) -> float:
-        """From which time on, in s, it comes no nearer to anything within so many m of the world's origin.
+        """The time in s after which it comes no nearer to anything within so many m of the world's origin.
 
         At once by default; infinite where no such time is known.
         """
         return 0.0
 
     def at(self, time: float) -> Obstacle:
-        """The same for those who ask about one time in s: where it is then."""
+        """The obstacle where it is at one time in s."""
         return self
 
     def later(self, seconds: float) -> Obstacle:
-        """The same on a clock that starts so many seconds later."""
+        """The obstacle on a clock that starts so many seconds later."""
         return self
 
     def during(self, first: float, last: float) -> Obstacle:
-        """The same for those who ask about times from ``first`` to ``last`` in s alone; it may be less to compute."""
+        """The obstacle for times from ``first`` to ``last`` in s alone, which may be less to compute."""
         return self
 
     def less_certain(self, rate: float) -> Obstacle:
-        """The same where it may leave its motion at a rate in m/s, in any direction; itself where it stands still."""
+        """The obstacle if it may leave its motion at a rate in m/s in any direction; itself if it stands still."""
         return self
 
     @property
@@ -179,7 +179,7 @@ class Obstacle(Parametric, ABC):
         """Whether a point (m) lies in or on it."""
 
     def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
-        """Clearance of n straight segments.
+        """The clearance of n straight segments.
 
         Args:
             start: of the segments, (n, dim), m.
@@ -195,7 +195,7 @@ class Obstacle(Parametric, ABC):
         raise NotImplementedError
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Clearance of n points (n, dim), m: (n, 1), like :meth:`segment_distance`."""
+        """The clearance of n points (n, dim), m: (n, 1), like :meth:`segment_distance`."""
         return self.segment_distance(points, points)
 
     def exact_distances(self, points: FloatArray) -> FloatArray | None:
@@ -206,7 +206,7 @@ class Obstacle(Parametric, ABC):
         return None
 
     def segment_distance(self, start: Matrix, end: Matrix) -> Matrix:
-        """The same with a sharper lower bound, for those who keep a distance: a margin, or the width of a link.
+        """The clearance with a sharper lower bound, for a distance to be kept: a margin, or the width of a link.
 
         Args:
             start: of the segments, (n, dim), m.
@@ -227,7 +227,7 @@ class Obstacle(Parametric, ABC):
         return clearance
 
     def distance_to(self, point: tuple[float, ...]) -> float:
-        """A lower bound in m of the distance from a point; from the base, bodies that reach less can never touch."""
+        """A lower bound in m of the distance from a point; from the base, bodies that reach less never touch."""
         return max(0.0, self.distance_of(point, point))
 
     @abstractmethod
@@ -240,7 +240,7 @@ class Obstacle(Parametric, ABC):
         return np.array([outline.min(axis=0), outline.max(axis=0)])
 
     def surface(self) -> tuple[FloatArray, list[list[int]]]:
-        """Of an obstacle in space, for drawing: vertices (n, 3), m; polygons of their numbers.
+        """Vertices (n, 3), m, and polygons of their numbers, of an obstacle in space, for drawing.
 
         Raises:
             NotImplementedError: it is in the plane.
@@ -249,5 +249,5 @@ class Obstacle(Parametric, ABC):
 
 
 def standing(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
-    """Those that do not move."""
+    """The obstacles that do not move."""
     return tuple(obstacle for obstacle in obstacles if not obstacle.moves)

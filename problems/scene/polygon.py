@@ -46,7 +46,7 @@ TINY = 1e-100  # m: gives a segment that is a point a direction
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """Segments as seen along their own ways.
+    """Segments in frames along themselves.
 
     Attributes:
         start: where they begin, m.
@@ -66,18 +66,18 @@ class Side:
         return cls(start, (dx / length, dy / length), length)
 
     def seen(self, point: Point) -> Point:
-        """How far a point is along the way, and to the left of it, m."""
+        """Coordinates of a point along a segment, and to the left of it, m."""
         (x, y), (u, v) = (point[0] - self.start[0], point[1] - self.start[1]), self.way
         return u * x + v * y, u * y - v * x
 
     def squared(self, along: Operand, across: Operand) -> Matrix:
-        """The squared distance of a point that is seen there, m^2."""
+        """The squared distance of a point with these coordinates, m^2."""
         beyond = ca.fmax(0.0, ca.fmax(-along, along - self.length))
         return across * across + beyond * beyond
 
 
 def apart(gap: Operand, squares: list[Operand]) -> Matrix:
-    """The signed distance of two convex things: the distance where there is a gap, else the overlap.
+    """The signed distance of two convex shapes: the distance where there is a gap, else the overlap.
 
     Args:
         gap: between their shadows on the line where it is largest, m; negative where they overlap.
@@ -172,7 +172,7 @@ def _real_corners(points: FloatArray) -> list[int]:
 
 
 def _triangles(points: FloatArray, corners: list[int]) -> list[tuple[int, ...]]:
-    """Ears cut off one after the other; of all that there are, always the one with the widest angle at its sides."""
+    """Ears cut off one after the other, always the one with the widest angle at its sides."""
     left, triangles = list(corners), []
     while len(left) > 3:
         ears = [k for k in range(len(left)) if _is_ear(points, left, k)]
@@ -199,7 +199,7 @@ def _thickness(points: FloatArray, left: list[int], k: int) -> float:
 
 
 def _borders(parts: list[tuple[int, ...]]) -> list[tuple[int, int, int, int]]:
-    """Where two parts meet: both their numbers, and the corners a, b of an edge from a to b of the first."""
+    """Numbers of each two parts that meet, and the corners a, b of an edge from a to b of the first."""
     edges = {edge: number for number, part in enumerate(parts) for edge in zip(part, (*part[1:], part[0]), strict=True)}
     return [(i, edges[b, a], a, b) for (a, b), i in edges.items() if a < b and (b, a) in edges]
 
@@ -214,7 +214,7 @@ def _joined(points: FloatArray, parts: list[tuple[int, ...]]) -> list[tuple[int,
 
 
 def _from(part: tuple[int, ...], first: int) -> tuple[int, ...]:
-    """The same part, beginning at another corner."""
+    """The part, beginning at another corner."""
     at = part.index(first)
     return part[at:] + part[:at]
 
@@ -278,7 +278,7 @@ class Rectangle(Obstacle):
 
     @property
     def corners(self) -> tuple[Point, ...]:
-        """Counter-clockwise, m."""
+        """The corners, counter-clockwise, m."""
         (x, y), (dx, dy) = self.center, self.size
         halves = [(0.5 * i * dx, 0.5 * j * dy) for i, j in SIGNS]
         if not is_zero(self.angle):
@@ -292,11 +292,9 @@ class Rectangle(Obstacle):
         return bool(2.0 * abs(local.real) <= self.size[0] and 2.0 * abs(local.imag) <= self.size[1])
 
     def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
-        """Signed distances of straight segments, exact; (n, 1), m."""
         return convex_clearance(self.corners, start, end)
 
     def outline(self, count: int = 96) -> FloatArray:
-        """The corners, counter-clockwise, (4, 2), m."""
         return np.array([[float(part) for part in corner] for corner in self.corners])
 
 
@@ -332,7 +330,7 @@ class Polygon(Obstacle):
         object.__setattr__(self, "parts", parts)
 
     def _check_outline(self) -> None:
-        """Its sides are long enough, and none meets another but at the corner that they share."""
+        """Check that sides are long enough, and none meets another but at their common corner."""
         corners, count = self._corners, len(self.points)
         for k, length in enumerate(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)):
             check_within("points", (length,), LENGTHS, "m", f"the side from point {k + 1} on: ")
@@ -381,7 +379,7 @@ class Polygon(Obstacle):
         return False
 
     def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
-        """Signed clearance of straight segments, (n, 1), m: exact outside and, for a convex polygon, inside."""
+        """The signed clearance of segments, (n, 1), m: exact outside and, for a convex polygon, inside."""
         each = [convex_clearance([self._corner(share) for share in part], start, end) for part in self.parts]
         return reduce(ca.fmin, each)
 
@@ -393,7 +391,6 @@ class Polygon(Obstacle):
         return x, y
 
     def outline(self, count: int = 96) -> FloatArray:
-        """The corners, counter-clockwise, (n, 2), m."""
         return self._corners if _area(self._corners) > 0.0 else self._corners[::-1]
 
 

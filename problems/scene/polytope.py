@@ -58,7 +58,7 @@ class Polytope(Solid):
 
     @property
     def complexity(self) -> int:
-        """A quarter of its planes: each is simpler than the side of a polygon."""
+        """A quarter of the number of planes, each of which is simpler than the side of a polygon."""
         return len(self.planes) // 4
 
     @property
@@ -67,7 +67,7 @@ class Polytope(Solid):
 
     @property
     def width(self) -> float:
-        """The least distance between two parallel planes that hold it, of which one is that of a face, m."""
+        """The least distance between two parallel planes around it, one of them that of a face, m."""
         hull = self._hull
         return float(np.ptp(hull.corners @ hull.normals.T, axis=0).min())
 
@@ -96,7 +96,7 @@ class Polytope(Solid):
     def distance_of(self, start: tuple[float, ...], end: tuple[float, ...]) -> float:
         return float(self.exact_distances(np.array([start], dtype=float))[0])
 
-    def own_surface(self) -> Surface:
+    def local_surface(self) -> Surface:
         hull = self._hull
         return hull.corners, hull.triangles.tolist()
 

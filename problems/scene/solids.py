@@ -40,7 +40,7 @@ BANDS = 6  # from the equator of a ball to its pole
 
 
 def revolved(profile: FloatArray) -> Surface:
-    """What a curve draws around the z axis.
+    """The surface that a curve draws around the z axis.
 
     Args:
         profile: (radius, z) from bottom to top, (m, 2), m; where it does not end on the axis, a disc closes it.
@@ -66,7 +66,7 @@ def _band_side(below: list[int], above: list[int], side: int) -> list[int]:
 
 
 def quarter_circle() -> FloatArray:
-    """(radius, z) on the unit circle from the equator to the pole, (BANDS + 1, 2)."""
+    """Points (radius, z) on the unit circle from the equator to the pole, (BANDS + 1, 2)."""
     angle = 0.5 * np.pi * np.arange(BANDS + 1) / BANDS
     points = np.column_stack([np.cos(angle), np.sin(angle)])
     points[-1] = 0.0, 1.0
@@ -91,7 +91,7 @@ def about_z(angle: float) -> tuple[float, float, float, float] | None:
 
 
 class Shape(IntEnum):
-    """The shapes of which the compiled core knows."""
+    """The shapes that the compiled core knows."""
 
     BALL = 0
     BOX = 1
@@ -104,7 +104,7 @@ class Shape(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class PlainSolid:
-    """A solid in its own axes in plain numbers.
+    """A solid in its own axes as plain numbers.
 
     Attributes:
         shape: which.
@@ -145,7 +145,6 @@ class Solid(Obstacle):
 
     @property
     def dim(self) -> int:
-        """3."""
         return 3
 
     @property
@@ -154,7 +153,7 @@ class Solid(Obstacle):
 
     @property
     def rotation(self) -> Matrix:
-        """From its own axes to those outside, (3, 3)."""
+        """The rotation matrix from its own axes to those outside, (3, 3)."""
         if self.quaternion is None:
             return ca.DM.eye(3)
         return ca.vertcat(*(ca.horzcat(*row) for row in rotation_of(self.quaternion)))
@@ -169,12 +168,12 @@ class Solid(Obstacle):
 
     @property
     def plain(self) -> PlainSolid | None:
-        """What the compiled core has to know of it; None for a shape that it does not know."""
+        """The numbers that the compiled core needs of it; None for a shape that it does not know."""
         return None
 
     @abstractmethod
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Signed distance of n points (n, 3), m, or less of it where it is positive: (n, 1)."""
+        """The signed distance of n points (n, 3), m, or less of it where it is positive: (n, 1)."""
 
     def contains(self, point: tuple[float, ...]) -> bool:
         return bool(float(self.point_clearance(ca.DM([point]))) <= 0.0)
@@ -184,12 +183,11 @@ class Solid(Obstacle):
         return float(self.point_clearance(ca.DM([start])))
 
     @abstractmethod
-    def own_surface(self) -> Surface:
-        """Its surface for drawing, in its own axes."""
+    def local_surface(self) -> Surface:
+        """The surface for drawing, in its own axes."""
 
     def surface(self) -> Surface:
-        """Its surface for drawing: vertices (n, 3), m; polygons of their numbers, counter-clockwise from outside."""
-        vertices, polygons = self.own_surface()
+        vertices, polygons = self.local_surface()
         return np.asarray(vertices @ self.axes.T + np.array(self.center)), polygons
 
     @property
@@ -198,7 +196,6 @@ class Solid(Obstacle):
         """Half the size of the smallest box around it with sides along the axes, (3,), m."""
 
     def outline(self, count: int = 96) -> FloatArray:
-        """The vertices of its surface, (n, 3), m."""
         return self.surface()[0]
 
     def bounding_box(self) -> FloatArray:
@@ -206,13 +203,13 @@ class Solid(Obstacle):
 
     @property
     def axes(self) -> FloatArray:
-        """Its own axes as seen from outside, one in each column, (3, 3)."""
+        """The solid's own axes as seen from outside, one in each column, (3, 3)."""
         return as_array(self.rotation)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ball(Solid):
-    """A filled sphere.
+    """A filled sphere about its centre.
 
     Args:
         radius: m, positive.
@@ -238,7 +235,7 @@ class Ball(Solid):
         x, y, z = self.local(points)
         return ca.sqrt(x * x + y * y + z * z + TINY_SQUARED) - self.radius
 
-    def own_surface(self) -> Surface:
+    def local_surface(self) -> Surface:
         return revolved(rounded(self.radius, 0.0))
 
 
@@ -247,7 +244,7 @@ FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [
 
 @dataclass(frozen=True, kw_only=True)
 class Box(Solid):
-    """A filled box.
+    """A filled box about its centre.
 
     Args:
         size: along its own axes, m, positive.
@@ -273,7 +270,7 @@ class Box(Solid):
         x, y, z = (ca.fmax(part, 0.0) for part in beyond)
         return ca.if_else(deepest > 0.0, ca.sqrt(x * x + y * y + z * z + TINY_SQUARED), deepest)
 
-    def own_surface(self) -> Surface:
+    def local_surface(self) -> Surface:
         corners = np.array(list(product((-0.5, 0.5), repeat=3))) * np.array(self.size)
         return corners, FACES
 
@@ -307,7 +304,7 @@ class Capsule(Solid):
         beyond = ca.fmax(ca.fabs(z) - self.length / 2.0, 0.0)
         return ca.sqrt(x * x + y * y + beyond * beyond + TINY_SQUARED) - self.radius
 
-    def own_surface(self) -> Surface:
+    def local_surface(self) -> Surface:
         return revolved(rounded(self.radius, self.length / 2.0))
 
 
@@ -343,7 +340,7 @@ class Cylinder(Solid):
         deepest, u, v = ca.fmax(around, along), ca.fmax(around, 0.0), ca.fmax(along, 0.0)
         return ca.if_else(deepest > 0.0, ca.sqrt(u * u + v * v + TINY_SQUARED), deepest)
 
-    def own_surface(self) -> Surface:
+    def local_surface(self) -> Surface:
         half = self.length / 2.0
         return revolved(np.array([[self.radius, -half], [self.radius, half]]))
 
@@ -353,7 +350,7 @@ NEWTON_STEPS = 4
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipsoid(Solid):
-    """A filled ellipsoid.
+    """A filled ellipsoid about its centre.
 
     Args:
         semi_axes: along its own axes, m, positive.
@@ -374,7 +371,7 @@ class Ellipsoid(Solid):
         return PlainSolid(Shape.ELLIPSOID, self.semi_axes)
 
     def point_clearance(self, points: Matrix) -> Matrix:
-        """Signed: exact in sign; outside no more than the distance, and mostly that to many digits."""
+        """The clearance, exact in sign; outside no more than the distance, and mostly that to many digits."""
         p, squares = self.local(points), [a * a for a in self.semi_axes]
         t: Operand = ca.fmax(
             0.0, reduce(ca.fmax, (a * ca.fabs(x) - a * a for a, x in zip(self.semi_axes, p, strict=True)))
@@ -389,7 +386,7 @@ class Ellipsoid(Solid):
         length = ca.sqrt(_sum([n * n for n in normal]) + TINY_SQUARED / reduce(ca.fmin, squares))
         return (_sum([n * x for n, x in zip(normal, p, strict=True)]) - extent) / length
 
-    def own_surface(self) -> Surface:
+    def local_surface(self) -> Surface:
         vertices, polygons = revolved(rounded(1.0, 0.0))
         return vertices * np.array(self.semi_axes), polygons
 
@@ -452,6 +449,6 @@ class HalfSpace(Solid):
     def point_clearance(self, points: Matrix) -> Matrix:
         return self.local(points)[2]
 
-    def own_surface(self) -> Surface:
+    def local_surface(self) -> Surface:
         corners = np.array([[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0], [0.5, 0.5, 0.0], [-0.5, 0.5, 0.0]])
         return DRAWN * corners, [[0, 1, 2, 3]]

@@ -83,7 +83,7 @@ def _outside(values: FloatArray, bounds: tuple[float, float], unit: str) -> str:
 
 
 def _turn_fault(turns: FloatArray, number: int) -> str:
-    """What is wrong with the turn of a row, if anything."""
+    """The fault of a row's turn in words; empty where there is none."""
     turn = turns[number]
     if turn.size == 1:
         return _outside(turn, ANGLES, "rad")
@@ -157,7 +157,7 @@ class Tabulated(ObstacleMotion):
 
     @classmethod
     def through(cls, times: Sequence[float], positions: FloatArray, turns: FloatArray | None = None) -> Self:
-        """Through the rows of a table.
+        """A frame on a spline through the rows of a table.
 
         Args:
             times: s, increasing, two at least.
@@ -185,7 +185,7 @@ class Tabulated(ObstacleMotion):
 
     @classmethod
     def along_lines(cls, times: Sequence[float], positions: FloatArray) -> Self:
-        """From row to row in straight lines, without a turn: the velocity jumps at each row.
+        """A frame on straight lines from row to row without a turn; its velocity jumps at each row.
 
         Args:
             times: s, increasing, two at least.
@@ -211,7 +211,7 @@ class Tabulated(ObstacleMotion):
         return len(self.pieces) > self.dim
 
     def _values(self, times: Matrix) -> list[Matrix]:
-        """Coordinates and turn at times (n, 1), each (n, 1); of symbols each is written down once."""
+        """Coordinates and turn at times (n, 1), each (n, 1); expressions of symbols are made once."""
         if not isinstance(times, ca.SX):
             return [piecewise(times, self.breaks, pieces) for pieces in self.pieces]
         each = [self._values_at(time) for time in ca.vertsplit(ca.densify(times))]
@@ -226,7 +226,7 @@ class Tabulated(ObstacleMotion):
 
     @cached_property
     def _written(self) -> dict[int, tuple[ca.SX, list[Matrix]]]:
-        """By the identity of a symbolic time, which it keeps: that time, and the values then."""
+        """Symbolic times by their identity, each with the values then."""
         return {}
 
     def seen(self, points: Matrix, times: Matrix) -> Matrix:
@@ -250,7 +250,7 @@ class Tabulated(ObstacleMotion):
         return np.stack([self._sizes(np.abs(curve).max(axis=0)) for curve in curves])
 
     def _sizes(self, derivatives: FloatArray) -> FloatArray:
-        """How fast the origin moves, m/s, and the frame turns, rad/s, at most: (n, 2); of derivatives (n, c)."""
+        """The largest speeds of the origin, m/s, and of turning, rad/s: (n, 2); of derivatives (n, c)."""
         origin, turn = (
             np.linalg.norm(part, axis=1) for part in (derivatives[:, : self.dim], derivatives[:, self.dim :])
         )
@@ -260,7 +260,7 @@ class Tabulated(ObstacleMotion):
 
     @cached_property
     def _least_length(self) -> float:
-        """A lower bound of the length of the quaternion over all times: by that of its part along the nearest row."""
+        """A lower bound of the quaternion's length over all times, by its component along the nearest row."""
         curves = bernstein(np.asarray(self._spline.c), np.diff(self.breaks))[..., self.dim :]
         middle = curves.mean(axis=0)
         along = middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), np.finfo(float).tiny)

@@ -175,7 +175,7 @@ class PairClearances:
             coarse = self._distances(group, positions[::COARSE], times[::COARSE])
             low = coarse[nearest // COARSE] - moved[:, group.frames].sum(axis=2)
             if group.is_time_dependent:
-                low -= self.pairs[group.numbers[0]].own_travel(self.robot, around)[:, None]
+                low -= self.pairs[group.numbers[0]].link_travel(self.robot, around)[:, None]
             samples, columns = np.nonzero(low < cutoff)
             distances = group.at(group.distance, positions, times, samples, columns)[:, 0]
             distances = distances - self._thickness[group.numbers[columns]]

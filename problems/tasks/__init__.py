@@ -1,4 +1,4 @@
-"""Statements of tasks: start, goal, path, elbow."""
+"""Tasks: moves, paths to follow or trace, recorded motions, sequences."""
 
 from problems.tasks.checks import (
     Surroundings,
@@ -25,7 +25,7 @@ from problems.tasks.pose import Pose
 from problems.tasks.recorded import RecordedMotion
 from problems.tasks.sequence import Sequence
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
-from problems.tasks.tool_path import Arc, Corners, StraightWay, ToolPath, ToolWay
+from problems.tasks.tool_path import Arc, Corners, StraightLine, ToolCurve, ToolPath
 
 __all__ = [
     "ANGLE_TOLERANCE",
@@ -53,12 +53,12 @@ __all__ = [
     "RecordedMotion",
     "Sequence",
     "SpaceTracing",
-    "StraightWay",
+    "StraightLine",
     "Surroundings",
     "Task",
+    "ToolCurve",
     "ToolPath",
     "ToolTracing",
-    "ToolWay",
     "check_at_least",
     "check_choice",
     "check_obstacles",

@@ -29,13 +29,13 @@ from problems.scene import Obstacle
 
 
 def check_choice(field: str, value: str, known: Collection[str]) -> None:
-    """The value is one of the known ones."""
+    """Check that the value is one of the known ones."""
     if value not in known:
         raise InvalidProblem(field, f"{value!r} is not one of {', '.join(known)}")
 
 
 def check_range(field: str, bounds: tuple[float, float]) -> None:
-    """0 < lower < upper, both durations in s that can be computed with."""
+    """Check that 0 < lower < upper, both durations in s that can be computed with."""
     lower, upper = bounds
     if not 0.0 < lower < upper < np.inf:
         raise InvalidProblem(field, f"0 < {shown(lower)} < {shown(upper)} does not hold, or is not finite")
@@ -43,7 +43,7 @@ def check_range(field: str, bounds: tuple[float, float]) -> None:
 
 
 def check_at_least(field: str, value: int | None, least: int, what: str = "") -> None:
-    """The value, if there is one, is a whole number and no fewer than ``least``."""
+    """Check that the value, if there is one, is a whole number of at least ``least``."""
     if value is not None and not isinstance(value, Integral):
         raise InvalidProblem(field, f"a whole number is needed, not {shown(value)}")
     if value is not None and value < least:
@@ -51,7 +51,7 @@ def check_at_least(field: str, value: int | None, least: int, what: str = "") ->
 
 
 def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
-    """Obstacles and robot are both in the plane or in space; a base at which a body begins is clear.
+    """Check that obstacles and robot are all in the plane or in space, and that a fixed base is clear.
 
     Where bodies are balls, the base's own are checked with the postures.
 
@@ -79,7 +79,7 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
 def check_point(
     robot: Robot, obstacles: Sequence[Obstacle], field: str, point: tuple[float, ...], name: str = ""
 ) -> None:
-    """The tip can be at a point: within reach, not too close, in no obstacle, nor nearer to one than it may be."""
+    """Check that the tip can be at a point: within reach, not too close, clear of obstacles."""
     check_within(field, point, COORDINATES, "m")
     distance = float(np.hypot.reduce(np.array(point) - robot.base))
     inner, outer = robot.reach()
@@ -97,7 +97,7 @@ def check_point(
 
 
 def _short_of(obstacle: Obstacle, point: tuple[float, ...], kept: float) -> str:
-    """How a point is too near to an obstacle; empty where it is not."""
+    """A text of how a point is too near to an obstacle; empty where it is not."""
     distance = obstacle.distance_of(point, point) if kept > 0.0 else 0.0
     if distance >= kept:
         return ""
@@ -105,7 +105,7 @@ def _short_of(obstacle: Obstacle, point: tuple[float, ...], kept: float) -> str:
 
 
 def check_length_one(field: str, quaternion: tuple[float, ...], name: str = "") -> None:
-    """Four numbers whose squares add up to 1, about."""
+    """Check that the squares of four numbers add up to 1, approximately."""
     if len(quaternion) != 4 or not is_of_length_one(quaternion):
         raise InvalidProblem(field, f"{name}{quaternion} is no quaternion x, y, z, w of length 1")
 
@@ -113,14 +113,14 @@ def check_length_one(field: str, quaternion: tuple[float, ...], name: str = "") 
 def check_posture(
     robot: Robot, obstacles: Sequence[Obstacle], field: str, theta: tuple[float, ...], name: str = ""
 ) -> None:
-    """A posture keeps its bodies clear of the obstacles and, where it is asked for, of each other."""
+    """Check that a posture keeps its bodies clear of obstacles and, where it is asked for, of each other."""
     reason = too_near(robot, obstacles, np.array(theta))
     if reason:
         raise InvalidProblem(field, f"{name}{reason}")
 
 
 def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> str:
-    """Which bodies of a posture (dof,) at t = 0 are too near to what, and how near; empty where none is."""
+    """A text of which bodies of a posture (dof,) at t = 0 are too near to what; empty where none is."""
     world = World.of(robot, obstacles)
     if world is not None and world.clear(theta[None])[0]:
         return ""
@@ -141,14 +141,14 @@ def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> 
     return ""
 
 
-def check_held(robot: Robot, field: str, postures: FloatArray, name: str = "") -> None:
-    """The motors can hold at least one of all postures (n, dof) that there are."""
+def check_holding(robot: Robot, field: str, postures: FloatArray, name: str = "") -> None:
+    """Check that the motors can hold at least one of all postures (n, dof) that there are."""
     if not can_hold(robot, postures).any():
         raise InvalidProblem(field, f"{name}{overloaded(robot, postures[0])}")
 
 
 def overloaded(robot: Robot, theta: FloatArray) -> str:
-    """Which motor a posture (dof,) asks for most more than it gives; empty where all can hold it."""
+    """A text of the motor that a posture (dof,) overloads most; empty where all can hold it."""
     torques, limits = holding_torques(robot, theta[None]), robot.limits.torque
     if torques is None or limits is None or can_hold(robot, theta[None])[0]:
         return ""
@@ -159,14 +159,14 @@ def overloaded(robot: Robot, theta: FloatArray) -> str:
 
 
 def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:
-    """How far postures (n, dof) at t = 0 are from touching anything, (n,), m; infinite where there is nothing."""
+    """Clearances of postures (n, dof) at t = 0 from anything, (n,), m; infinite where there is nothing."""
     found = Surroundings(robot, tuple(obstacles)).clearances(theta, np.zeros(len(theta)))
     return np.asarray(np.min([np.full(len(theta), np.inf), *(clearances for _, clearances in found)], axis=0))
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a robot keeps clear of, itself included.
+    """A robot and everything that it keeps clear of, itself included.
 
     Args:
         robot: with its margins.
@@ -178,7 +178,7 @@ class Surroundings:
 
     @cached_property
     def world(self) -> World | None:
-        """The same in the core, where that knows it all."""
+        """The core's world, where it knows robot and obstacles."""
         return World.of(self.robot, self.obstacles)
 
     @cached_property
@@ -190,20 +190,27 @@ class Surroundings:
         return proximity_limits(self.robot, self.obstacles)
 
     def clearances(self, theta: FloatArray, times: FloatArray) -> list[tuple[float, FloatArray]]:
-        """Of each limit what it keeps, m, and the least clearance in postures (n, dof) at times (n,), s: (n,), m."""
+        """The margin of each limit, m, and the least clearance of postures (n, dof) at times (n,), s: (n,), m."""
         if self.world is not None:
             kept = self.world.margins.items()
-            return [(margin, margin + self.world.rooms(theta, which=which, times=times)) for which, margin in kept]
+            return [
+                (margin, margin + self.world.clearance_margins(theta, which=which, times=times))
+                for which, margin in kept
+            ]
         if self.robot.is_covered:
             return [(cover.margin, cover.nearest(theta, times).clearance) for cover in self._covers]
         samples = Samples(robot=self.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
         return [(self.robot.margin, as_array(limit.clearances(samples)).min(axis=1)) for limit in self._pairs]
 
     def clear(self, theta: FloatArray, times: FloatArray) -> NDArray[np.bool_]:
-        """Which postures (n, dof) at times (n,), s, keep what they must, (n,)."""
-        return self.world.clear(theta, times=times) if self.world is not None else self.room(theta, times) >= 0.0
+        """Whether postures (n, dof) at times (n,), s, keep their margins, (n,)."""
+        return (
+            self.world.clear(theta, times=times)
+            if self.world is not None
+            else self.clearance_margin(theta, times) >= 0.0
+        )
 
-    def room(self, theta: FloatArray, times: FloatArray) -> FloatArray:
-        """How much more they keep than they must, (n,), m; infinite where there is nothing."""
+    def clearance_margin(self, theta: FloatArray, times: FloatArray) -> FloatArray:
+        """The clearance beyond the margins, (n,), m; infinite where there is nothing."""
         found = self.clearances(theta, times)
         return np.asarray(np.min([np.full(len(theta), np.inf), *(each - margin for margin, each in found)], axis=0))

@@ -25,7 +25,7 @@ STANDSTILL = 1e-9  # of the path's largest |q'|: below it the parameter starts f
 
 @dataclass(frozen=True)
 class JointFollowing(Task):
-    """Run a path in joint space.
+    """The task to run a path in joint space.
 
     Args:
         robot: that moves.
@@ -73,7 +73,7 @@ class JointFollowing(Task):
 
     @cached_property
     def _slopes(self) -> FloatArray:
-        """|dq/du| at both ends, (2,)."""
+        """The sizes |dq/du| at both ends, (2,)."""
         return np.asarray(np.linalg.norm(self.path.at(self.path.breakpoints[[0, -1]], 1), axis=1))
 
     @cached_property
@@ -84,7 +84,7 @@ class JointFollowing(Task):
 
     @property
     def rates(self) -> tuple[float, float]:
-        """du/dt at both ends."""
+        """The rates du/dt at both ends."""
         start, goal = (
             0.0 if speed == 0.0 else speed / float(slope)
             for speed, slope in zip((self.start_speed, self.goal_speed), self._slopes, strict=True)
@@ -93,7 +93,6 @@ class JointFollowing(Task):
 
     @property
     def end_velocities(self) -> FloatArray:
-        """Along the path, (2, dof), rad/s."""
         slopes = self.path.at(self.path.breakpoints[[0, -1]], 1)
         return np.asarray(slopes * np.array(self.rates)[:, None])
 
@@ -102,7 +101,7 @@ class JointFollowing(Task):
         return self.path.at(self.path.breakpoints)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """The path, for all t; the waypoints that it was made of; the velocities at both ends."""
+        """Conditions on the path, for all t; on its waypoints; on the velocities at both ends."""
         followed = self._distance("path", departure(self.path, trajectory), "|theta_i(t) - q_i(u(t))|, to rounding")
         distances = [followed, *self._distances_from_waypoints()]
         return [
@@ -111,7 +110,7 @@ class JointFollowing(Task):
         ]
 
     def _distances_from_waypoints(self) -> list[Constraint]:
-        """How far the path is from what it was made of; nothing where it is stated itself."""
+        """Constraints on the distance of the path from its waypoints; none where it is stated itself."""
         if self.waypoints is None:
             return []
         if self.tolerance is not None:
@@ -122,7 +121,7 @@ class JointFollowing(Task):
         return [self._distance("waypoints", passed, "|q_i(u_j) - w_ij| at every waypoint j, to rounding")]
 
     def _distance(self, name: str, largest: float, formula: str, allowed: float = 0.0) -> Constraint:
-        """A distance of joints, rad, that is no more than what is allowed and rounding."""
+        """A constraint on a distance of joints, rad, that is no more than what is allowed and rounding."""
         rounding = SAME_PATH * max(1.0, float(np.abs(self.path.at(self.path.breakpoints)).max()))
         bound = ca.DM(allowed + rounding)
         return Constraint(

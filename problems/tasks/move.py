@@ -1,4 +1,4 @@
-"""Moves between places, by way of others, with velocities at the ends."""
+"""Moves between places, through other places, with velocities at the ends."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def velocity_conditions(task: Task, trajectory: Trajectory) -> list[tuple[Constr
 
 
 def acceleration_conditions(task: Task, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-    """The same of the acceleration at the start."""
+    """The acceleration at the start: numeric constraints, and the times of their rows in s."""
     start = trajectory.breakpoints[:1]
     away = np.abs(trajectory.at(start, 2)[0] - task.end_accelerations[0])
     bounds = RATE_TOLERANCE * np.array(task.robot.limits.acceleration)
@@ -43,7 +43,7 @@ def acceleration_conditions(task: Task, trajectory: Trajectory) -> list[tuple[Co
 
 
 def _rates(task: Task, name: str, unit: str, symbol: str, away: FloatArray, bounds: FloatArray) -> Constraint:
-    """Rates of the joints that differ from those of the task by ``away`` (dof,), and may by ``bounds`` (dof,)."""
+    """A constraint on rates that differ from those of the task by ``away`` (dof,), and may by ``bounds`` (dof,)."""
     bound = ca.DM(bounds).T
     return Constraint(
         name=name,
@@ -106,7 +106,7 @@ def _refined(robot: Robot, trajectory: Trajectory, place: Place, times: FloatArr
 
 @dataclass(frozen=True)
 class Move(Task):
-    """Move from ``start`` to any one of ``goals``, through ``vias`` in order.
+    """The task to move from ``start`` to any one of ``goals``, through ``vias`` in order.
 
     Args:
         robot: that moves.
@@ -169,16 +169,16 @@ class Move(Task):
         self._check_rates("goal_velocity", limits.speed, "rad/s")
         self._check_rates("start_acceleration", limits.acceleration, "rad/s^2")
         if self.at_rest:
-            self._check_held()
+            self._check_holding()
         check_within("stay", (self.stay,), (0.0, TIMES[1]), "s")
         if self.stay and self.end_velocities[1].any():
             raise InvalidProblem("stay", "the robot does not stop at its goal: goal_velocity is not zero")
 
-    def _check_held(self) -> None:
+    def _check_holding(self) -> None:
         for field, places in (("start", (self.start,)), ("goal", self.goals), ("via", self.vias)):
             for number, place in enumerate(places):
                 name = f"{field}[{number}]: " if len(places) > 1 else ""
-                place.check_held(self.robot, self.elbow, field, name)
+                place.check_holding(self.robot, self.elbow, field, name)
 
     def _check_rates(self, field: str, limits: tuple[float, ...], unit: str) -> None:
         rates: tuple[float, ...] = getattr(self, field)
@@ -188,7 +188,7 @@ class Move(Task):
             check_within(field, (value,), (-most, most), unit, f"joint {joint}: ")
 
     def narrowed(self, start: Place, vias: tuple[Place, ...], goals: tuple[Place, ...]) -> Move:
-        """The same move between places that are its own more narrowly stated, and so need no check."""
+        """The move between places that are its own more narrowly stated, and so need no check."""
         move = copy(self)
         for name, places in (("start", start), ("vias", vias), ("goals", goals)):
             object.__setattr__(move, name, places)
@@ -200,7 +200,7 @@ class Move(Task):
         obstacles: tuple[Obstacle, ...],
         goals: tuple[Place, ...] | None = None,
     ) -> Move:
-        """The same move from where the robot is now among what is there now: observed, so that nothing is checked.
+        """The move from an observed state among observed obstacles, of which nothing is checked.
 
         Args:
             state: joint angles, velocities and accelerations, each (dof,); rad, rad/s, rad/s^2.
@@ -216,13 +216,11 @@ class Move(Task):
 
     @property
     def end_velocities(self) -> FloatArray:
-        """Joint velocities at both ends, (2, dof), rad/s."""
         rest = (0.0,) * self.robot.dof
         return np.array([self.start_velocity or rest, self.goal_velocity or rest])
 
     @property
     def end_accelerations(self) -> FloatArray:
-        """Joint accelerations at both ends, (2, dof), rad/s^2; zero where nothing is said."""
         rest = (0.0,) * self.robot.dof
         return np.array([self.start_acceleration or rest, rest])
 
@@ -263,7 +261,7 @@ class Move(Task):
         return np.concatenate([np.empty((0, self.robot.dof)), *rows])
 
     def reached_goal(self, theta: FloatArray) -> Place:
-        """The goal that a posture (dof,) misses least, of its tolerance."""
+        """The goal that a posture (dof,) misses least, relative to its tolerance."""
         posture = ca.DM(theta).T
 
         def missed(place: Place) -> float:
@@ -272,11 +270,11 @@ class Move(Task):
         return min(self.goals, key=missed)
 
     def via_times(self, trajectory: Trajectory) -> FloatArray:
-        """When the vias are passed, or missed least, in order, (vias,), s."""
+        """Times at which the vias are passed, or missed least, in order, (vias,), s."""
         return passing_times(self.robot, trajectory, self.vias)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """Start, vias, goal; the velocities at both ends; the acceleration at the start, where it is stated."""
+        """Conditions on start, vias and goal; on the velocities at both ends; on a stated acceleration at the start."""
         times = np.concatenate([[0.0], self.via_times(trajectory), [trajectory.duration]])
         names = ["start", *(f"via {number}" for number in range(1, len(self.vias) + 1)), "goal"]
         places = [self.start, *self.vias, self.reached_goal(trajectory.at(times[-1:])[0])]

@@ -35,7 +35,7 @@ PLANAR, SPATIAL, POSE = 2, 3, 7  # numbers of a point in the plane or in space, 
 
 @dataclass(frozen=True)
 class Path:
-    """Ordered points in the plane or in space; in space the tool's orientation may be given at each.
+    """A path of ordered points in the plane or in space; in space with orientations of the tool or without.
 
     Between two points the path is straight, and the orientation turns about one axis, evenly over the distance.
 
@@ -88,11 +88,11 @@ class Path:
 
     @cached_property
     def orientations(self) -> Orientations | None:
-        """How the tool is turned along the path; None where that is free."""
+        """The orientations of the tool along the path; None where they are free."""
         return Orientations(np.array(self.quaternions)) if self.quaternions else None
 
     def resampled(self, count: int) -> Path:
-        """The same way with ``count`` points: both ends, every corner, and the rest spread evenly in between.
+        """The path with ``count`` points: both ends, every corner, and the rest evenly spread in between.
 
         Raises:
             InvalidProblem: fewer points than ends and corners.
@@ -119,7 +119,7 @@ def _tuples(rows: FloatArray) -> tuple[tuple[float, ...], ...]:
 
 
 def check_count(field: str, count: int) -> None:
-    """There are no more points than a path may have."""
+    """Check that there are no more points than a path may have."""
     if count > MAX_POINTS:
         raise InvalidProblem(field, f"more than {MAX_POINTS} points")
 
@@ -143,7 +143,7 @@ def _turns_in_space(steps: FloatArray) -> FloatArray:
 
 
 def _shares(lengths: FloatArray, total: int) -> list[int]:
-    """``total`` intervals, at least one each, shared so that the longest interval becomes as short as can be."""
+    """Numbers of intervals, ``total`` in all, one at least each, so that the longest interval is shortest."""
     shares = np.ones(len(lengths), dtype=int)
     for _ in range(total - len(lengths)):
         shares[np.argmax(lengths / shares)] += 1
@@ -151,7 +151,7 @@ def _shares(lengths: FloatArray, total: int) -> list[int]:
 
 
 def _check_curve(center: Any, radius: Any, **angles: Any) -> tuple[tuple[float, float], float]:
-    """Centre and radius of a curve, m, as numbers; so are its angles, rad, and the like."""
+    """Centre and radius of a curve, m, as numbers; its angles and the like must be numbers too."""
     for name, value in angles.items():
         conformed(name, value, Angle)
     return conformed("center", center, tuple[Coordinate, Coordinate]), conformed("radius", radius, Length)
@@ -264,7 +264,7 @@ def knots_of(path: Path, accuracy: float, reach: float, angular_accuracy: float 
 
 
 def _counts_by_turn(angles: FloatArray, accuracy: float) -> NDArray[np.intp]:
-    """Knots on each line, so that the tool turns little from one to the next."""
+    """Numbers of knots on each line, so that the tool turns little from one to the next."""
     spacing = min(np.sqrt(2.0 * accuracy * SPACING_RADIUS), MOST_TURN)
     return np.asarray(np.ceil(angles / max(spacing, angles.sum() / MOST_KNOTS)), dtype=np.intp)
 

@@ -34,7 +34,7 @@ from problems.scene import Obstacle, standing
 from problems.tasks.checks import check_at_least, check_choice, check_obstacles, check_point, check_range
 from problems.tasks.move import passing_times
 from problems.tasks.path import PLANAR, Path, check_count
-from problems.tasks.place import Elbow, Position, check_elbow, check_point_held
+from problems.tasks.place import Elbow, Position, check_elbow, check_holding_at
 from problems.tasks.point_to_point import end_conditions
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Task
 
@@ -44,7 +44,7 @@ KnotRedundancy: TypeAlias = Literal["free", "values"]
 
 @dataclass(frozen=True)
 class PathFollowing(Task):
-    """Lead the tool along a path, from rest to rest.
+    """The task to lead the tool along a path, from rest to rest.
 
     Args:
         robot: that moves; it has redundancy to spend.
@@ -103,7 +103,7 @@ class PathFollowing(Task):
 
     @cached_property
     def knot_indices(self) -> tuple[int, ...]:
-        """Which points are knots: both ends, the corners and the points next to them, others evenly in between.
+        """Indices of points that are knots: both ends, corners and their neighbours, others evenly in between.
 
         At rest and at a corner the tip is far from moving evenly, and a knot missing there costs the most accuracy.
         """
@@ -114,7 +114,7 @@ class PathFollowing(Task):
         return tuple(sorted({*even, *(index for index in around if 0 <= index <= last)}))
 
     def point_times(self, trajectory: Trajectory) -> FloatArray:
-        """When the points of the path are passed, (n,), s."""
+        """Times at which the points of the path are passed, (n,), s."""
         if self.free_times:
             return passing_times(self.robot, trajectory, [Position(point) for point in self.path.points])
         return np.linspace(0.0, 1.0, len(self.path.points)) * trajectory.duration
@@ -170,7 +170,7 @@ def check_path(
     obstacles: Sequence[Obstacle],
     total_time: tuple[float, float] | None,
 ) -> None:
-    """The statement of a path is one that a robot with branches of an elbow can do.
+    """Check that a robot with branches of an elbow can follow a stated path.
 
     Raises:
         InvalidProblem: naming the first field that is not.
@@ -179,7 +179,7 @@ def check_path(
     check_elbow(robot, elbow)
     check_traced(robot, path, accuracy, obstacles, total_time)
     for index, point in enumerate(path.points):
-        check_point_held(robot, elbow, "points", point, f"points[{index}] = {point}: ")
+        check_holding_at(robot, elbow, "points", point, f"points[{index}] = {point}: ")
 
 
 def check_traced(
@@ -189,7 +189,7 @@ def check_traced(
     obstacles: Sequence[Obstacle],
     total_time: tuple[float, float] | None,
 ) -> None:
-    """The statement of a path is one that the robot can do.
+    """Check that a robot can trace a stated path.
 
     Raises:
         InvalidProblem: naming the first field that is not.
@@ -211,7 +211,7 @@ def check_traced(
 
 
 def looser_accuracy(task: Task, field: str, accuracy: float, unit: str) -> Relaxation:
-    """What an accuracy along a path is where it is looser, given the field of the task that states it."""
+    """The relaxation of an accuracy along a path, given the field of the task that states it."""
 
     def looser(by: float) -> dict[str, object]:
         return {field: accuracy + by}
@@ -241,7 +241,7 @@ class ToolTracing(Task):
 
     @abstractmethod
     def point_times(self, trajectory: Trajectory) -> FloatArray:
-        """When the points of the path are passed, increasing, (n,), s."""
+        """Times at which the points of the path are passed, increasing, (n,), s."""
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
@@ -251,17 +251,17 @@ class ToolTracing(Task):
         return tuple(found)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """Start and goal; that the tool stays near the path has a proof of its own."""
+        """Conditions on start and goal; that the tool stays near the path has a proof of its own."""
         return end_conditions(self.robot, trajectory, self.path.points[0], self.path.points[-1])
 
     def markers(self) -> tuple[Marker, ...]:
         label, points, kind = "given points", self.path.array, MarkerKind.POINTS
-        return (Marker(label=label, points=points, kind=kind, tolerance=self.accuracy, joined=True),)
+        return (Marker(label=label, points=points, kind=kind, tolerance=self.accuracy, connects_points=True),)
 
 
 @dataclass(frozen=True)
 class PathTracing(ToolTracing):
-    """Lead the tool along a path, from rest to rest, as fast as the limits allow.
+    """The task to lead the tool along a path, from rest to rest, as fast as the limits allow.
 
     The points are passed in their order, each within ``accuracy``, whenever it suits; between two of them the tool
     stays within ``accuracy`` of the straight line that joins them. The path is left at neither end: the first point is
@@ -294,7 +294,7 @@ class PathTracing(ToolTracing):
         check_path(self.robot, self.path, self.accuracy, self.elbow, self.obstacles, self.total_time)
 
     def point_times(self, trajectory: Trajectory) -> FloatArray:
-        """When the points of the path are passed, increasing, (n,), s.
+        """Times at which the points of the path are passed, increasing, (n,), s.
 
         Of all choices in order among many times that with the smallest sum of squared distances.
         """
@@ -302,7 +302,7 @@ class PathTracing(ToolTracing):
 
 
 def times_at(robot: Robot, trajectory: Trajectory, points: FloatArray) -> FloatArray:
-    """When the tool passes points (n, dim) in their order, the first at the start, the last at the end; (n,), s."""
+    """Times at which the tool passes points (n, dim) in order, from the start to the end; (n,), s."""
     times = trajectory.times(max(LEAST_TIMES, TIMES_PER_POINT * len(points)))
     tool = as_array(trajectory.samples(times, robot).tool)
     away = np.array([np.square(tool - point).sum(axis=1) for point in points])
@@ -318,7 +318,7 @@ HALVINGS = 45  # of the interval in which a point is passed: to rounding
 
 @dataclass(frozen=True)
 class SpaceTracing(ToolTracing):
-    """Lead the tool of an arm in space along a path, from rest to rest, as fast as the limits allow.
+    """The task to lead a tool in space along a path, from rest to rest, as fast as the limits allow.
 
     The points are passed in their order, each within ``accuracy``, whenever it suits; between two of them the tool
     stays within ``accuracy`` of the straight line that joins them. Where the path gives orientations, the tool is
@@ -359,7 +359,7 @@ class SpaceTracing(ToolTracing):
             raise InvalidProblem("angular_accuracy", f"{shown(most)} is not within {span}")
 
     def point_times(self, trajectory: Trajectory) -> FloatArray:
-        """When the tool is nearest to each point of the path, increasing, (n,), s.
+        """Times at which the tool is nearest to each point of the path, increasing, (n,), s.
 
         Chosen among many times as in the plane, and then between the two beside it.
         """
@@ -374,7 +374,7 @@ class SpaceTracing(ToolTracing):
         return found
 
     def _nearest(self, trajectory: Trajectory, low: FloatArray, high: FloatArray) -> FloatArray:
-        """When the tool is nearest to each point within intervals of time (n,), by golden sections, (n,), s."""
+        """Times in intervals (n,) at which the tool is nearest to each point, by golden sections, (n,), s."""
         golden = (np.sqrt(5.0) - 1.0) / 2.0
         for _ in range(HALVINGS):
             inner = high - golden * (high - low), low + golden * (high - low)

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from problems.base import ANGLES, FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, check_within
 from problems.robots import Robot
 from problems.scene import Obstacle
-from problems.tasks.checks import check_held, check_point, check_posture
+from problems.tasks.checks import check_holding, check_point, check_posture
 
 Elbow: TypeAlias = Literal["up", "down", "free"]
 
 
 def check_elbow(robot: Robot, elbow: Elbow) -> None:
-    """Raise InvalidProblem when the limits of joint 2 exclude the whole half turn of its elbow, or there is none."""
+    """Raise InvalidProblem where the limits of joint 2 exclude the whole half turn of its elbow, or there is none."""
     if robot.dim != 2 and elbow != "free":
         raise InvalidProblem("elbow", f"{elbow!r} does not apply to a robot in space; leave it out")
     if robot.limits.position is not None and elbow != "free":
@@ -35,7 +35,7 @@ def check_elbow(robot: Robot, elbow: Elbow) -> None:
 def half_turn(
     elbow: Elbow, theta_2: float, within: tuple[float, float], stretched: float = 0.0
 ) -> tuple[float, float] | None:
-    """Where theta_2 may be with the elbow up (sin theta_2 >= 0) or down, in rad.
+    """The range of theta_2 with the elbow up (sin theta_2 >= 0) or down, rad.
 
     Args:
         elbow: ``up`` or ``down``.
@@ -66,8 +66,8 @@ def narrow_elbow(
         lower[index], upper[index] = interval
 
 
-def check_point_held(robot: Robot, elbow: Elbow, field: str, point: tuple[float, ...], name: str = "") -> None:
-    """The motors can hold one of the arm's postures with the tool at a point; not asked where they are without number.
+def check_holding_at(robot: Robot, elbow: Elbow, field: str, point: tuple[float, ...], name: str = "") -> None:
+    """Check that the motors can hold one of finitely many postures with the tool at a point.
 
     Raises:
         InvalidProblem: they can hold none.
@@ -76,11 +76,11 @@ def check_point_held(robot: Robot, elbow: Elbow, field: str, point: tuple[float,
         return
     signs = [sign for sign, branch in ((1.0, "up"), (-1.0, "down")) if elbow in (branch, "free")]
     found = [robot.inverse(ca.DM(point), ca.DM(0, 1), sign)[0] for sign in signs]
-    check_held(robot, field, as_array(ca.vertcat(*found)), name)
+    check_holding(robot, field, as_array(ca.vertcat(*found)), name)
 
 
 def elbow_signs(elbow: Elbow, branch: Matrix, ends: int) -> list[Operand]:
-    """+1 (up) or -1 (down) for each end; from the signs of the search variables when the elbow is free."""
+    """The sign of the elbow, +1 (up) or -1 (down), for each end; of search variables when it is free."""
     if elbow == "free":
         return [ca.if_else(branch[i] < 0.0, -1.0, 1.0) for i in range(ends)]
     return [1.0 if elbow == "up" else -1.0] * ends
@@ -122,11 +122,11 @@ class Place(Parametric, ABC):
     @property
     @abstractmethod
     def unit(self) -> str:
-        """Of :meth:`miss`."""
+        """The unit of :meth:`miss`."""
 
     @abstractmethod
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """The robot can be there.
+        """Check that the robot can be there.
 
         Args:
             robot: that moves.
@@ -138,8 +138,8 @@ class Place(Parametric, ABC):
             InvalidProblem: it cannot.
         """
 
-    def check_held(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
-        """The motors can hold the robot there, as far as that can be said of a place; nothing can by default.
+    def check_holding(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
+        """Check that the motors can hold the robot there, as far as a place decides that; nothing by default.
 
         Args:
             robot: that moves.
@@ -185,7 +185,7 @@ class Place(Parametric, ABC):
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
-        """A posture there.
+        """A posture at the place, from free choices.
 
         Args:
             robot: that moves.
@@ -200,7 +200,7 @@ class Place(Parametric, ABC):
         """
 
     def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Postures there (n, dof), rad, on the first branch of the elbow, and which of them are, (n,).
+        """Postures there (n, dof), rad, on the first branch of the elbow, and whether each is there, (n,).
 
         Args:
             robot: that moves.
@@ -224,20 +224,20 @@ class Place(Parametric, ABC):
 
     @abstractmethod
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
-        """By how much postures (n, dof) miss it, (n, m), in ``unit``; zero where they are there."""
+        """Vectors by which postures (n, dof) miss it, (n, m), in ``unit``; zero where they are there."""
 
     @abstractmethod
     def tolerance(self, robot: Robot) -> float:
-        """How large each entry of :meth:`miss` may be in a finished motion: rounding."""
+        """The rounding that each entry of :meth:`miss` may have in a finished motion."""
 
     @abstractmethod
     def position(self, robot: Robot) -> FloatArray:
-        """Where the tool is, (dim,), m."""
+        """The position of the tool, (dim,), m."""
 
 
 @dataclass(frozen=True)
 class Joints(Place):
-    """A given posture.
+    """A place that is one given posture.
 
     Args:
         values: joint angles, dof of them, rad.
@@ -255,7 +255,7 @@ class Joints(Place):
         return "rad"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """As many angles as joints, within their limits; clear of obstacles, and of itself where that is asked for."""
+        """Check that there are as many angles as joints, within their limits, and that the posture is clear."""
         if len(self.values) != robot.dof:
             raise InvalidProblem(field, f"{name}{len(self.values)} joints for a robot of {robot.dof}")
         check_within(field, self.values, ANGLES, "rad", name)
@@ -264,20 +264,19 @@ class Joints(Place):
                 raise InvalidProblem(field, f"{name}joint {joint}: {value:g} is not within {low:g} and {high:g} rad")
         check_posture(robot, obstacles, field, self.values, name)
 
-    def check_held(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
-        check_held(robot, field, np.array([self.values]), name)
+    def check_holding(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
+        check_holding(robot, field, np.array([self.values]), name)
 
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
-        """The posture itself: turns are as they were given."""
+        """The given posture, with its turns as they are."""
         return ca.horzcat(*self.values), None
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
         return np.array(self.values)
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
-        """Differences of the angles, (n, dof)."""
         return theta - ca.repmat(ca.horzcat(*self.values), theta.shape[0], 1)
 
     def tolerance(self, robot: Robot) -> float:
@@ -289,7 +288,7 @@ class Joints(Place):
 
 @dataclass(frozen=True)
 class Position(Place):
-    """The tool at a point, in whatever posture.
+    """A place with the tool at a point, in any posture.
 
     Args:
         point: m.
@@ -307,14 +306,14 @@ class Position(Place):
         return "m"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """Within reach, not too close, in no obstacle; of a robot with inverse kinematics in closed form."""
+        """Check that the point is in reach, not too close, and clear; needs closed-form inverse kinematics."""
         if len(self.point) != robot.dim:
             raise InvalidProblem(field, f"{name}{self.point} where the robot needs {robot.dim} coordinates")
         check_point(robot, obstacles, field, self.point, name)
 
-    def check_held(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
-        """Where nothing is redundant: the motors can hold one of the branches of the elbow."""
-        check_point_held(robot, elbow, field, self.point, name)
+    def check_holding(self, robot: Robot, elbow: Elbow, field: str, name: str = "") -> None:
+        """Check that the motors can hold one of the branches of the elbow, where nothing is redundant."""
+        check_holding_at(robot, elbow, field, self.point, name)
 
     def choices(self, robot: Robot) -> tuple[Choice, ...]:
         """The redundancy values of the links 3..k, in [0, 1]."""
@@ -331,7 +330,7 @@ class Position(Place):
         return as_array(robot.project_to_point(ca.DM(theta).T, ca.vertcat(*self.point))).ravel()
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
-        """From the point to the tool, (n, dim), m."""
+        """Vectors from the point to the tool, (n, dim), m."""
         return robot.tool(theta) - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
 
     def tolerance(self, robot: Robot) -> float:

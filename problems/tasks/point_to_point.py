@@ -13,7 +13,7 @@ from problems.motions import Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_point, check_range
-from problems.tasks.place import Elbow, Place, Position, check_elbow, check_point_held
+from problems.tasks.place import Elbow, Place, Position, check_elbow, check_holding_at
 from problems.tasks.task import Marker, MarkerKind, Task
 
 SEGMENT_TIME_BOX = (0.1, 4.0)  # s, in which t1 and t2 are searched where the task does not bound them
@@ -21,7 +21,7 @@ SEGMENT_TIME_BOX = (0.1, 4.0)  # s, in which t1 and t2 are searched where the ta
 
 @dataclass(frozen=True)
 class PointToPoint(Task):
-    """Move the tool from rest at ``start`` to rest at ``goal``.
+    """The paper's task to move the tool from rest at ``start`` to rest at ``goal``.
 
     Args:
         robot: that moves.
@@ -57,7 +57,7 @@ class PointToPoint(Task):
         check_obstacles(self.robot, self.obstacles)
         for field, obstacles in (("start", self.obstacles), ("goal", standing(self.obstacles))):
             check_point(self.robot, obstacles, field, getattr(self, field))
-            check_point_held(self.robot, self.elbow, field, getattr(self, field))
+            check_holding_at(self.robot, self.elbow, field, getattr(self, field))
 
     @property
     def passes_nothing(self) -> bool:
@@ -100,7 +100,7 @@ class PointToPoint(Task):
 def end_conditions(
     robot: Robot, trajectory: Trajectory, start: tuple[float, ...], goal: tuple[float, ...]
 ) -> list[tuple[Constraint, FloatArray]]:
-    """That the tool starts at ``start`` and ends at ``goal`` (m)."""
+    """The conditions that the tool starts at ``start`` and ends at ``goal`` (m)."""
     ends = trajectory.breakpoints[[0, -1]]
     tool = trajectory.samples(ends, robot).tool
     return [

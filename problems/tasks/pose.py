@@ -70,7 +70,7 @@ APART = 0.5  # rad or m: two branches differ by more than that in some joint
 
 @dataclass(frozen=True)
 class Pose(Place):
-    """The tool at a point in space, turned as stated or in any way.
+    """A place with the tool at a point in space, with a stated orientation or any.
 
     The posture is a free one near that of a branch: joints are put somewhere around it and projected onto the pose by
     damped Newton steps.
@@ -119,7 +119,7 @@ class Pose(Place):
         return "m" if self.quaternion is None or self.within else "m, rad"
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """In space, within reach, a quaternion of length 1, and a branch that is there."""
+        """Check that it is in space and in reach, its quaternion has length 1, and its branch is there."""
         arm = _in_space(robot, field, name)
         if len(self.point) != arm.dim:
             raise InvalidProblem(field, f"{name}{self.point} where x, y, z are needed")
@@ -139,7 +139,7 @@ class Pose(Place):
     def branches(
         self, robot: Robot, obstacles: Sequence[Obstacle], near: FloatArray | None, field: str
     ) -> tuple[Place, ...]:
-        """The same pose with clear postures that inverse kinematics finds as branches, all apart, the nearest first.
+        """The pose with each of the clear and separate postures of inverse kinematics as its branch, nearest first.
 
         Those that the motors cannot hold are left out.
 
@@ -177,7 +177,7 @@ class Pose(Place):
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
-        """Where the joints are put, projected onto the pose; and its miss, of the tolerance."""
+        """The posture at which joints are put, projected onto the pose; and its miss relative to the tolerance."""
         theta = self._onto(robot, ca.horzcat(*self.branch) + OFFSET * chosen.T)
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
@@ -191,11 +191,10 @@ class Pose(Place):
 
     @property
     def rotation(self) -> FloatArray | None:
-        """How the tool is turned, (3, 3); None where that does not matter."""
+        """The rotation matrix of the tool, (3, 3); None where that is free."""
         return None if self.quaternion is None else as_array(rotation_rows(self.quaternion)).reshape(3, 3)
 
     def near(self, robot: Robot, theta: FloatArray) -> tuple[FloatArray, bool]:
-        """As :meth:`postures` finds it."""
         found, reached = self.on_branch(theta).postures(robot, np.zeros((1, robot.dof)))
         return found[0], bool(reached[0])
 
@@ -208,7 +207,7 @@ class Pose(Place):
         return project(_in_space(robot), theta, ca.vertcat(*self.point), rotation, STEPS, KEPT, known)
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
-        """From the point to the tool, m, and its turn about the axes outside, rad where it is small; (n, 3 or 6).
+        """Vectors from the point to the tool, m, and its turns about the axes outside, rad if small; (n, 3 or 6).
 
         The turn is zero for the stated one alone.
         """

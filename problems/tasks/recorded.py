@@ -16,7 +16,7 @@ from problems.tasks.task import Marker, Task, end_markers
 
 @dataclass(frozen=True)
 class RecordedMotion(Task):
-    """Run a motion that is stated in time: nothing of it is planned, all of it is judged.
+    """The task to run a motion stated in time: nothing of it is planned, all of it is judged.
 
     Args:
         robot: that moves.

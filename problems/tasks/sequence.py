@@ -16,7 +16,7 @@ from problems.tasks.task import Marker, MarkerKind, Task
 
 @dataclass(frozen=True)
 class Sequence(Task):
-    """What a motion does that is made of stages; what it has to keep, each of them says.
+    """The task of a motion in stages, each with its own limits.
 
     Args:
         robot: that moves, with nothing in its hand.

@@ -1,4 +1,4 @@
-"""What a task is, and what of it is drawn."""
+"""Tasks, and their parts that figures show."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ class Marker:
         points: (n, dim), m.
         kind: which role they have.
         tolerance: how near each has to be passed, m; 0 where a figure need not show it.
-        joined: whether the tool stays as near to the lines between them.
+        connects_points: whether the tool stays as near to the lines between them.
     """
 
     label: str
     points: FloatArray
     kind: MarkerKind
     tolerance: float = 0.0
-    joined: bool = False
+    connects_points: bool = False
 
 
 def end_markers(robot: Robot, postures: FloatArray) -> tuple[Marker, Marker]:
-    """Where the tool of a robot is in its first and its last posture, (2, dof), rad."""
+    """Markers of the tool's places in the first and the last posture of a robot, (2, dof), rad."""
     ends = as_array(robot.tool(ca.DM(postures)))
     return (
         Marker(label="start", points=ends[:1], kind=MarkerKind.START),
@@ -120,7 +120,7 @@ class ProgressMeasure:
 
 
 class Task(Parametric, ABC):
-    """A statement: a robot, what it has to do, and what it has to keep clear of. A subclass is a frozen dataclass.
+    """A statement of a robot, what it has to do, and what it has to keep clear of. Subclasses are frozen dataclasses.
 
     Attributes:
         equations: where the paper states a constraint of this task, by its name, if elsewhere than for other tasks.
@@ -146,7 +146,7 @@ class Task(Parametric, ABC):
 
     @property
     def stay(self) -> float:
-        """How long after its arrival the robot has to stay clear of what moves, s; not by default."""
+        """The time after arrival for which the robot has to stay clear of what moves, s; 0 by default."""
         return 0.0
 
     @property
@@ -161,7 +161,7 @@ class Task(Parametric, ABC):
 
     @property
     def is_timed(self) -> bool:
-        """Whether an obstacle moves, so that it matters when the robot is where."""
+        """Whether an obstacle moves, so that the time of each posture matters."""
         return any(obstacle.moves for obstacle in self.obstacles)
 
     @abstractmethod
@@ -175,7 +175,7 @@ class Task(Parametric, ABC):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The numbers of the task that hold a motion back; by default the bounds of its durations."""
+        """The numbers of the task that restrict a motion; by default the bounds of its durations."""
         bounds = self.duration_bounds
         if bounds is None:
             return ()
@@ -192,12 +192,12 @@ class Task(Parametric, ABC):
         )  # fmt: skip
 
     def durations(self, trajectory: Trajectory) -> FloatArray:
-        """The durations of a finished motion to which these bounds apply, (n,), s; that of the whole by default."""
+        """The durations of a finished motion that these bounds restrict, (n,), s; that of the whole by default."""
         return np.array([trajectory.duration])
 
     @property
     def passes_nothing(self) -> bool:
-        """Whether a motion is bound by its two ends alone, and by nothing on the way; not by default."""
+        """Whether its two ends alone restrict a motion, and nothing in between; not by default."""
         return False
 
     @property
@@ -224,7 +224,7 @@ class Task(Parametric, ABC):
         return np.empty((0, self.robot.dof))
 
     def at_free_times(self) -> Self:
-        """The same task for a motion that is timed anew along its path: nothing is asked at given times any more."""
+        """The task of a motion that is timed anew along its path: nothing is asked at given times any more."""
         return self
 
     @property

@@ -1,4 +1,4 @@
-"""Ways of the tool, straight or along an arc: where it is, how it is turned, and joints that follow it."""
+"""Curves of the tool, straight, along an arc or with corners; its orientation there; joints that follow."""
 
 from __future__ import annotations
 
@@ -28,35 +28,35 @@ PARABOLA = 17  # points of one
 LEAST = 2.0  # no sine or cosine is below its negative
 
 
-class ToolWay(ABC):
+class ToolCurve(ABC):
     """A curve that the tool follows. A subclass is a frozen dataclass; lengths in m, s is the share of the length."""
 
     @property
     @abstractmethod
     def length(self) -> float:
-        """Of the whole curve."""
+        """The length of the whole curve."""
 
     @property
     def slack(self) -> float:
-        """How far its own points are from what is asked for, m; on it by default."""
+        """The distance of its own points from what is asked for, m; 0 by default."""
         return 0.0
 
     @abstractmethod
     def points(self, s: FloatArray) -> FloatArray:
-        """Where the tool is, (n, dim), at shares (n,) from 0 to 1."""
+        """Positions of the tool, (n, dim), at shares (n,) from 0 to 1."""
 
     @abstractmethod
     def away(self, tool: ca.SX) -> ca.SX:
-        """How far a point (dim, 1) is from the curve, prolonged beyond its ends."""
+        """The distance of a point (dim, 1) from the curve, prolonged beyond its ends."""
 
     @abstractmethod
     def along(self, tool: ca.SX) -> ca.SX:
-        """How far along the curve a point near it is, from 0 to the length."""
+        """The length along the curve of a point near it, from 0 to the whole length."""
 
 
 @dataclass(frozen=True, eq=False)
-class StraightWay(ToolWay):
-    """From a point (dim,) to another.
+class StraightLine(ToolCurve):
+    """The straight line from a point (dim,) to another.
 
     Raises:
         InvalidProblem: they are the same.
@@ -89,7 +89,7 @@ class StraightWay(ToolWay):
 
 
 @dataclass(frozen=True, eq=False)
-class Arc(ToolWay):
+class Arc(ToolCurve):
     """The arc of a circle from a point (dim,) through another to a third, less than a whole turn.
 
     Raises:
@@ -159,7 +159,7 @@ class Arc(ToolWay):
 
 
 @dataclass(frozen=True, eq=False)
-class Corners(ToolWay):
+class Corners(ToolCurve):
     """Straight lines from point to point (n, dim), with corners rounded by parabolas.
 
     Attributes:
@@ -185,7 +185,7 @@ class Corners(ToolWay):
 
     @cached_property
     def _curve(self) -> tuple[FloatArray, FloatArray]:
-        """Many points of it (m, dim), and how far along each is, (m,), m."""
+        """Many points of the curve (m, dim), and the length up to each, (m,), m."""
         legs = np.diff(self.stops, axis=0)
         lengths = np.linalg.norm(legs, axis=1)
         units, found = legs / lengths[:, None], [self.stops[:1]]
@@ -223,32 +223,31 @@ class Corners(ToolWay):
         return self.rounding
 
     def along(self, tool: ca.SX) -> ca.SX:
-        """Not known: the ends are those of the lines anyway."""
         return ca.SX(0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class ToolPath:
-    """A curve of the tool, which turns evenly on the way.
+    """A curve of the tool, which turns evenly along it.
 
     Attributes:
         way: of its point.
         turned: rotations (3, 3) at start and goal; None where it may turn as it likes, and in the plane.
     """
 
-    way: ToolWay
+    way: ToolCurve
     turned: tuple[FloatArray, FloatArray] | None = None
 
     @cached_property
     def _turn(self) -> FloatArray:
-        """From the rotation at the start to that at the goal, axis times angle in the tool's frame, (3,), rad."""
+        """The turn from the start's rotation to the goal's, axis times angle in the tool's frame, (3,), rad."""
         assert self.turned is not None
         start, goal = self.turned
         turn = scipy.spatial.transform.Rotation.from_matrix(start.T @ goal).as_rotvec()
         return turn if np.linalg.norm(turn) > ALIKE else np.zeros(3)
 
     def places(self, s: FloatArray) -> list[Place]:
-        """Where the tool is to be, at shares (n,) of the length."""
+        """Places of the tool at shares (n,) of the length."""
         points = self.way.points(s)
         if points.shape[1] == 2:
             return [Position(tuple(point)) for point in points.tolist()]
@@ -260,7 +259,7 @@ class ToolPath:
         return [Pose(tuple(point), tuple(quaternion)) for point, quaternion in pairs]
 
     def constraints(self, robot: Robot, accuracy: float, angular_accuracy: float) -> list[StatedExpression]:
-        """How near a motion stays to the curve, at every time: m, and the sine of an angle."""
+        """Limits on the distance from the curve at every time, m, and on the sine of the angle."""
 
         def near(m: MotionView) -> ca.SX:
             along = self.way.along(m.tool)
@@ -279,13 +278,13 @@ class ToolPath:
         return found
 
     def speed_limit(self, robot: Robot, most: float) -> StatedExpression:
-        """That the tool is no faster than so many m/s."""
+        """The limit of the tool's speed to so many m/s."""
         name = "tool speed on the way"
         speed = traced(lambda m: ca.norm_2(m.tool_velocity), robot, name)
         return StatedExpression(name, "m/s", speed, None, (most,))
 
     def _missing(self, moment: MotionView) -> tuple[ca.SX, ca.SX]:
-        """Axis times sine of the angle that the tool is turned away by, (3, 1), and the cosine."""
+        """The tool's error of orientation: axis times sine of the angle, (3, 1), and the cosine."""
         assert self.turned is not None
         wanted = ca.SX(ca.DM(self.turned[0]))
         angle = float(np.linalg.norm(self._turn))
@@ -336,7 +335,7 @@ class ToolPath:
         return np.array(found)
 
     def _why(self, robot: Robot, theta: FloatArray, place: Place, share: float, jumped: bool) -> str:
-        """What keeps the tool from a point of the curve, if it gets as far as a posture (dof,)."""
+        """A text of what keeps the tool from a point of the curve, if it gets as far as a posture (dof,)."""
         at = ", ".join(f"{coordinate:.4g}" for coordinate in place.position(robot))
         what = f"the tool cannot be led to ({at}), {share * self.way.length:.4g} m along the way"
         if jumped:
@@ -359,7 +358,7 @@ class ToolPath:
         return bool(missed[0] <= distance and missed[1] <= angle)
 
     def _missed(self, robot: Robot, theta: FloatArray) -> tuple[float, float]:
-        """How far from the curve the tool is at most in postures (n, dof): m, and the sine of an angle."""
+        """The largest distance of the tool from the curve in postures (n, dof): m, and the sine of an angle."""
         point = ca.SX.sym("tool", robot.dim)
         away = ca.Function("away", [point], [self.way.away(point)])
         if not isinstance(robot, SpatialArm):
@@ -378,7 +377,7 @@ class ToolPath:
 
 @lru_cache(maxsize=16)
 def _tool_of(robot: SpatialArm) -> ca.Function:
-    """From a posture (dof, 1) to the tool's position (3, 1) and its rotation row by row (9, 1)."""
+    """The function from a posture (dof, 1) to the tool's position (3, 1) and rotation row by row (9, 1)."""
     theta = ca.SX.sym("theta", 1, robot.dof)
     position, rotation = robot.tool_pose(theta)
     return ca.Function("tool", [theta.T], [position.T, rotation.T])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core import LinearProgram, SingleRows, WholeRows, joined
+from problems.core import LinearProgram, SingleRows, WholeRows, stacked
 from problems.timing.parametrisation import DEGREE, Basis, LawLimits
 from problems.timing.settings import DEFAULT_RETIMING, LawSettings
 
@@ -69,7 +69,7 @@ class LawProgram:
         if self.elastic:
             price = np.full(limits.bound.size, self.settings.row_price)
             whole = WholeRows(limits.first - begin, limits.weights[..., None], limits.by_time, limits.bound, price)
-        single = order if self.elastic else joined([order, limits])
+        single = order if self.elastic else stacked([order, limits])
         box = np.ones((free[-1] + 1 - begin, 1))
         moved = replace(single, first=single.first - begin)
         longest = self.settings.largest_change

@@ -70,7 +70,7 @@ def callback_to_generator(run: Callable[[Cost], object], iterations: Iterator[fl
 
 
 class GlobalRandom:
-    """Global generators that belong to one search; everybody else's are as they were whenever it does not work.
+    """Global random generators that one search uses, restored whenever it does not work.
 
     Args:
         rng: that they are seeded from.
@@ -83,7 +83,7 @@ class GlobalRandom:
 
     @contextmanager
     def active(self) -> Iterator[None]:
-        """The library works: what it draws is the search's."""
+        """Run the library with the search's generators."""
         self._others = _exchange(self._own)
         try:
             yield
@@ -92,7 +92,7 @@ class GlobalRandom:
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """Within :meth:`active`: others work."""
+        """Run others within :meth:`active`, with their own generators."""
         self._own = _exchange(self._others)
         try:
             yield
@@ -101,7 +101,7 @@ class GlobalRandom:
 
 
 def _exchange(states: tuple[Any, Any]) -> tuple[Any, Any]:
-    """Put these states in place; returns those that were."""
+    """Put these states in place and return those that were."""
     before = random.getstate(), np.random.get_state()  # noqa: NPY002 (the libraries use it)
     random.setstate(states[0])
     np.random.set_state(states[1])  # noqa: NPY002

@@ -13,7 +13,7 @@ import cma
 import numpy as np
 
 from solvers.external.callbacks import LARGEST_COST
-from solvers.solver import Box, Iterations, Search, Solver, require
+from solvers.solver import Iterations, Search, SearchBox, Solver, require
 from solvers.threads import one_thread
 
 
@@ -32,7 +32,7 @@ class CMAES(Solver):
         require(self.sigma > 0.0, f"sigma = {self.sigma} is not positive")
         require(self.growth >= 1.0, f"growth = {self.growth} is less than 1")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         size = float(self.population or 4 + int(3 * np.log(box.dimension)))
         first = True
         while True:
@@ -50,7 +50,7 @@ class CMAES(Solver):
             size *= self.growth
             box = replace(box, known=None)
 
-    def strategy(self, box: Box, rng: np.random.Generator, population: int) -> Any:
+    def strategy(self, box: SearchBox, rng: np.random.Generator, population: int) -> Any:
         """A strategy of the package on the unit cube, around the first known candidate where there is one.
 
         With our random numbers and no output.

@@ -13,7 +13,7 @@ import mealpy
 import numpy as np
 
 from solvers.external.callbacks import Cost, GlobalRandom, callback_to_generator
-from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
+from solvers.solver import FloatArray, Iterations, Search, SearchBox, Solver, require
 
 EPOCHS = 100_000  # of one of mealpy's runs, the most that it takes; the budget ends the search
 
@@ -42,7 +42,7 @@ class Mealpy(Solver):
         known = algorithm_named(self.algorithm) is not None
         require(known, f"algorithm = {self.algorithm!r} is none of mealpy's, such as GWO.OriginalGWO")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         own = GlobalRandom(rng)
 
         def run(cost: Cost) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from minionpy import Minimizer
 
 from solvers.external.callbacks import Cost, callback_to_generator
-from solvers.solver import DEFAULT_EVALUATIONS, Box, Iterations, Search, Solver, require
+from solvers.solver import DEFAULT_EVALUATIONS, Iterations, Search, SearchBox, Solver, require
 
 ALGORITHMS = (  # those that search a whole box
     *("ABC", "AGSK", "ARRDE", "BIPOP_aCMAES", "CMAES", "DE", "DMSPSO", "IMODE", "JADE", "LSHADE", "LSHADE_cnEpSin"),
@@ -25,7 +25,7 @@ MOVING_MEANS = ("BIPOP_aCMAES", "CMAES", "RCMAES")  # which begin around what is
 
 @dataclass(frozen=True)
 class Minion(Solver):
-    """An algorithm of Minion with its own defaults, told how many evaluations there are."""
+    """An algorithm of Minion with its own defaults, given the number of evaluations."""
 
     minimum_population: ClassVar[int] = 6
 
@@ -36,8 +36,8 @@ class Minion(Solver):
         super().__post_init__()
         require(self.algorithm in ALGORITHMS, f"algorithm = {self.algorithm!r} is none of {', '.join(ALGORITHMS)}")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """One generation after the other; begins again where the algorithm has ended before the budget."""
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Candidates of one generation after the other, restarted where the algorithm ends before the budget."""
         left = iterations.evaluations or DEFAULT_EVALUATIONS
 
         def run(cost: Cost) -> None:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from solvers.external.callbacks import LARGEST_COST, GlobalRandom
-from solvers.solver import DEFAULT_EVALUATIONS, Box, FloatArray, Iterations, Search, Solver, require
+from solvers.solver import DEFAULT_EVALUATIONS, FloatArray, Iterations, Search, SearchBox, Solver, require
 
 with GlobalRandom(np.random.default_rng(1)).active():  # it draws random numbers as it is imported
     import nevergrad
@@ -24,7 +24,7 @@ ONE_BY_ONE = 1
 
 @dataclass(frozen=True)
 class Nevergrad(Solver):
-    """An optimiser of nevergrad, told how many candidates it may ask for before it is told their costs.
+    """An optimiser of nevergrad, given the number of candidates that it may ask for at a time.
 
     The default is a fast one. ``NGOpt``, which chooses among many by dimension and budget, may take milliseconds for
     each candidate. Many of them begin at the centre of the box, where many published functions have their minimum.
@@ -42,7 +42,7 @@ class Nevergrad(Solver):
         alone = known[self.optimizer].no_parallelization and self.population > ONE_BY_ONE
         require(not alone, f"optimizer = {self.optimizer!r} works one candidate at a time; say population=1")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         own = GlobalRandom(rng)
         with _working(own):
             optimizer = self._optimizer(box, rng, iterations.evaluations or DEFAULT_EVALUATIONS)
@@ -57,8 +57,8 @@ class Nevergrad(Solver):
             if next(iterations, None) is None:
                 return
 
-    def _optimizer(self, box: Box, rng: np.random.Generator, evaluations: int) -> Any:
-        """Of the unit cube, with known candidates as its first."""
+    def _optimizer(self, box: SearchBox, rng: np.random.Generator, evaluations: int) -> Any:
+        """The optimiser of the unit cube, with known candidates as its first."""
         cube = nevergrad.p.Array(shape=(box.dimension,), lower=0.0, upper=1.0)
         cube.random_state = np.random.RandomState(int(rng.integers(2**32)))
         optimizer = nevergrad.optimizers.registry[self.optimizer](cube, budget=evaluations, num_workers=self.population)
@@ -66,13 +66,13 @@ class Nevergrad(Solver):
             optimizer.suggest(share)
         return optimizer
 
-    def _known(self, box: Box) -> FloatArray:
+    def _known(self, box: SearchBox) -> FloatArray:
         return np.empty((0, box.dimension)) if box.known is None else box.to_unit(box.known)[: self.population]
 
 
 @contextmanager
 def _working(own: GlobalRandom) -> Iterator[None]:
-    """While nevergrad works: its random numbers are the search's own, and its advice is not shown."""
+    """Run nevergrad with the search's random numbers, without showing its advice."""
     with own.active(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield

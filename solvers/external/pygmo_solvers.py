@@ -12,7 +12,7 @@ import numpy as np
 import pygmo
 
 from solvers.external.callbacks import Cost, callback_to_generator
-from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
+from solvers.solver import FloatArray, Iterations, Search, SearchBox, Solver, require
 
 ALGORITHMS = ("bee_colony", "cmaes", "de", "de1220", "gaco", "gwo", "pso", "pso_gen", "sade", "sea", "sga", "xnes")
 GENERATIONS = 1_000_000  # of one run, the most; the budget ends the search
@@ -35,8 +35,8 @@ class Pygmo(Solver):
         super().__post_init__()
         require(self.algorithm in ALGORITHMS, f"algorithm = {self.algorithm!r} is none of {', '.join(ALGORITHMS)}")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
-        """One candidate after the other; a new population where pygmo has converged."""
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
+        """Candidates one after the other, with a new population where pygmo has converged."""
 
         def run(cost: Cost) -> None:
             problem = pygmo.problem(_Cube(box, cost))
@@ -56,11 +56,11 @@ class Pygmo(Solver):
 class _Cube:
     """A cost on the unit cube, as pygmo asks for it."""
 
-    def __init__(self, box: Box, cost: Cost) -> None:
+    def __init__(self, box: SearchBox, cost: Cost) -> None:
         self._box, self._cost = box, cost
 
     def __deepcopy__(self, memo: object) -> _Cube:
-        """Itself: pygmo copies its problems, and the thread that answers stays the same."""
+        """No copy: pygmo copies its problems, but the thread that answers must stay the same."""
         return self
 
     def fitness(self, share: FloatArray) -> FloatArray:
@@ -68,5 +68,5 @@ class _Cube:
         return self._cost(self._box.from_unit(np.asarray(share)[None]))
 
     def get_bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Corners of the cube."""
+        """The corners of the cube."""
         return np.zeros(self._box.dimension), np.ones(self._box.dimension)

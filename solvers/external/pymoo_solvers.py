@@ -21,7 +21,7 @@ from pymoo.core.termination import NoTermination
 from pymoo.problems.static import StaticProblem
 
 from solvers.external.callbacks import LARGEST_COST
-from solvers.solver import Box, FloatArray, Iterations, Search, Solver, require
+from solvers.solver import FloatArray, Iterations, Search, SearchBox, Solver, require
 
 ALGORITHMS = {"pso": PSO, "de": DE, "ga": GA, "g3pcx": G3PCX, "nsga2": NSGA2}
 
@@ -43,7 +43,7 @@ class Pymoo(Solver):
     def takes_several_costs(self) -> bool:
         return self.algorithm == "nsga2"
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         problem = Problem(n_var=box.dimension, n_obj=1, xl=0.0, xu=1.0)
         algorithm = ALGORITHMS[self.algorithm](pop_size=self.population, **self._sampling(box, rng))
         algorithm.setup(problem, termination=NoTermination(), seed=int(rng.integers(2**31)))
@@ -57,7 +57,7 @@ class Pymoo(Solver):
             if next(iterations, None) is None:
                 return
 
-    def _sampling(self, box: Box, rng: np.random.Generator) -> dict[str, Any]:
+    def _sampling(self, box: SearchBox, rng: np.random.Generator) -> dict[str, Any]:
         """The initial population, where some of it is known; else pymoo draws it."""
         if box.known is None:
             return {}
@@ -67,7 +67,9 @@ class Pymoo(Solver):
 Evaluate: TypeAlias = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def nsga2(evaluate: Evaluate, objectives: int, box: Box, population: int, generations: int, seed: int) -> FloatArray:
+def nsga2(
+    evaluate: Evaluate, objectives: int, box: SearchBox, population: int, generations: int, seed: int
+) -> FloatArray:
     """The feasible members of the last population that no other one dominates, (m, d); m may be 0.
 
     Feasibility comes first: of two infeasible candidates the one with the smaller violation is better.

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution, direct, dual_annealing
 
 from solvers.external.callbacks import Cost, callback_to_generator
-from solvers.solver import DEFAULT_EVALUATIONS, Box, Iterations, Search, Solver, require
+from solvers.solver import DEFAULT_EVALUATIONS, Iterations, Search, SearchBox, Solver, require
 
 Strategy = Literal["best1bin", "rand1bin", "currenttobest1bin"]
 UNLIMITED = 10**9  # iterations; the budget ends the search
@@ -31,7 +31,7 @@ class SciPyDE(Solver):
         require(self.strategy in get_args(Strategy), f"strategy = {self.strategy!r} is unknown")
         require(0.0 <= self.recombination <= 1.0, f"recombination = {self.recombination} is not in [0, 1]")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
 
         def run(cost: Cost) -> None:
             def vectorised(shares: Any) -> Any:  # SciPy's types know scalar costs only
@@ -69,7 +69,7 @@ class DualAnnealing(Solver):
         require(1.0 < self.visit <= 3.0, f"visit = {self.visit} is not in (1, 3]")
         require(0.0 < self.restart_temp_ratio < 1.0, f"restart_temp_ratio = {self.restart_temp_ratio} is not in (0, 1)")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
 
         def run(cost: Cost) -> None:
             def one(shares: Any) -> float:
@@ -109,7 +109,7 @@ class DirectRectangles(Solver):
         require(self.locally_biased in (0, 1), f"locally_biased = {self.locally_biased} is neither 0 nor 1")
         require(self.eps >= 0.0, f"eps = {self.eps} is negative")
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         evaluations = iterations.evaluations or DEFAULT_EVALUATIONS
 
         def run(cost: Cost) -> None:

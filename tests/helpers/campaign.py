@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solvers import Box, Iterations, Search, Solver
+from solvers import Iterations, Search, SearchBox, Solver
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Random(Solver):
 
     population: int = 10
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         yield box.sample(rng, self.population)
         for _ in iterations:
             yield box.sample(rng, self.population)
@@ -28,7 +28,7 @@ class Random(Solver):
 class Raises(Random):
     """Raises in some of its runs."""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         if rng.random() < 0.5:
             raise ArithmeticError("this one\nfails")
         yield from super().search(box, rng, iterations)
@@ -40,7 +40,7 @@ class Kills(Random):
 
     mark: str = ""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         if not self.mark or not Path(self.mark).exists():
             if self.mark:
                 Path(self.mark).touch()
@@ -52,7 +52,7 @@ class Kills(Random):
 class Exits(Random):
     """Wants to end the process, as if all were well."""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         yield box.sample(rng, self.population)
         raise SystemExit(0)
 
@@ -63,7 +63,7 @@ class Endless(Random):
 
     mark: str = ""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         Path(self.mark).write_text(str(os.getpid()))
         while True:
             time.sleep(1.0)

@@ -9,16 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through
 
-from problems.core import Dynamics, Kept, SingleRows, WholeRows
+from problems.core import Dynamics, Separation, SingleRows, WholeRows
 from problems.core.compiled import CompiledCore
 from problems.core.description import described
-from problems.core.interface import CoreWorld, Moving, ProofAsked, Schedule, Search
+from problems.core.interface import CoreWorld, MovingSolids, PathSearch, ProofRequest, Schedule
 from problems.core.rows import ProgramData
 from problems.core.world import known_robot
 from problems.robots import SpatialArm, built_in, geometry_of
 
 POSTURES = 21  # no multiple of the lanes
-KINDS = (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER, Kept.ALL)
+KINDS = (Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER, Separation.ALL)
 Answers = dict[str, bytes]  # the bits of each
 
 
@@ -33,7 +33,7 @@ def answers(library: ctypes.CDLL, seed: int) -> Answers:
     for name in ROBOTS:
         robot, rng = robot_of(name), np.random.default_rng([seed, len(found)])
         world = core.world(*described(robot, known_robot(robot), SCENE))
-        for what, part in (rooms(world, robot, rng) | proofs(world, robot, rng) | ways(world, robot, rng)).items():
+        for what, part in (margins(world, robot, rng) | proofs(world, robot, rng) | ways(world, robot, rng)).items():
             found[f"{name}: {what}"] = part
         found[f"{name}: steps"] = steps(core, robot, rng)
     for number, reach in enumerate((2, 4, 5)):
@@ -52,7 +52,7 @@ def bits(*parts: np.ndarray) -> bytes:
 class Around(NamedTuple):
     """What may be true of postures: how solids move, how far joints are off."""
 
-    moving: Moving | None
+    moving: MovingSolids | None
     errors: np.ndarray | None
 
 
@@ -60,16 +60,16 @@ def drifting(rng: np.random.Generator) -> np.ndarray:
     return rng.uniform(-0.2, 0.2, (len(SCENE), 6 + 1)) * [*6 * [1.0], rng.choice([0.0, 0.2])]
 
 
-def rooms(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answers:
+def margins(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answers:
     """The least room, and what comes near."""
     theta, errors = postures(robot, rng, POSTURES), rng.uniform(0.0, 0.04, (POSTURES, robot.dof))
-    moving, found = Moving(drifting(rng), rng.uniform(0.0, 3.0, POSTURES)), Answers()
+    moving, found = MovingSolids(drifting(rng), rng.uniform(0.0, 3.0, POSTURES)), Answers()
     for around in (Around(None, None), Around(moving, None), Around(None, errors), Around(moving, errors)):
         moves, off = around.moving is not None, around.errors is not None
         for which in KINDS:
             for most in (np.inf, 0.1):
                 least = np.full(POSTURES, most)
-                world.lower_to_rooms(theta, least, which, most < 1.0, *around)
+                world.lower_to_clearance_margins(theta, least, which, most < 1.0, *around)
                 found[f"room below {most}, {which!r}, moving {moves}, off {off}"] = bits(least)
             near = world.nearest(theta, 0.15, which, *around)
             found[f"what is near, {which!r}, moving {moves}, off {off}"] = bits(*astuple(near))
@@ -80,13 +80,13 @@ def proofs(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Ans
     """Of motions that mostly keep clear, and of some that do not."""
     theta, found = postures(robot, rng, 60), Answers()
     least = np.full(len(theta), np.inf)
-    world.lower_to_rooms(theta, least, Kept.ALL, False)
+    world.lower_to_clearance_margins(theta, least, Separation.ALL, False)
     clear = theta[np.argsort(least)[-6:]]
     for number, share in enumerate((0.02, 0.1, 0.5)):
         stops = clear[:1] + share * (clear[: int(rng.choice([2, 6]))] - clear[:1])
         motion = through(stops, int(rng.choice([1, 3, 5])), rng)
         parts = (np.ascontiguousarray(part) for part in (motion.breakpoints, motion.coefficients))
-        asked = ProofAsked(*parts, Kept.ALL, 0.1, 8, 100_000, None, 0.0)
+        asked = ProofRequest(*parts, Separation.ALL, 0.1, 8, 100_000, None, 0.0)
         tracking = rng.uniform(0.0, 0.01, (3, robot.dof))
         for also in (asked, asked._replace(drifts=drifting(rng), rounding=1e-9), asked._replace(tracking=tracking)):
             moves, off = also.drifts is not None, also.tracking is not None
@@ -98,9 +98,9 @@ def ways(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answe
     """Between the postures with the most room."""
     theta, box, found = postures(robot, rng, 60), np.array(robot.position_limits).T, Answers()
     least = np.full(len(theta), np.inf)
-    world.lower_to_rooms(theta, least, Kept.ALL, False)
+    world.lower_to_clearance_margins(theta, least, Separation.ALL, False)
     start, goal = theta[np.argsort(least)[-2:]]
-    search = Search(box, 0.05, 0.0, 1.0, 60, 30, int(rng.integers(1_000)))
+    search = PathSearch(box, 0.05, 0.0, 1.0, 60, 30, int(rng.integers(1_000)))
     schedule, errors = Schedule(start, goal, 0.5, 2.5), np.full(robot.dof, 0.002)
     passing = replace(search, drifts=drifting(rng), schedule=schedule)
     for what, also in {"way": search, "among what moves": passing, "off": replace(search, errors=errors)}.items():
@@ -137,7 +137,7 @@ def program_of(reach: int, rng: np.random.Generator) -> ProgramData:
 
 
 def solved(core: CompiledCore, program: ProgramData) -> bytes:
-    found = core.minimised(program)
+    found = core.solve_program(program)
     return b"none" if found is None else bits(found[0], np.array(found[1]))
 
 

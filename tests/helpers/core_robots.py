@@ -155,7 +155,7 @@ def seen_from(obstacle: Obstacle, points: np.ndarray, times: np.ndarray | None) 
     return obstacle.still, points - (motion.origin + times[:, None] * np.array(motion.velocity))[:, None]
 
 
-def rooms(
+def margins(
     robot: SpatialArm, obstacles: tuple[Obstacle, ...], theta: np.ndarray, times: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """How much more than they must all balls keep of obstacles, and of each other, both (n,); infinite of nothing.

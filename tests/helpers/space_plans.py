@@ -8,7 +8,7 @@ from helpers.space import small_arm
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Polytope
 from problems.families.splines import move
 from problems.geometry import Triangles, box_corners, facing_out
-from problems.robots import Look, Sphere
+from problems.robots import LinkAppearance, Sphere
 from problems.tasks import Joints, Move
 from tpbso_casadi.planning import PlannedMotion, motion_of
 
@@ -30,14 +30,14 @@ SPHERES = (
 
 
 BAR = Triangles.of(facing_out(box_corners((0.06, 0.06, 0.2))))
-LOOKS = (Look("link_1", 1, "#cc0000", BAR), Look("link_3", 3, "", BAR))  # foot and link_4 have none
+LOOKS = (LinkAppearance("link_1", 1, "#cc0000", BAR), LinkAppearance("link_3", 3, "", BAR))  # foot and link_4 have none
 
 
 @cache
-def space_plan(obstacles: bool = True, spheres: bool = True, looks: bool = False) -> PlannedMotion:
+def space_plan(obstacles: bool = True, spheres: bool = True, appearances: bool = False) -> PlannedMotion:
     """A small arm turns and bends between solids of every kind."""
     balls = {"spheres": SPHERES, "kept_pairs": ((0, 3),), "self_collision": True} if spheres else {}
-    robot = small_arm(4, max_jerk=(100.0,) * 4, looks=LOOKS if looks else (), **balls)
+    robot = small_arm(4, max_jerk=(100.0,) * 4, appearances=LOOKS if appearances else (), **balls)
     start, goal = (0.0, 0.3, 0.2, 0.8), (1.2, 0.9, -0.4, 1.1)
     task = Move(robot, Joints(start), (Joints(goal),), obstacles=SOLIDS if obstacles else ())
     problem = move(task, "time", samples=20, pieces=3)

@@ -13,10 +13,10 @@ from solvers import (
     LSHADE,
     PSO,
     AdaptiveBeetleSwarm,
-    Box,
     Budget,
     Iterations,
     RandomSearch,
+    SearchBox,
     Solver,
     minimize,
 )
@@ -25,7 +25,7 @@ from solvers.differential import Population, binomial_mask, initial_population, 
 from solvers.driver import Archive
 from solvers.lshade import SuccessMemory
 
-BOX = Box(np.zeros(2), np.array([10.0, 20.0]))
+BOX = SearchBox(np.zeros(2), np.array([10.0, 20.0]))
 SEED = 5
 
 
@@ -132,7 +132,7 @@ def test_tournament_is_won_by_the_best() -> None:
 
 
 def test_crossover_keeps_the_middle_of_the_parents() -> None:
-    wide = Box(np.full(3, -100.0), np.full(3, 100.0))
+    wide = SearchBox(np.full(3, -100.0), np.full(3, 100.0))
     parents = np.random.default_rng(1).normal(size=(7, 3))
     children = GA(population=7, crossover_rate=1.0).crossover(np.random.default_rng(0), wide, parents)
     assert children[:3] + children[3:6] == pytest.approx(parents[:3] + parents[3:6])

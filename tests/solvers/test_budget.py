@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solvers import IPOPT, Box, Budget, Iterations, Result, Search, Solution, Solver, Status, StopReason, Usage
+from solvers import IPOPT, Budget, Iterations, Result, Search, SearchBox, Solution, Solver, Status, StopReason, Usage
 from solvers import descend as descend_from
 from solvers import minimize as minimize_over
 from solvers.ipopt import Stop
@@ -66,7 +66,7 @@ class OneByOne(Solver):
     population: int = 2
     budgets: tuple[list[int | None], ...] = ()
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         for budgets in self.budgets:
             budgets.append(iterations.evaluations)
         yield box.sample(rng, 1)
@@ -77,14 +77,14 @@ class OneByOne(Solver):
 def test_the_driver_tells_the_solver_its_budget() -> None:
     for budget in (Budget(40), Budget(40, 3), Budget(iterations=3), Budget(seconds=0.01)):
         told: list[int | None] = []
-        minimize_over(lambda x: x[:, 0], Box(np.zeros(1), np.ones(1)), OneByOne(budgets=(told,)), budget, 1)
+        minimize_over(lambda x: x[:, 0], SearchBox(np.zeros(1), np.ones(1)), OneByOne(budgets=(told,)), budget, 1)
         assert told == [budget.evaluations]
 
 
 def minimize(cost: Cost, budget: Budget, callback: Callable[[Status], object] | None = None) -> Result:
     """The metaheuristics' driver; ``cost`` of the number of the evaluation, from 1."""
     numbers = count(1)
-    box = Box(np.zeros(1), np.ones(1))
+    box = SearchBox(np.zeros(1), np.ones(1))
     return minimize_over(lambda x: np.array([cost(next(numbers)) for _ in x]), box, OneByOne(), budget, 1, callback)
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from helpers.named_solvers import LIBRARIES_OF_MANY, WITHOUT_CHANCE, named_solver
 
-from solvers import EXTERNAL, Box, Budget, Result, StopReason, minimize
+from solvers import EXTERNAL, Budget, Result, SearchBox, StopReason, minimize
 from solvers.external.callbacks import LARGEST_COST, Cost, callback_to_generator
 
 
@@ -89,7 +89,7 @@ def test_a_closed_search_leaves_no_thread() -> None:
 
 # The libraries
 
-BOX = Box(np.array([-3.0, 1.0, 2.0]), np.array([4.0, 1.0, 6.0]))  # flat in one coordinate
+BOX = SearchBox(np.array([-3.0, 1.0, 2.0]), np.array([4.0, 1.0, 6.0]))  # flat in one coordinate
 CENTRE = np.array([0.5, 1.0, 3.0])
 CHOICES: dict[str, list[dict[str, str]]] = {
     "nevergrad": [{"optimizer": "CMA"}, {"optimizer": "RecombiningPortfolioDiscreteOnePlusOne"}],

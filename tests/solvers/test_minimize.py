@@ -10,11 +10,11 @@ import pytest
 from helpers.named_solvers import PARAMETERS, named_solver
 
 import tpbso_casadi as tp
-from solvers import Box, Budget
+from solvers import Budget, SearchBox
 from solvers import minimize as drive
 
 BOUNDS = [(-5.0, 5.0), (0.0, 3.0), (-2.0, 1.0)]
-BOX = Box(*np.array(BOUNDS).T)
+BOX = SearchBox(*np.array(BOUNDS).T)
 CENTRE = np.array([1.0, 2.0, -1.0])
 
 

@@ -17,11 +17,11 @@ from hypothesis.extra import numpy as arrays
 import tpbso_casadi as tp
 from solvers import (
     Archive,
-    Box,
     Budget,
     Interruption,
     Iterations,
     Search,
+    SearchBox,
     Solution,
     Solver,
     Status,
@@ -35,7 +35,7 @@ from solvers import descend as descend_from
 from solvers.driver import SearchRun
 from solvers.ipopt import Stop
 
-BOX = Box(np.array([-1.0, 0.0, 2.0]), np.array([1.0, 0.5, 3.0]))
+BOX = SearchBox(np.array([-1.0, 0.0, 2.0]), np.array([1.0, 0.5, 3.0]))
 BOUNDS = [(-1.0, 1.0), (0.0, 0.5), (2.0, 3.0)]
 
 
@@ -50,7 +50,7 @@ class Says(Solver):
     then: Any = None
     at_once: bool = False
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         if not self.at_once:
             yield box.sample(rng, 4)
             for _ in iterations:
@@ -153,7 +153,7 @@ def test_whatever_an_array_holds_it_is_candidates_of_the_box_or_one_line(yielded
 class Plain(Solver):
     """No dataclass."""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         yield box.sample(rng, 3)
 
 
@@ -161,7 +161,7 @@ class Plain(Solver):
 class Unyielding(Solver):
     """No generator."""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         return [box.sample(rng, 3)]  # type: ignore[return-value]
 
 
@@ -169,7 +169,7 @@ class Unyielding(Solver):
 class Idle(Solver):
     """Asks for nothing."""
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         return
         yield
 
@@ -341,7 +341,7 @@ class Late(Solver):
 
     population: int = 4
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         for _ in iterations:
             yield box.sample(rng, self.population)
 

@@ -14,19 +14,19 @@ from helpers.named_solvers import PARAMETERS, WITHOUT_CHANCE, named_solver
 from solvers import (
     EXTERNAL,
     SOLVERS,
-    Box,
     Budget,
     Iterations,
     RandomSearch,
     Result,
     Search,
+    SearchBox,
     Solver,
     Status,
     StopReason,
     minimize,
 )
 
-BOX = Box(np.array([-3.0, -2.0, 0.0, -5.0, 1.0]), np.array([4.0, 5.0, 6.0, 1.0, 3.0]))
+BOX = SearchBox(np.array([-3.0, -2.0, 0.0, -5.0, 1.0]), np.array([4.0, 5.0, 6.0, 1.0, 3.0]))
 CENTRE = np.array([0.5, 1.0, 2.0, -1.0, 2.0])
 Cost = Callable[[np.ndarray], np.ndarray]
 
@@ -149,7 +149,7 @@ def test_a_target_and_stagnation_end_a_search(solver: Solver) -> None:
 
 
 def test_a_box_may_be_flat_in_a_coordinate(solver: Solver) -> None:
-    flat = Box(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
+    flat = SearchBox(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
     result = minimize(lambda x: (x**2).sum(axis=1), flat, solver, Budget(1000), 1)
     assert result.x[0] == 1.0
     assert abs(result.x[1]) < 0.01
@@ -214,7 +214,7 @@ class OneShot(Solver):
     population: int = 5
     leaves_box: bool = False
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterations) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterations) -> Search:
         yield box.upper + box.sample(rng, self.population) * self.leaves_box
 
 
@@ -235,7 +235,7 @@ def test_what_a_solver_may_do() -> None:
 )
 def test_impossible_boxes(lower: list[float], upper: list[float], reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
-        Box(np.array(lower), np.array(upper))
+        SearchBox(np.array(lower), np.array(upper))
 
 
 BAD_SETTINGS: dict[str, dict[str, list[object]]] = {

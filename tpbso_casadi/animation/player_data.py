@@ -13,10 +13,10 @@ import numpy as np
 from problems.assembly import Criteria
 from problems.base import FloatArray, Matrix, as_array
 from problems.limits import CoverClearance, CoverLimit, Pair, Proximity, clearances
-from problems.robots import Look
+from problems.robots import LinkAppearance
 from problems.scene import standing
 from tpbso_casadi.animation.frames import Frames
-from tpbso_casadi.figures.looks import written_shades
+from tpbso_casadi.figures.appearance import written_shades
 from tpbso_casadi.figures.palette import line_of
 from tpbso_casadi.figures.scene import Course
 from tpbso_casadi.figures.space_scene import Polyhedron, ground
@@ -303,7 +303,7 @@ def space_data(frames: Frames) -> dict[str, Any]:
         "centers": rounded(scene.centers(frames.theta)),
         "radii": rounded(scene.radii, FINE),
         "kinds": list(_kinds([body.name for body in scene.balls])),
-        "looks": [_look(look) for look in scene.looks],
+        "looks": [_appearance(appearance) for appearance in scene.appearances],
         "bodies": _frames(scene.frames(frames.theta)),
         "bare": scene.bare.tolist(),
         "solids": [_solid(solid) for solid in scene.solids],
@@ -351,14 +351,14 @@ def _frames(frames: FloatArray) -> list[Any]:
     return list(np.concatenate([origins, axes], axis=-2).tolist())
 
 
-def _look(look: Look) -> dict[str, Any]:
+def _appearance(appearance: LinkAppearance) -> dict[str, Any]:
     """What is seen of a link: on which body, its triangles there, and the shades of its colour."""
-    triangles = look.triangles
+    triangles = appearance.triangles
     return {
-        "body": look.body,
+        "body": appearance.body,
         "vertices": rounded(triangles.vertices),
         "faces": triangles.faces.tolist(),
-        "shades": written_shades(look.colour),
+        "shades": written_shades(appearance.colour),
     }
 
 

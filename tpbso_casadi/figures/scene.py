@@ -214,9 +214,9 @@ def draw_band(axes: Axes, marker: Marker) -> None:
     """Shade what is near enough to the points of a marker, (n, 2), or to the lines between them, if it says so."""
     if not marker.tolerance > 0.0:
         return
-    pieces = outlines(marker.points, marker.tolerance, joined=marker.joined)
+    pieces = outlines(marker.points, marker.tolerance, joined=marker.connects_points)
     path = Path.make_compound_path(*(Path(piece, closed=True) for piece in pieces))
-    label = f"within {1000.0 * marker.tolerance:.4g} mm of {'the path' if marker.joined else 'a given point'}"
+    label = f"within {1000.0 * marker.tolerance:.4g} mm of {'the path' if marker.connects_points else 'a given point'}"
     axes.add_patch(PathPatch(path, facecolor=GIVEN, alpha=0.16, linewidth=0.0, label=label, zorder=1))
 
 

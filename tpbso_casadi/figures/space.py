@@ -21,7 +21,7 @@ from matplotlib.patches import PathPatch
 from problems.base import FloatArray
 from problems.robots import RobotDescription
 from problems.tasks import MarkerKind
-from tpbso_casadi.figures.looks import LIGHT, front_of, layers, palette_of, placed_corners, silhouette
+from tpbso_casadi.figures.appearance import LIGHT, front_of, layers, palette_of, placed_corners, silhouette
 from tpbso_casadi.figures.palette import BLUE, CLOSEST, GIVEN, GREEN, OBSTACLE, PATH, VERMILLION
 from tpbso_casadi.figures.scene import DIAMOND, LABEL, MARKER_STYLES, SQUARE, Points, draw_band, draw_ways
 from tpbso_casadi.figures.space_scene import FRONT, SIDE, TOP, Polyhedron, Scene, View, ground
@@ -121,7 +121,7 @@ class Painting:
     def __init__(self, axes: Axes, view: View, scene: Scene, colour: str) -> None:
         self._view, self._scene, self._colour = view, scene, colour
         self._painted = [list(solid(view, polyhedron)) for polyhedron in scene.solids]
-        self._palette = palette_of(scene.looks)
+        self._palette = palette_of(scene.appearances)
         self._collection = PolyCollection([], linewidths=0.7, zorder=2)
         axes.add_collection(self._collection, autolim=False)
 
@@ -131,7 +131,7 @@ class Painting:
         for number in self._scene.moving:
             self._painted[number] = list(solid(self._view, solids[number]))
         centers = self._scene.centers(theta[None])[0]
-        if self._scene.looks:
+        if self._scene.appearances:
             painted = list(self._dressed(centers, self._scene.frames(theta[None])[0], solids))
         else:
             painted = list(self._in_balls(centers, solids))
@@ -152,7 +152,7 @@ class Painting:
     def _dressed(self, centers: FloatArray, frames: FloatArray, solids: Sequence[Polyhedron]) -> Iterator[Painted]:
         """Everything, the links as they look on bodies with frames (bodies, 4, 3), m."""
         view, scene = self._view, self._scene
-        corners = placed_corners(scene.looks, frames)
+        corners = placed_corners(scene.appearances, frames)
         rows, shades = front_of(view, corners)
         colours, spots = self._palette[rows, shades], view.project(corners[rows])
         places = np.concatenate([centers[scene.bare], corners[rows].mean(axis=1)])
@@ -347,8 +347,8 @@ def draw_thickness(axes: Axes, view: View, scene: Scene, posture: Posture) -> No
         ),
         autolim=False,
     )  # fmt: skip
-    if scene.looks:
-        outline = silhouette(view, placed_corners(scene.looks, scene.frames(posture.theta[None])[0]))
+    if scene.appearances:
+        outline = silhouette(view, placed_corners(scene.appearances, scene.frames(posture.theta[None])[0]))
         axes.add_patch(PathPatch(outline, facecolor=posture.colour, alpha=0.25, linewidth=0.0, zorder=2))
 
 
@@ -378,7 +378,7 @@ def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds:
     draw_ground(axes, view, scene, bounds)
     painting = Painting(axes, view, scene, posture.colour)
     painting.show(posture.theta, posture.time)
-    skeleton, width = scene.robot.skeleton(posture.theta[None])[0], 0.0 if scene.looks else 1.6
+    skeleton, width = scene.robot.skeleton(posture.theta[None])[0], 0.0 if scene.appearances else 1.6
     arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=width, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:
         if marker.kind is not MarkerKind.POINTS:

@@ -12,7 +12,7 @@ import numpy as np
 
 from problems import Obstacle, Robot
 from problems.base import FloatArray, as_array
-from problems.robots import Body, Look, SpatialArm
+from problems.robots import Body, LinkAppearance, SpatialArm
 from problems.tasks import Marker
 from tpbso_casadi.figures.scene import Course, placed
 
@@ -216,14 +216,14 @@ class Scene:
         return np.array([float(body.radius) for body in self.balls])
 
     @property
-    def looks(self) -> tuple[Look, ...]:
+    def appearances(self) -> tuple[LinkAppearance, ...]:
         """Of the robot's links, as far as they are known."""
-        return self.robot.looks if isinstance(self.robot, SpatialArm) else ()
+        return self.robot.appearances if isinstance(self.robot, SpatialArm) else ()
 
     @cached_property
     def bare(self) -> np.ndarray:
         """Numbers of the balls of links without a look, (n,)."""
-        dressed = {look.link for look in self.looks}
+        dressed = {appearance.link for appearance in self.appearances}
         return np.array([number for number, ball in enumerate(self.balls) if ball.name not in dressed], dtype=np.intp)
 
     def frames(self, theta: FloatArray) -> FloatArray:
@@ -288,9 +288,9 @@ class Scene:
     def _look_corners(self, theta: FloatArray) -> Iterator[FloatArray]:
         """Corners of boxes around looks in n postures, each (8 n, 3), m."""
         frames = self.frames(theta)
-        for look in self.looks:
-            box = np.array(list(product(*np.transpose(corners(look.triangles.vertices)))))
-            yield (box @ frames[:, look.body, 1:] + frames[:, look.body, :1]).reshape(-1, 3)
+        for appearance in self.appearances:
+            box = np.array(list(product(*np.transpose(corners(appearance.triangles.vertices)))))
+            yield (box @ frames[:, appearance.body, 1:] + frames[:, appearance.body, :1]).reshape(-1, 3)
 
     def view(self, theta: FloatArray, bounds: FloatArray) -> View:
         """The view in perspective that obstacles hide least in of postures (n, dof), rad, within bounds (2, 3), m.

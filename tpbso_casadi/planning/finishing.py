@@ -14,7 +14,7 @@ import numpy as np
 from problems import InvalidProblem, Problem, Trajectory, Verdict
 from problems.assembly import Criteria, DirectPlanner
 from problems.base import FloatArray, as_array
-from problems.limits import holds_time
+from problems.limits import depends_on_speed
 from problems.programs import NonlinearProgram
 from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
@@ -274,7 +274,7 @@ def in_least_time(motion: JudgedMotion) -> JudgedMotion:
     scale = motion.criteria.safe_time_scale(motion.trajectory)
     if not scale > 0.0:  # it stands still
         return motion
-    least = scale if problem.objective.sooner_is_better and not holds_time(problem.limits) else max(1.0, scale)
+    least = scale if problem.objective.sooner_is_better and not depends_on_speed(problem.limits) else max(1.0, scale)
     return replace(motion, trajectory=motion.trajectory.time_scaled(least))
 
 

@@ -21,7 +21,7 @@ from problems import (
 )
 from problems.base import FloatArray, Reading
 from problems.certify import TOLERANCE, ClearanceProof, prove, prove_among, prove_clearance, prove_covers
-from problems.core import Kept
+from problems.core import Separation
 from problems.limits import Clearance, Pair, Proximity, SelfClearance, cover_limits, limits_of, proximity_limits
 from problems.motions import Samples
 
@@ -61,7 +61,7 @@ class KeptClear:
         """The proof of clearance for all t; None where there is nothing to keep clear of."""
         if not (self.obstacles or self.own):
             return None
-        which = Kept.ALL if self.own else Kept.FROM_OBSTACLES
+        which = Separation.ALL if self.own else Separation.FROM_OBSTACLES
         known = prove_among(self.robot, self.obstacles, trajectory, which, WHOLE_GAP, MOST_ITEMS)
         return self._proof_of_pairs(trajectory) if known is None else known
 

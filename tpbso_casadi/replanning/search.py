@@ -11,7 +11,7 @@ from problems import InvalidProblem, Joints, LimitKind, Move, Obstacle, Robot, T
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from problems.timing import MotionState
-from solvers import PSO, Archive, Box, Budget, minimize
+from solvers import PSO, Archive, Budget, SearchBox, minimize
 
 MEMBERS = 80  # of a swarm whose iterations take little time of their own: a step has little
 KEPT = 8  # candidates of a search from which the next one begins
@@ -100,7 +100,7 @@ class SuccessiveSearches:
             problem = self._stated(state, goals, obstacles)
         except InvalidProblem:  # the goal is taken by what stands there, or something is too near already
             return
-        box = Box(*problem.bounds)
+        box = SearchBox(*problem.bounds)
         archive, evaluate = Archive(box), problem.evaluator(self._evaluation)
         self._seed += 1
         minimize(

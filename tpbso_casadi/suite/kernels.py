@@ -117,7 +117,7 @@ def _built(source: str, key: str) -> Path:
     from problems.evaluation import NativeUnavailable, usable_compiler  # noqa: PLC0415
 
     try:
-        return cache.keep(key, usable_compiler().library(source))
+        return cache.store(key, usable_compiler().library(source))
     except (NativeUnavailable, OSError) as error:
         raise NoCompiler(str(error)) from error
 

@@ -17,7 +17,7 @@ import numpy as np
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
-from solvers import Box, Interruption
+from solvers import Interruption, SearchBox
 from tpbso_casadi.figures import write_run
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.planning import PlannedMotion, Progress, motion_of, plan
@@ -227,7 +227,7 @@ def _searched(
         costs = np.column_stack([evaluator(candidates) for evaluator in evaluators])
         return np.minimum(costs, bounds), np.maximum(costs - bounds, 0.0).max(axis=1)
 
-    return nsga2(evaluate, len(problems), Box(*problems[0].bounds), population, generations, seed)
+    return nsga2(evaluate, len(problems), SearchBox(*problems[0].bounds), population, generations, seed)
 
 
 EPSILON_CONSTRAINT, WEIGHTED_SUM, NSGA2 = "epsilon-constraint", "weighted-sum", "nsga2"

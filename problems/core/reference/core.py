@@ -1,4 +1,4 @@
-"""All that the core answers, in NumPy."""
+"""The answers of the core, in NumPy."""
 
 from __future__ import annotations
 
@@ -9,13 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.interface import Core, CoreWorld, Kept, Moving, Nearby, ProofAsked, ProofFound, Search
-from problems.core.reference.interior_point import minimised
+from problems.core.interface import (
+    Core,
+    CoreWorld,
+    MovingSolids,
+    Nearby,
+    PathSearch,
+    ProofRequest,
+    ProofResult,
+    Separation,
+)
+from problems.core.reference.clearance import lower_to_clearance_margins, nearest_two
+from problems.core.reference.connect import Connect
+from problems.core.reference.interior_point import solve_program
 from problems.core.reference.model import Model
 from problems.core.reference.postures import FromEachOther, FromSolids, Postures, Side
 from problems.core.reference.proof import Motion, Prover
-from problems.core.reference.rooms import lower_to_rooms, nearest_two
-from problems.core.reference.ways import Connect
 from problems.core.rows import ProgramData
 from problems.robots import NewtonSteps, SpatialArm, Steps
 
@@ -23,7 +32,7 @@ AT_ONCE = 512  # postures
 
 
 class ReferenceCore(Core):
-    """All of it."""
+    """The core in NumPy."""
 
     name = "NumPy"
 
@@ -33,12 +42,12 @@ class ReferenceCore(Core):
     def steps(self, geometry: SpatialArm) -> Steps:
         return NewtonSteps(geometry)
 
-    def minimised(self, program: ProgramData) -> tuple[FloatArray, float] | None:
-        return minimised(program)
+    def solve_program(self, program: ProgramData) -> tuple[FloatArray, float] | None:
+        return solve_program(program)
 
 
 class ReferenceWorld(CoreWorld):
-    """A robot among solids.
+    """A robot among solids in NumPy.
 
     Args:
         model: of both.
@@ -46,42 +55,42 @@ class ReferenceWorld(CoreWorld):
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self._sides: dict[Kept, Side] = {
-            Kept.FROM_OBSTACLES: FromSolids(model),
-            Kept.FROM_EACH_OTHER: FromEachOther(model),
+        self._sides: dict[Separation, Side] = {
+            Separation.FROM_OBSTACLES: FromSolids(model),
+            Separation.FROM_EACH_OTHER: FromEachOther(model),
         }
 
-    def _asked(self, which: Kept) -> list[Side]:
+    def _asked(self, which: Separation) -> list[Side]:
         return [side for kept, side in self._sides.items() if kept & which]
 
     def _parts(
-        self, theta: FloatArray, moving: Moving | None, errors: FloatArray | None
+        self, theta: FloatArray, moving: MovingSolids | None, errors: FloatArray | None
     ) -> Iterator[tuple[slice, Postures]]:
-        """Not too many postures at once."""
+        """Postures in chunks that are not too large."""
         for begin in range(0, max(len(theta), 1), AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
             seen, off = None if moving is None else moving.part(part), None if errors is None else errors[part]
             yield part, Postures(self._model, theta[part], seen, off)
 
-    def lower_to_rooms(
+    def lower_to_clearance_margins(
         self,
         theta: FloatArray,
         found: FloatArray,
-        which: Kept,
+        which: Separation,
         first_hit: bool,
-        moving: Moving | None = None,
+        moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> None:
         for part, postures in self._parts(theta, moving, errors):
             for side in self._asked(which):
-                lower_to_rooms(side, postures, found[part], first_hit)
+                lower_to_clearance_margins(side, postures, found[part], first_hit)
 
     def nearest(
         self,
         theta: FloatArray,
         below: float,
-        which: Kept,
-        moving: Moving | None = None,
+        which: Separation,
+        moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> Nearby:
         sides, parts = self._asked(which), []
@@ -91,11 +100,11 @@ class ReferenceWorld(CoreWorld):
         names = [field.name for field in fields(Nearby)]
         return Nearby(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
-    def prove(self, asked: ProofAsked) -> ProofFound:
+    def prove(self, asked: ProofRequest) -> ProofResult:
         motion = Motion(asked.breaks, asked.coefficients, asked.tracking)
         prover = Prover(self._model, motion, self._asked(asked.which), asked.drifts, asked.rounding)
         return prover(asked.gap, asked.cells, asked.most_items)
 
-    def connect(self, start: FloatArray, goal: FloatArray, search: Search) -> FloatArray:
-        path = Connect(self._model, self._asked(Kept.ALL), search)(start, goal)
+    def connect(self, start: FloatArray, goal: FloatArray, search: PathSearch) -> FloatArray:
+        path = Connect(self._model, self._asked(Separation.ALL), search)(start, goal)
         return np.array(path).reshape(-1, self._model.dof)

@@ -32,7 +32,7 @@ NO_PIVOT = 1e-15  # share of a pivot that cannot be told from zero
 STIFFER = (0.0, 1e-13, 1e-10)  # share that is added to the diagonal until there is a factor
 
 
-def minimised(program: ProgramData) -> tuple[FloatArray, float] | None:
+def solve_program(program: ProgramData) -> tuple[FloatArray, float] | None:
     """Control points (n, k) and tau; None where nothing was found."""
     box = Unknowns.of(program)
     if not (box.low <= box.high).all():
@@ -47,7 +47,7 @@ def minimised(program: ProgramData) -> tuple[FloatArray, float] | None:
 
 @dataclass(frozen=True, eq=False)
 class Unknowns:
-    """Control points one after the other, and tau.
+    """Control points one after the other, and tau, with their bounds.
 
     Attributes:
         low: bounds, (n k + 1,).
@@ -59,13 +59,13 @@ class Unknowns:
 
     @classmethod
     def of(cls, program: ProgramData) -> Unknowns:
-        """Those of a program."""
+        """The unknowns of a program."""
         ends = zip((program.lower, program.upper), program.times, strict=True)
         return cls(*(np.append(np.asarray(points, dtype=np.float64).ravel(), time) for points, time in ends))
 
     @cached_property
     def fixed(self) -> NDArray[np.bool_]:
-        """Which are constants."""
+        """Whether each unknown is a constant."""
         return np.asarray(self.high - self.low <= NO_WIDTH)
 
     def inside(self, values: FloatArray, share: float) -> FloatArray:
@@ -96,7 +96,7 @@ class Block:
         cls, first: NDArray[np.intp], joints: NDArray[np.intp], weights: FloatArray, by_time: FloatArray,
         bound: FloatArray, points: int, box: Unknowns,
     ) -> Block:  # fmt: skip
-        """Of rows from a first control point on: of joints (m, j), weights (m, w, j); those of one place together."""
+        """Rows from a first control point on, of joints (m, j), weights (m, w, j), grouped by place."""
         k, size = (len(box.low) - 1) // points, weights.shape[1] * weights.shape[2]
         at = first[:, None] + np.arange(weights.shape[1])
         known = (at >= 0) & (at < points)
@@ -110,7 +110,7 @@ class Block:
 
     @cached_property
     def _places(self) -> Places:
-        """Rows that touch the same unknowns together."""
+        """Rows that touch the same unknowns, grouped."""
         begins = np.flatnonzero(np.concatenate([[True], (np.diff(self.columns, axis=0) != 0).any(axis=1)]))
         counts = np.diff(np.append(begins, len(self.columns)))
         within = np.arange(counts.max())
@@ -121,7 +121,7 @@ class Block:
         return Places(rows, weights, below, one.ravel()[below], two.ravel()[below])
 
     def add_squares(self, weight: FloatArray, band: FloatArray) -> None:
-        """To the lower band of a symmetric matrix, (depth, n): what rows of so much weight, (m,), make of it."""
+        """Add the products of rows with weights (m,) to the lower band of a symmetric matrix, (depth, n)."""
         if len(weight):
             places = self._places
             weighed = places.weights * np.append(weight, 0.0)[places.rows][:, :, None]
@@ -131,7 +131,7 @@ class Block:
 
 
 class Places(NamedTuple):
-    """Rows by what they touch.
+    """Rows grouped by the unknowns that they touch.
 
     Attributes:
         rows: numbers of those at each place, (places, most); one more than there are where there is none.
@@ -149,7 +149,7 @@ class Places(NamedTuple):
 
 
 class Rows:
-    """G and h of ``G y - sigma <= h``: rows of all joints, rows of one joint, upper bounds, lower bounds.
+    """The rows G and bounds h of ``G y - sigma <= h``: of all joints, of one joint, upper and lower bounds.
 
     Attributes:
         bound: h, (m,).
@@ -209,15 +209,15 @@ class Rows:
         return scipy.sparse.csr_array((values, (rows, columns)), shape=(len(self.bound), width))
 
     def apply(self, y: FloatArray) -> FloatArray:
-        """G y."""
+        """The product G y, (m,)."""
         return np.asarray(self._matrix @ y)
 
     def transpose(self, z: FloatArray) -> FloatArray:
-        """G'z."""
+        """The product G' z with multipliers z, (m,)."""
         return np.asarray(self._transposed @ z)
 
     def weighed(self, weight: FloatArray, squares: Squares) -> Bordered | None:
-        """G'DG of weights (m,) and what squares add to it, factored; None where that cannot be."""
+        """The factored matrix G'DG of weights (m,) plus that of squares, or None where it cannot be factored."""
         band = np.zeros((self._depth, self._matrix.shape[1] - 1))
         begin = 0
         for block in self._blocks:
@@ -235,7 +235,7 @@ class Rows:
 
 
 class Squares:
-    """Half the sum of weights times squares of what rows are away from their bounds."""
+    """Half the weighted sum of squares of how far rows are from their bounds."""
 
     def __init__(self, program: ProgramData, box: Unknowns) -> None:
         rows, (n, k) = program.squares, program.lower.shape
@@ -259,18 +259,18 @@ class Squares:
         return np.asarray(self._matrix @ y[:-1] + self._block.by_time * y[-1] - self._block.bound)
 
     def gradient(self, y: FloatArray) -> FloatArray:
-        """First derivatives, (n k + 1,)."""
+        """The first derivatives, (n k + 1,)."""
         if self.none:
             return np.zeros_like(y)
         away = self._weight * self._away(y)
         return np.append(np.asarray(self._transposed @ away), _sum(self._block.by_time, away))
 
     def value(self, y: FloatArray) -> float:
-        """The half sum."""
+        """The value of the half sum."""
         return 0.0 if self.none else 0.5 * _sum(self._weight, self._away(y) ** 2)
 
     def add_to(self, band: FloatArray, border: FloatArray) -> None:
-        """Second derivatives to a lower band, (depth, n k), and its border with the corner, (n k + 1,)."""
+        """Add second derivatives to a lower band, (depth, n k), and its border with the corner, (n k + 1,)."""
         if not self.none:
             self._block.add_squares(self._weight, band)
             by_time = self._weight * self._block.by_time
@@ -295,7 +295,7 @@ class Bordered:
 
     @classmethod
     def of(cls, band: FloatArray, border: FloatArray, corner: float) -> Bordered | None:
-        """None where the matrix is not positive definite to rounding."""
+        """The factored matrix, or None where it is not positive definite to rounding."""
         for share in STIFFER:
             stiffer = band.copy()
             stiffer[0] *= 1.0 + share
@@ -314,7 +314,7 @@ class Bordered:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Changes of all that is sought.
+    """A change of all unknowns, slacks and multipliers.
 
     Attributes:
         y: of the unknowns.
@@ -338,7 +338,7 @@ class Step:
 
 
 def _sum(a: FloatArray, b: FloatArray) -> float:
-    """Of products; a library's own threads would wait for each other longer than they compute."""
+    """The sum of products, without a library's own threads, which would cost more than they save."""
     return float((a * b).sum())
 
 
@@ -352,7 +352,7 @@ def _correction(product: FloatArray, mu: float) -> FloatArray:
 
 
 class Solver:
-    """One program on its way to a solution; s, z, sigma, v and y are what is sought, excess is ``G y - h``."""
+    """One program on its way to a solution; s, z, sigma, v and y are the iterate, excess is ``G y - h``."""
 
     def __init__(self, program: ProgramData, box: Unknowns) -> None:
         self.rows = Rows(program, box)
@@ -374,7 +374,7 @@ class Solver:
         self.sigma = FIRST_MU / self.v
 
     def solution(self) -> FloatArray | None:
-        """The unknowns, or None."""
+        """The unknowns, or None where the method did not converge."""
         rows, products = self.rows, len(self.s) + len(self.sigma)
         for _ in range(MOST_ITERATIONS):
             dual = rows.transpose(self.z) + self._free_cost + self._squares.gradient(self.y)
@@ -411,7 +411,7 @@ class Solver:
         return total + _sum(self.sigma + primal * step.sigma, self.v + dual * step.v)
 
     def _corrected(self, newton: Newton, step: Step, q: FloatArray, p: FloatArray, mu: float) -> Step:
-        """Gondzio's correctors: products that a longer step would leave far from mu are aimed at the edge of near."""
+        """Gondzio's correctors, which aim products that a longer step would leave far from mu at the edge of near."""
         for _ in range(CORRECTORS):
             if min(step.primal, step.dual) >= LONG:
                 break
@@ -436,7 +436,7 @@ class Solver:
 
 @dataclass(frozen=True, eq=False)
 class Newton:
-    """Newton's steps from one point.
+    """Newton steps from one point.
 
     Attributes:
         at: the point.
@@ -451,7 +451,7 @@ class Newton:
     matrix: Bordered
 
     def __call__(self, q: FloatArray, p: FloatArray) -> Step:
-        """Towards s z = q and sigma v = p."""
+        """The step towards s z = q and sigma v = p."""
         at, rows = self.at, self.at.rows
         soft = rows.soft
         e = at.excess + q / at.z

@@ -1,4 +1,4 @@
-"""A robot and what it keeps clear of as arrays, read from the description that the compiled core reads."""
+"""A robot and its obstacles as arrays, read from the description that the compiled core reads."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.reference.shapes import Solids, Told
+from problems.core.reference.shapes import SolidNumbers, Solids
 
 Numbers = NDArray[np.intp]
 
 
 class Reader:
-    """Numbers of a description, one after the other.
+    """A reader of the numbers of a description, one after the other.
 
     Args:
         counts: whole numbers.
@@ -44,14 +44,14 @@ class Reader:
 
 @dataclass(frozen=True, eq=False)
 class Joints:
-    """From each joint's own frame to that of the one before: rotation and translation side by side.
+    """The transforms of joints to the frames before: rotation and translation side by side.
 
     Attributes:
         turns: which turn, (k,); the others slide.
         fixed: what does not change, (3, 4, k).
         by_sine: what the sine of an angle adds, likewise.
         by_cosine: likewise.
-        by_way: what sliding adds.
+        by_sliding: what sliding adds.
         axis: in the joint's own frame, (3, k).
     """
 
@@ -59,14 +59,14 @@ class Joints:
     fixed: FloatArray
     by_sine: FloatArray
     by_cosine: FloatArray
-    by_way: FloatArray
+    by_sliding: FloatArray
     axis: FloatArray
 
     @classmethod
     def read(cls, reader: Reader, count: int) -> Joints:
-        """A rotation by an angle about a unit axis k is 1 + sin [k] + (1 - cos) [k]^2."""
+        """Joints that are described; a rotation about a unit axis k is 1 + sin [k] + (1 - cos) [k]^2."""
         turns = np.array([reader.count() != 0 for _ in range(count)], dtype=bool)
-        fixed, by_sine, by_cosine, by_way = (np.zeros((3, 4, count)) for _ in range(4))
+        fixed, by_sine, by_cosine, by_sliding = (np.zeros((3, 4, count)) for _ in range(4))
         axes = np.zeros((3, count))
         for k in range(count):
             rotation, translation, axis = reader.fill(3, 3), reader.fill(3), reader.fill(3)
@@ -78,20 +78,20 @@ class Joints:
                 by_cosine[:, :3, k] = -square
                 fixed[:, :3, k] += square
             else:
-                by_way[:, 3, k] = rotation @ axis
-        return cls(turns, fixed, by_sine, by_cosine, by_way, axes)
+                by_sliding[:, 3, k] = rotation @ axis
+        return cls(turns, fixed, by_sine, by_cosine, by_sliding, axes)
 
     def own(self, theta: FloatArray) -> FloatArray:
-        """Where frames are as seen from those before in postures (n, k), (3, 4, k, n)."""
+        """The poses of frames as seen from those before in postures (n, k), (3, 4, k, n)."""
         angles = np.ascontiguousarray(theta.T)
         parts = np.sin(angles) * self.by_sine[..., None] + np.cos(angles) * self.by_cosine[..., None]
         parts += self.fixed[..., None]
-        return parts if self.turns.all() else parts + angles * self.by_way[..., None]
+        return parts if self.turns.all() else parts + angles * self.by_sliding[..., None]
 
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Balls in trees.
+    """The balls of all trees.
 
     Attributes:
         body: that carries each, (n,).
@@ -109,11 +109,11 @@ class Nodes:
 
     @cached_property
     def openings(self) -> FloatArray:
-        """The radii of those that have children, (n,), m; 0 of the others."""
+        """The radii of nodes with children, (n,), m; 0 of the others."""
         return np.where(self.count > 0, self.radii, 0.0)
 
     def children(self, nodes: Numbers) -> tuple[Numbers, Numbers]:
-        """The children of nodes (m,), and of which of the m each is one."""
+        """The children of nodes (m,), and the place of the parent of each among the m."""
         counts = self.count[nodes]
         parents = np.repeat(np.arange(len(nodes)), counts)
         within = np.arange(len(parents)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -122,7 +122,7 @@ class Nodes:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A robot among solids.
+    """A robot among solids as arrays.
 
     Attributes:
         base: rotation and translation of the base, (3, 4).
@@ -149,7 +149,7 @@ class Model:
 
     @classmethod
     def read(cls, counts: NDArray[np.int64], numbers: FloatArray) -> Model:
-        """Of a description."""
+        """The model that a description states."""
         reader = Reader(counts, numbers)
         dof, nodes, watched, groups, pairs, solids = (reader.count() for _ in range(6))
         rotation, translation = reader.fill(3, 3), reader.fill(3)
@@ -174,8 +174,8 @@ class Model:
         return len(self.joints.turns)
 
 
-def _solids(reader: Reader, count: int) -> Iterator[Told]:
-    """Of each its shape, axes, centre, sizes, and the tables of a polytope."""
+def _solids(reader: Reader, count: int) -> Iterator[SolidNumbers]:
+    """Shape, axes, centre, sizes, and the tables of a polytope, of each solid."""
     for _ in range(count):
         shape, *rows = (reader.count() for _ in range(4))
         axes, center, sizes = reader.fill(3, 3), reader.fill(3), reader.fill(3)

@@ -1,4 +1,4 @@
-"""Where everything is in many postures at once, and how far things are apart there.
+"""Places of balls in many postures at once, and distances between them there.
 
 What is far from a ball is far from all that it holds: only what may matter is opened.
 """
@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.interface import Moving
+from problems.core.interface import MovingSolids
 from problems.core.reference.model import Model, Numbers
 
 
 class Postures:
-    """A model in n postures.
+    """A model in n postures, with the frames of its bodies.
 
     Args:
         model: of the robot and what is around.
@@ -33,7 +33,7 @@ class Postures:
     """
 
     def __init__(
-        self, model: Model, theta: FloatArray, moving: Moving | None = None, errors: FloatArray | None = None
+        self, model: Model, theta: FloatArray, moving: MovingSolids | None = None, errors: FloatArray | None = None
     ) -> None:
         self.model, self.moving, self.count, self._errors = model, moving, len(theta), errors
         own, frames = model.joints.own(theta), np.empty((3, 4, model.dof + 1, len(theta)))
@@ -48,29 +48,29 @@ class Postures:
         self.frames = frames
 
     def centers(self, nodes: Numbers, rows: Numbers) -> FloatArray:
-        """Of nodes (m,) in postures (m,), (3, m), m."""
+        """Centres of nodes (m,) in postures (m,), (3, m), m."""
         own, at = self.model.nodes, self.model.nodes.body[nodes] * self.count + rows
         frames, points = self.frames.reshape(3, 4, -1)[:, :, at], own.centers[:, nodes]
         return np.asarray(frames[:, 0] * points[0] + frames[:, 1] * points[1] + frames[:, 2] * points[2] + frames[:, 3])
 
     def centers_everywhere(self, nodes: Numbers) -> FloatArray:
-        """Of nodes (r,) in all postures, (3, r, n), m."""
+        """Centres of nodes (r,) in all postures, (3, r, n), m."""
         own = self.model.nodes
         frames, (x, y, z) = self.frames[:, :, own.body[nodes]], own.centers[:, nodes, None]
         return np.asarray(frames[:, 0] * x + frames[:, 1] * y + frames[:, 2] * z + frames[:, 3])
 
     @property
     def is_exact(self) -> bool:
-        """Whether joints are where they are."""
+        """Whether joints are where they are planned."""
         return self._errors is None
 
     @property
     def sides(self) -> float:
-        """Radii of a node that a ball in it has more room at most; errors are 1 rad together at most."""
+        """The number of radii of a node by which a ball in it has a larger margin at most."""
         return 2.0 if self.is_exact else 4.0
 
     def tubes(self, nodes: Numbers, rows: Numbers, standing: Numbers) -> FloatArray:
-        """How far nodes (m,) in postures (m,) may be off, as seen from other bodies, (m,), m.
+        """Errors of nodes (m,) in postures (m,) as seen from other bodies, (m,), m, at most.
 
         Of a node with others in it by so much more that it is no farther away than any of these.
         """
@@ -80,7 +80,7 @@ class Postures:
     def moved(
         self, turns: FloatArray, nodes: Numbers, rows: Numbers, standing: Numbers, farther: FloatArray | None = None
     ) -> FloatArray:
-        """How far the centres of nodes (m,) in postures (m,) move at most as seen from other bodies, (m,), m.
+        """Motions of the centres of nodes (m,) in postures (m,) as seen from other bodies, (m,), m, at most.
 
         Args:
             turns: of the joints, (dof, n), rad or m.
@@ -126,12 +126,12 @@ class Items(NamedTuple):
     two: Numbers
 
     def taken(self, chosen: Numbers | NDArray[np.bool_] | slice) -> Items:
-        """Some of them."""
+        """The chosen ones of the items."""
         return Items(*(part[chosen] for part in self))
 
 
-def joined(parts: Sequence[Items]) -> Items:
-    """Several in one."""
+def concatenated(parts: Sequence[Items]) -> Items:
+    """The items of all parts in one."""
     return Items(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
@@ -143,7 +143,7 @@ NEARLY = 1e-8  # m, more than distances are off by
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """What has to keep a distance from what.
+    """The pairs of one kind that have to keep a distance.
 
     Args:
         model: of which robot and what is around.
@@ -162,32 +162,32 @@ class Side:
         """All pairs of first nodes, (t,) each."""
 
     @abstractmethod
-    def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
-        """The rooms of all pairs of first nodes, (t, n), m; see :meth:`rooms`; enough, (n,), m."""
+    def first_margins(self, postures: Postures, enough: FloatArray) -> FloatArray:
+        """The margins of all pairs of first nodes, (t, n), m; see :meth:`margins`; enough, (n,), m."""
 
     @abstractmethod
-    def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
-        """How far they are apart, less what they have to keep, or no more where that is more than enough, (m,), m."""
+    def margins(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+        """Distances less what has to be kept, or any number above enough where they are above it, (m,), m."""
 
     @abstractmethod
     def openings(self, items: Items) -> FloatArray:
-        """The radius of what could be opened, (m,), m; 0 of balls themselves."""
+        """The radius of the node that could be opened, (m,), m; 0 of balls themselves."""
 
     @abstractmethod
     def opened(self, items: Items) -> Items:
-        """All that items hold which can be opened, in smaller parts."""
+        """The smaller parts of items that can be opened."""
 
     @abstractmethod
-    def most(self, postures: Postures, items: Items, rooms: FloatArray) -> FloatArray:
-        """What no ball that items hold, which have rooms (m,), has more room than, (m,), m; infinite where unknown."""
+    def most(self, postures: Postures, items: Items, margins: FloatArray) -> FloatArray:
+        """Bounds of the margins of all balls in items with margins (m,), (m,), m; infinite where unknown."""
 
     @abstractmethod
-    def ways_out(self, postures: Postures, items: Items) -> FloatArray:
+    def outward(self, postures: Postures, items: Items) -> FloatArray:
         """The unit vectors along which distances grow fastest where the first of both moves, (3, m)."""
 
     @abstractmethod
     def rates(self, items: Items, out: FloatArray, drifts: FloatArray) -> FloatArray:
-        """How rooms change with the time, (m,), m/s; ways out (3, m), drifts as of :class:`Moving`."""
+        """The rates of margins, (m,), m/s; directions outward (3, m), drifts as of :class:`MovingSolids`."""
 
     @abstractmethod
     def standing(self, items: Items) -> Numbers:
@@ -195,26 +195,26 @@ class Side:
 
     @abstractmethod
     def paces(self, items: Items, drifts: FloatArray) -> FloatArray:
-        """At which the second of both comes nearer by itself at most, (m,), m/s; drifts as of :class:`Moving`."""
+        """The largest speeds at which the second of both comes nearer by itself, (m,), m/s."""
 
     def first(self, postures: Postures, enough: FloatArray) -> tuple[Items, FloatArray]:
-        """Pairs of first nodes that have no more than enough room, (n,), m, and how much."""
-        rooms = self.first_rooms(postures, enough)
-        top, row = np.nonzero(~(rooms >= enough))
+        """Pairs of first nodes with margins of no more than enough, (n,), m, and these margins."""
+        margins = self.first_margins(postures, enough)
+        top, row = np.nonzero(~(margins >= enough))
         one, two = self.tops
-        return Items(row, top, one[top], two[top]), rooms[top, row]
+        return Items(row, top, one[top], two[top]), margins[top, row]
 
     def smaller(self, postures: Postures, items: Items, enough: FloatArray) -> tuple[Items, FloatArray]:
-        """What items hold that has no more than enough room in its posture, (n,), m, and how much."""
+        """Smaller parts of items with margins of no more than enough in their posture, (n,), m, and these margins."""
         items = self.opened(items)
         most = enough[items.row]
-        rooms = self.rooms(postures, items, most)
-        kept = np.flatnonzero(~(rooms >= most))
-        return items.taken(kept), rooms[kept]
+        margins = self.margins(postures, items, most)
+        kept = np.flatnonzero(~(margins >= most))
+        return items.taken(kept), margins[kept]
 
 
 class FromSolids(Side):
-    """Links from solids."""
+    """Pairs of links and solids."""
 
     kind: ClassVar[int] = 0
 
@@ -228,7 +228,7 @@ class FromSolids(Side):
         nodes, links = np.unique(self.tops[0], return_inverse=True)
         return nodes, links
 
-    def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
+    def first_margins(self, postures: Postures, enough: FloatArray) -> FloatArray:
         model, (nodes, links), solids = self.model, self._links, self.tops[1]
         kept = (model.nodes.radii[nodes] + model.margins[0])[None, :, None]
         if not postures.is_exact:
@@ -237,11 +237,11 @@ class FromSolids(Side):
         moving = postures.moving
         if moving is not None:
             kept = kept + moving.more[:, None]
-        ways = None if moving is None else moving.ways
+        displacements = None if moving is None else moving.displacements
         points = postures.centers_everywhere(nodes)
-        return np.asarray((model.solids.from_all(points, ways, enough + kept) - kept)[solids, links])
+        return np.asarray((model.solids.from_all(points, displacements, enough + kept) - kept)[solids, links])
 
-    def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+    def margins(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
         kept = self.model.nodes.radii[items.one] + self.model.margins[0]
         if postures.moving is not None:
             kept += postures.moving.more[items.two, items.row]
@@ -253,7 +253,7 @@ class FromSolids(Side):
     def seen(postures: Postures, items: Items) -> FloatArray:
         """Centres as seen from where solids have moved to, (3, m), m."""
         points = postures.centers(items.one, items.row)
-        return points if postures.moving is None else points - postures.moving.ways[:, items.two, items.row]
+        return points if postures.moving is None else points - postures.moving.displacements[:, items.two, items.row]
 
     def openings(self, items: Items) -> FloatArray:
         return self.model.nodes.openings[items.one]
@@ -262,12 +262,12 @@ class FromSolids(Side):
         children, parents = self.model.nodes.children(items.one)
         return Items(items.row[parents], items.top[parents], children, items.two[parents])
 
-    def most(self, postures: Postures, items: Items, rooms: FloatArray) -> FloatArray:
-        """A ball that a node holds is at its far side at most; bounds of distances from ellipsoids say less."""
-        found = rooms + postures.sides * self.model.nodes.radii[items.one] + NEARLY
+    def most(self, postures: Postures, items: Items, margins: FloatArray) -> FloatArray:
+        """Bounds by the far side of nodes; bounds of distances from ellipsoids say less."""
+        found = margins + postures.sides * self.model.nodes.radii[items.one] + NEARLY
         return np.where(self.model.solids.is_exact[items.two], found, np.inf)
 
-    def ways_out(self, postures: Postures, items: Items) -> FloatArray:
+    def outward(self, postures: Postures, items: Items) -> FloatArray:
         seen, m = self.seen(postures, items), len(items.row)
         around = np.repeat(seen[:, None], 6, axis=1)  # (3, 6, m)
         for axis in range(3):
@@ -289,7 +289,7 @@ class FromSolids(Side):
 
 
 class FromEachOther(Side):
-    """Links from each other."""
+    """Pairs of links of the robot."""
 
     kind: ClassVar[int] = 1
 
@@ -299,7 +299,7 @@ class FromEachOther(Side):
 
     @cached_property
     def _links(self) -> tuple[Numbers, Numbers]:
-        """The nodes among the first of all pairs, (r,), and which of these both of each pair are, (2, t)."""
+        """The nodes among the first of all pairs, (r,), and the numbers of both of each pair among them, (2, t)."""
         nodes, links = np.unique(self.model.groups[:, :2].T, return_inverse=True)
         return nodes, links.reshape(2, -1)
 
@@ -308,7 +308,7 @@ class FromEachOther(Side):
         radii, (one, two) = self.model.nodes.radii, self.tops
         return np.asarray(radii[one] + radii[two] + self.model.margins[1])
 
-    def first_rooms(self, postures: Postures, enough: FloatArray) -> FloatArray:
+    def first_margins(self, postures: Postures, enough: FloatArray) -> FloatArray:
         nodes, (one, two) = self._links
         points = postures.centers_everywhere(nodes)
         apart = points[:, one] - points[:, two]
@@ -319,7 +319,7 @@ class FromEachOther(Side):
         standing, row = np.repeat(self.model.nodes.body[second], count), np.tile(np.arange(count), len(first))
         return found - postures.tubes(np.repeat(first, count), row, standing).reshape(-1, count)
 
-    def rooms(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
+    def margins(self, postures: Postures, items: Items, enough: FloatArray) -> FloatArray:
         radii = self.model.nodes.radii
         apart = postures.centers(items.one, items.row) - postures.centers(items.two, items.row)
         found = np.asarray(_length(apart) - (radii[items.one] + radii[items.two] + self.model.margins[1]))
@@ -327,11 +327,11 @@ class FromEachOther(Side):
 
     @cached_property
     def _listed(self) -> NDArray[np.bool_]:
-        """Of which groups pairs of balls are meant."""
+        """Whether the pairs of balls of each group are listed."""
         return np.asarray(self.model.groups[:, 2] < self.model.groups[:, 3])
 
     def openings(self, items: Items) -> FloatArray:
-        """The larger of the two; of pairs that are listed that of all of them together."""
+        """The larger of the two radii; of listed pairs that of all of them together."""
         nodes = self.model.nodes
         found = np.maximum(nodes.openings[items.one], nodes.openings[items.two])
         if not self._listed.any():
@@ -348,7 +348,7 @@ class FromEachOther(Side):
         parts = [self._children(items.taken(~listed & ~second)), self._swapped(items.taken(~listed & second))]
         if listed.any():
             parts.append(self._pairs(items.taken(listed)))
-        return joined(parts)
+        return concatenated(parts)
 
     def _children(self, items: Items) -> Items:
         children, parents = self.model.nodes.children(items.one)
@@ -365,10 +365,12 @@ class FromEachOther(Side):
         one, two = self.model.pairs[begin[parents] + within].T
         return Items(items.row[parents], items.top[parents], one, two)
 
-    def most(self, postures: Postures, items: Items, rooms: FloatArray) -> FloatArray:
-        return rooms + postures.sides * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two]) + NEARLY
+    def most(self, postures: Postures, items: Items, margins: FloatArray) -> FloatArray:
+        return (
+            margins + postures.sides * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two]) + NEARLY
+        )
 
-    def ways_out(self, postures: Postures, items: Items) -> FloatArray:
+    def outward(self, postures: Postures, items: Items) -> FloatArray:
         return _unit(postures.centers(items.one, items.row) - postures.centers(items.two, items.row))
 
     def rates(self, items: Items, out: FloatArray, drifts: FloatArray) -> FloatArray:
@@ -381,8 +383,8 @@ class FromEachOther(Side):
         return np.zeros(len(items.row))
 
 
-def _unit(ways: FloatArray) -> FloatArray:
-    return np.asarray(ways / np.maximum(_length(ways), SHORTEST))
+def _unit(displacements: FloatArray) -> FloatArray:
+    return np.asarray(displacements / np.maximum(_length(displacements), SHORTEST))
 
 
 def _length(apart: FloatArray) -> FloatArray:

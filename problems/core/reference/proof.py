@@ -1,4 +1,4 @@
-"""Room proven for all t of a motion whose joints are polynomials of time.
+"""Proof of clearance margins for all t of a motion whose joints are polynomials of time.
 
 Cells and bounds are those of the compiled core: :file:`problems/core/cpp/proof.hpp` says why they hold. All cells are
 looked at together.
@@ -13,17 +13,17 @@ from typing import NamedTuple
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core.interface import Moving, ProofFound
+from problems.core.interface import MovingSolids, ProofResult
+from problems.core.reference.clearance import reached_from
 from problems.core.reference.model import Model, Numbers
-from problems.core.reference.postures import A_LITTLE_MORE, Items, Postures, Side, joined
-from problems.core.reference.rooms import reached_from
+from problems.core.reference.postures import A_LITTLE_MORE, Items, Postures, Side, concatenated
 
 OF_SUMS = 1e-14  # rounding of a polynomial, of the sum of the sizes of its terms
 AT_ONCE = 100_000  # items
 
 
 class Cells(NamedTuple):
-    """Cells of time.
+    """Cells of time within pieces.
 
     Attributes:
         piece: number of the polynomials, (n,).
@@ -37,22 +37,22 @@ class Cells(NamedTuple):
 
     @property
     def middles(self) -> FloatArray:
-        """(n,), s since the piece began."""
+        """The middles of the cells, (n,), s since the piece began."""
         return self.start + (self.end - self.start) / 2.0
 
     def taken(self, chosen: Numbers) -> Cells:
-        """Some of them."""
+        """The chosen ones of the cells."""
         return Cells(self.piece[chosen], self.start[chosen], self.end[chosen])
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Polynomials of time.
+    """A motion of polynomials of time.
 
     Attributes:
         breaks: where they begin and end, (pieces + 1,), s.
         coefficients: the highest power first, of the time since the piece began, (order, pieces, dof).
-        tracking: how far joints may be off, as of :class:`ProofAsked`; None of exact ones.
+        tracking: how far joints may be off, as of :class:`ProofRequest`; None of exact ones.
     """
 
     breaks: FloatArray
@@ -60,7 +60,7 @@ class Motion:
     tracking: FloatArray | None = None
 
     def cells(self, least: int) -> Cells:
-        """So many or more, none longer than its share of the motion."""
+        """Cells of equal length in each piece, so many or more, none longer than its share of the motion."""
         lengths, total = np.diff(self.breaks), self.breaks[-1] - self.breaks[0]
         parts = np.maximum(1, np.ceil(least * lengths / total)).astype(np.intp)
         piece = np.repeat(np.arange(len(parts)), parts)
@@ -98,7 +98,7 @@ class Motion:
     def _off(
         tracking: FloatArray, powers: FloatArray, given: FloatArray, half: FloatArray, end: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """How far joints may be off in the middles of cells, and by how much more anywhere in them, (n, dof) each.
+        """Errors of joints in the middles of cells, and their increase anywhere in them, (n, dof) each.
 
         Args:
             tracking: as above.
@@ -134,25 +134,25 @@ class Middles:
     def __init__(self, model: Model, motion: Motion, cells: Cells, drifts: FloatArray | None) -> None:
         theta, turns, self.halves, errors = motion.around(cells)
         self.times, self.turns = motion.breaks[cells.piece] + cells.middles, turns.T
-        self.postures = Postures(model, theta, None if drifts is None else Moving(drifts, self.times), errors)
+        self.postures = Postures(model, theta, None if drifts is None else MovingSolids(drifts, self.times), errors)
 
     def travel(self, items: Items, standing: Numbers) -> FloatArray:
-        """How far the centres of nodes move at most within the cells as seen from other bodies, (m,), m."""
+        """The motions of centres of nodes within the cells as seen from other bodies, (m,), m, at most."""
         return self.postures.moved(self.turns, items.one, items.row, standing)
 
 
 class Smallest(NamedTuple):
-    """The smallest room that was seen.
+    """The smallest margin that was seen, and where.
 
     Attributes:
-        room: m; infinite where nothing was.
+        margin: m; infinite where nothing was.
         time: of that, s.
         one: node of that; negative where there is none.
         two: solid or node.
         kind: 0 from a solid, 1 from each other.
     """
 
-    room: float = np.inf
+    margin: float = np.inf
     time: float = 0.0
     one: int = -1
     two: int = -1
@@ -160,7 +160,7 @@ class Smallest(NamedTuple):
 
 
 class Prover:
-    """Of one motion.
+    """A proof of one motion.
 
     Args:
         model: that moves.
@@ -177,8 +177,8 @@ class Prover:
         self._rounding = model.rounding + rounding
         self._smallest, self._looked = Smallest(), 0
 
-    def __call__(self, gap: float, least: int, most: int) -> ProofFound:
-        """Bound the room for all t.
+    def __call__(self, gap: float, least: int, most: int) -> ProofResult:
+        """Bound the clearance margin for all t.
 
         Args:
             gap: by which share of the smallest room seen the proven one may be smaller.
@@ -197,8 +197,8 @@ class Prover:
                 waiting += [(cells, side, items.taken(part)) for part in parts]
                 continue
             left = self._look(side, self._middles(cells), items, gap)
-            if self._smallest.room < 0.0:
-                return ProofFound(0, -np.inf, *self._smallest)
+            if self._smallest.margin < 0.0:
+                return ProofResult(0, -np.inf, *self._smallest)
             used, row = np.unique(left.row, return_inverse=True)
             halves = _halved(cells.taken(used))
             if len(used) and (self._looked > most or halves is None):
@@ -208,62 +208,62 @@ class Prover:
             if halves is not None and len(used):
                 both = Items(np.concatenate([2 * row, 2 * row + 1]), *(np.tile(part, 2) for part in left[1:]))
                 waiting.append((halves, side, both))
-        return ProofFound(1, self._target(gap) if self._smallest.room < np.inf else np.inf, *self._smallest)
+        return ProofResult(1, self._target(gap) if self._smallest.margin < np.inf else np.inf, *self._smallest)
 
-    def _unknown(self, cells: Cells) -> ProofFound:
+    def _unknown(self, cells: Cells) -> ProofResult:
         begins = self._motion.breaks[cells.piece[0]]
         edges = float(begins + cells.start[0]), float(begins + cells.end[0])
-        return ProofFound(-1, -np.inf, *self._smallest, *edges)
+        return ProofResult(-1, -np.inf, *self._smallest, *edges)
 
     def _middles(self, cells: Cells) -> Middles:
         return Middles(self._model, self._motion, cells, self._drifts)
 
     def _target(self, gap: float) -> float:
-        return self._smallest.room * (1.0 - gap)
+        return self._smallest.margin * (1.0 - gap)
 
     def _see(self, side: Side, middles: Middles) -> None:
-        """The smallest room in the middles, so that it is known from the beginning what can be proven."""
+        """Note the smallest margin in the middles, which says from the beginning what can be proven."""
         postures = middles.postures
-        items, rooms = side.first(postures, self._enough(postures))
-        nearest = np.array([rooms.argmin()] if len(rooms) else [], dtype=np.intp)
-        reached = reached_from(side, postures, items.taken(nearest), rooms[nearest])
-        self._note(side, middles, reached, side.rooms(postures, reached, np.full(len(reached.row), np.inf)))
+        items, margins = side.first(postures, self._enough(postures))
+        nearest = np.array([margins.argmin()] if len(margins) else [], dtype=np.intp)
+        reached = reached_from(side, postures, items.taken(nearest), margins[nearest])
+        self._note(side, middles, reached, side.margins(postures, reached, np.full(len(reached.row), np.inf)))
         while len(items.row):
             large = side.openings(items) > 0.0
-            self._note(side, middles, items.taken(~large), rooms[~large])
-            nearer = large & (rooms - self._rounding < self._smallest.room)
-            items, rooms = side.smaller(postures, items.taken(nearer), self._enough(postures))
+            self._note(side, middles, items.taken(~large), margins[~large])
+            nearer = large & (margins - self._rounding < self._smallest.margin)
+            items, margins = side.smaller(postures, items.taken(nearer), self._enough(postures))
 
     def _enough(self, postures: Postures) -> FloatArray:
-        return np.full(postures.count, self._smallest.room + self._rounding)
+        return np.full(postures.count, self._smallest.margin + self._rounding)
 
     def _look(self, side: Side, middles: Middles, items: Items, gap: float) -> Items:
-        """What of items is not settled in their cells and is too small to be opened."""
+        """The items that are not settled in their cells and are too small to be opened."""
         left = [items.taken(slice(0))]
         while len(items.row):
             self._looked += len(items.row)
-            rooms = side.rooms(middles.postures, items, np.full(len(items.row), np.inf))
+            margins = side.margins(middles.postures, items, np.full(len(items.row), np.inf))
             sizes = side.openings(items)
             ends = np.flatnonzero(sizes == 0.0)
-            self._note(side, middles, items.taken(ends), rooms[ends])
+            self._note(side, middles, items.taken(ends), margins[ends])
             moved = middles.travel(items, side.standing(items)) + self._rounding
             if self._drifts is not None:
                 moved += side.paces(items, self._drifts) * middles.halves[items.row] * A_LITTLE_MORE
-            unsettled = ~(rooms - moved >= self._target(gap))
+            unsettled = ~(margins - moved >= self._target(gap))
             large = unsettled & (sizes > moved)
             left.append(items.taken(unsettled & ~large))
             items = side.opened(items.taken(large))
-        return joined(left)
+        return concatenated(left)
 
-    def _note(self, side: Side, middles: Middles, balls: Items, rooms: FloatArray) -> None:
-        """What is nearer than all before."""
-        if not len(rooms):
+    def _note(self, side: Side, middles: Middles, balls: Items, margins: FloatArray) -> None:
+        """Note the balls that are nearer than all before."""
+        if not len(margins):
             return
-        nearest = int(rooms.argmin())
-        room = float(rooms[nearest]) - self._rounding
-        if room < self._smallest.room:
+        nearest = int(margins.argmin())
+        margin = float(margins[nearest]) - self._rounding
+        if margin < self._smallest.margin:
             time = float(middles.times[balls.row[nearest]])
-            self._smallest = Smallest(room, time, int(balls.one[nearest]), int(balls.two[nearest]), side.kind)
+            self._smallest = Smallest(margin, time, int(balls.one[nearest]), int(balls.two[nearest]), side.kind)
 
 
 def _all_of(side: Side, cells: int) -> Items:
@@ -274,7 +274,7 @@ def _all_of(side: Side, cells: int) -> Items:
 
 
 def _halved(cells: Cells) -> Cells | None:
-    """Both halves of each cell, one after the other; None where one is too short to be halved."""
+    """Two halves of each cell, one after the other; None where one is too short to be halved."""
     middle = cells.middles
     if not ((cells.start < middle) & (middle < cells.end)).all():
         return None

@@ -1,4 +1,4 @@
-"""Distances of points from solids, with a sign. Formulas as in :mod:`problems.scene.solids`.
+"""Signed distances of points from solids. Formulas as in :mod:`problems.scene.solids`.
 
 Points come as coordinates along a solid's own axes, from its centre, in arrays of any shape; sizes, three for each
 solid, in arrays that go with these. Only where a distance is less than enough has it to be known.
@@ -23,7 +23,7 @@ ON_FACE = 1e-9  # m
 
 Tables: TypeAlias = tuple[FloatArray, ...]
 Formula: TypeAlias = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
-Told: TypeAlias = tuple[int, FloatArray, FloatArray, FloatArray, Tables]
+SolidNumbers: TypeAlias = tuple[int, FloatArray, FloatArray, FloatArray, Tables]
 
 
 def _length(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
@@ -31,12 +31,12 @@ def _length(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def from_ball(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, enough: FloatArray) -> FloatArray:
-    """Of a radius."""
+    """Distances from a ball of a radius."""
     return np.asarray(_length(x, y, z) - sizes[0])
 
 
 def from_box(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, enough: FloatArray) -> FloatArray:
-    """Of half sides."""
+    """Distances from a box of half sides."""
     x, y, z = np.abs(x) - sizes[0], np.abs(y) - sizes[1], np.abs(z) - sizes[2]
     deepest = np.maximum(np.maximum(x, y), z)
     outside = _length(np.maximum(x, 0.0), np.maximum(y, 0.0), np.maximum(z, 0.0))
@@ -44,19 +44,19 @@ def from_box(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, eno
 
 
 def from_capsule(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, enough: FloatArray) -> FloatArray:
-    """Of a radius and half a length."""
+    """Distances from a capsule of a radius and half a length."""
     return np.asarray(_length(x, y, np.maximum(np.abs(z) - sizes[1], 0.0)) - sizes[0])
 
 
 def from_cylinder(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, enough: FloatArray) -> FloatArray:
-    """Of a radius and half a length."""
+    """Distances from a cylinder of a radius and half a length."""
     around, along = np.sqrt(x * x + y * y) - sizes[0], np.abs(z) - sizes[1]
     deepest, u, v = np.maximum(around, along), np.maximum(around, 0.0), np.maximum(along, 0.0)
     return np.asarray(np.where(deepest > 0.0, np.sqrt(u * u + v * v), deepest))
 
 
 def from_ellipsoid(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, enough: FloatArray) -> FloatArray:
-    """No more than the distance: the part beyond the tangent plane whose normal Newton's method finds; of semi-axes."""
+    """Lower bounds of distances from an ellipsoid: beyond the tangent plane whose normal Newton's method finds."""
     coordinates, a = (x, y, z), sizes
     t = np.zeros(np.broadcast_shapes(x.shape, a[0].shape))
     for i, p in enumerate(coordinates):
@@ -79,7 +79,7 @@ def from_ellipsoid(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArra
 
 
 def from_half_space(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, enough: FloatArray) -> FloatArray:
-    """Its height."""
+    """Distances from a half-space: heights above it."""
     return z
 
 
@@ -100,7 +100,7 @@ class Polytope:
     def __call__(
         self, x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArray, enough: FloatArray
     ) -> FloatArray:
-        """No more than the distance where it is more than enough."""
+        """Lower bounds of distances; above enough, any number above it."""
         points = np.stack([x.ravel(), y.ravel(), z.ravel()])
         found: FloatArray = _beyond(self.planes, points).max(axis=0)
         near = np.flatnonzero(~(found >= enough.ravel()))
@@ -109,7 +109,7 @@ class Polytope:
         return found.reshape(x.shape)
 
     def _from_faces(self, points: FloatArray) -> FloatArray:
-        """Exact to ON_FACE, and never larger: where the foot on the face seen is beside it, an edge is nearest."""
+        """Distances exact to ON_FACE, and never larger: by an edge where the foot on the face seen is beside it."""
         heights = _beyond(self.faces, points)
         face = heights.argmax(axis=0)
         far: FloatArray = np.take_along_axis(heights, face[None], axis=0)[0]
@@ -120,7 +120,7 @@ class Polytope:
         return far
 
     def _from_edges(self, points: FloatArray) -> FloatArray:
-        """The square of the distance from the nearest."""
+        """The squared distance from the nearest edge."""
         begin, way = self.edges[:, :3], self.edges[:, 3:]
         away = points[None] - begin[:, :, None]  # (e, 3, n)
         along = (away * way[:, :, None]).sum(axis=1) / (way * way).sum(axis=1)[:, None]
@@ -156,7 +156,7 @@ class Alike(NamedTuple):
     is_exact: bool
 
 
-def _alike(known: Sequence[Told]) -> Iterator[Alike]:
+def _alike(known: Sequence[SolidNumbers]) -> Iterator[Alike]:
     shapes = np.array([shape for shape, *_ in known], dtype=np.intp)
     for shape in np.unique(shapes).tolist():
         numbers = np.flatnonzero(shapes == shape)
@@ -168,7 +168,7 @@ def _alike(known: Sequence[Told]) -> Iterator[Alike]:
 
 @dataclass(frozen=True, eq=False)
 class Solids:
-    """Solids where their description puts them.
+    """Solids placed as their description says.
 
     Attributes:
         inverse: from outside to its own axes, (3, 3, s): along each row an axis.
@@ -183,8 +183,8 @@ class Solids:
     alike: tuple[Alike, ...]
 
     @classmethod
-    def of(cls, told: Iterable[Told]) -> Solids:
-        """What a description tells of each."""
+    def of(cls, told: Iterable[SolidNumbers]) -> Solids:
+        """The solids that a description states."""
         known = list(told)
         count = len(known)
         axes = np.array([axes for _, axes, *_ in known]).reshape(count, 3, 3)
@@ -197,7 +197,7 @@ class Solids:
 
     @cached_property
     def _kind(self) -> NDArray[np.intp]:
-        """Of each solid among which it is, (s,)."""
+        """The number of the group of each solid, (s,)."""
         found = np.empty(self.centers.shape[1], dtype=np.intp)
         for kind, alike in enumerate(self.alike):
             found[alike.numbers] = kind
@@ -205,17 +205,17 @@ class Solids:
 
     @cached_property
     def is_exact(self) -> NDArray[np.bool_]:
-        """Of which distances are known, not only bounds of them, (s,)."""
+        """Whether the distances of each solid are exact, not only bounds, (s,)."""
         return np.array([alike.is_exact for alike in self.alike], dtype=bool)[self._kind]
 
     @cached_property
     def _turned(self) -> tuple[FloatArray, FloatArray]:
-        """From outside to the axes of all solids, (3 s, 3), and where their centres are along these, (s, 3), m."""
+        """The rotations to the axes of all solids, (3 s, 3), and their centres along these, (s, 3), m."""
         turned = self.inverse.transpose(2, 0, 1).reshape(-1, 3)
         return turned, np.einsum("abs,bs->sa", self.inverse, self.centers)
 
     def distances(self, number: NDArray[np.intp], points: FloatArray, enough: FloatArray) -> FloatArray:
-        """Of points (3, m) as each is seen from the solid of a number (m,): (m,), m; no more where more than enough."""
+        """Distances of points (3, m), as seen from the solids of numbers (m,), (m,), m; above enough, any number."""
         x, y, z = np.einsum("abm,bm->am", self.inverse[:, :, number], points - self.centers[:, number])
         found, kinds, sizes = np.empty(len(number)), self._kind[number], self.sizes[:, number]
         for kind, alike in enumerate(self.alike):
@@ -225,7 +225,7 @@ class Solids:
         return found
 
     def from_all(self, points: FloatArray, moved: FloatArray | None, enough: FloatArray) -> FloatArray:
-        """Of points (3, r, n) from every solid: (s, r, n), m; no more where it is more than enough.
+        """Distances of points (3, r, n) from every solid: (s, r, n), m; above enough, any number.
 
         Args:
             points: r in each of n postures, m.

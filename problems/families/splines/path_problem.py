@@ -14,7 +14,7 @@ import numpy as np
 from problems.assembly import CostSteps, PathTiming, Problem, peak_loop
 from problems.base import FloatArray, InvalidProblem, Matrix, Operand, as_array, split
 from problems.evaluation import Loop, Step
-from problems.limits import SAMPLING_MARGIN, Constraint, looks, stay_constraints, stay_matters
+from problems.limits import SAMPLING_MARGIN, Constraint, stay_constraints, stay_matters, stay_shares
 from problems.motions import (
     ALONG,
     GAUSS_SHARES,
@@ -162,7 +162,7 @@ class MoveSteps(CostSteps[TimedPath]):
         theta, arrival, since = given["window"].T, state["durations"], given["row"] * self.encoding.task.stay
         found = stay_constraints(self.limits, self.motion.robot, theta, arrival, since, SAMPLING_MARGIN)
         penalty = sum((self.encoding.penalty(constraint) for constraint in found), ca.DM(0))
-        shares = looks(self.seconds_stayed)[:, None]
+        shares = stay_shares(self.seconds_stayed)[:, None]
         loop = Loop(rows=shares, window="goal", starts=np.zeros(len(shares), dtype=np.intp))
         return Step.of("stay", given | state, {"stay": state["stay"] + penalty}, loop)
 
@@ -265,7 +265,7 @@ class MoveSteps(CostSteps[TimedPath]):
             outputs["least"] = least
         if "ends" in state:
             outputs["ends"] = state["ends"] + between
-        outputs["scanned"] = ca.vertcat(state["most"], bounds.room, bounds.tilt, *(path[n].T for n in along))
+        outputs["scanned"] = ca.vertcat(state["most"], bounds.above, bounds.tilt, *(path[n].T for n in along))
         loop = Loop(rows=rows[::-1], window="control_points", starts=grid.pieces[::-1] * k)
         return Step.of("backward", given | state, outputs, loop, stacked=("scanned",))
 

@@ -25,9 +25,9 @@ from problems.limits import (
     LimitKind,
     StepLimit,
     limits_of,
-    looks,
     stay_constraints,
     stay_matters,
+    stay_shares,
 )
 from problems.motions import PathSpline, TimedPath, Trajectory
 from problems.objectives import Objective
@@ -193,7 +193,7 @@ class MoveProblem(SplineProblem):
         found += [] if self.encoding.at_rest else [end_rates(parameters.gap)]
         if not stay_matters(self.limits, self.task.stay):
             return found
-        goal, since = parameters.control_points[-1, :], ca.DM(looks(self.task.stay) * self.task.stay)
+        goal, since = parameters.control_points[-1, :], ca.DM(stay_shares(self.task.stay) * self.task.stay)
         return [*found, *stay_constraints(self.limits, self.robot, goal, parameters.duration, since, SAMPLING_MARGIN)]
 
     def cost_program(self) -> Program:

@@ -28,7 +28,7 @@ from problems.certify import safe_time_scale
 from problems.families.splines.encoding import stops
 from problems.families.splines.pieces import SHORTEST, Pieces, PieceVariables, Waypoints, node_times, through
 from problems.families.splines.starts import MoveStarts, PassedMotion
-from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit, looks, stay_constraints, stay_matters
+from problems.limits import SAMPLING_MARGIN, Constraint, Limit, StepLimit, stay_constraints, stay_matters, stay_shares
 from problems.motions import Samples, Trajectory
 from problems.objectives import Objective
 from problems.programs import (
@@ -343,7 +343,7 @@ class MoveNlp(MotionProgram):
         spare = 0.0 if self.task.at_rest else SPARE_TIME
         rows += [] if bounds is None else [bounds.at(samples.duration, margin, spare)]
         if stay_matters(self.limits, stay):
-            goal, since = samples.derivative(0)[-1, :], ca.DM(looks(stay) * stay)
+            goal, since = samples.derivative(0)[-1, :], ca.DM(stay_shares(stay) * stay)
             rows += stay_constraints(self.limits, self.robot, goal, samples.duration, since, margin)
         step = StepLimit.for_robot(self.robot, self.task.obstacles)
         rows += [] if step is None else step.constraints(samples)

@@ -69,7 +69,7 @@ def _notes(document: Document, geometries: dict[Element, list[Polygons]], unit: 
 
 
 def _unit_and_axis(document: Document) -> tuple[float, str]:
-    """How many m its unit is, and the axis that it calls up, X, Y or Z; parts of it must not say otherwise."""
+    """The length of the document's unit in m, and the axis that it calls up, the same in all its parts."""
     units = {element.get("meter", "1") for element in document.root.findall("asset/unit")}
     axes = {(element.text or "").strip() for element in document.root.findall("asset/up_axis")}
     unit, axis = next(iter(units), "1"), next(iter(axes), "Y_UP")
@@ -136,7 +136,7 @@ def _scaling(element: Element) -> FloatArray:
 
 
 def _rotation(element: Element) -> FloatArray:
-    """About an axis by an angle in degrees (Rodrigues)."""
+    """The pose of a turn about an axis by an angle in degrees (Rodrigues)."""
     *axis, degrees = numbers(element, float, 4)
     length = float(np.linalg.norm(axis))
     if not SHORTEST < length < np.inf or not np.isfinite(degrees):

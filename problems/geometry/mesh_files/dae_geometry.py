@@ -128,7 +128,7 @@ def _fans(primitive: Element, lists: Lists) -> tuple[list[int], list[int]]:
 def _rows(
     primitive: Element, lists: Lists, triangle: Callable[[list[int], int], list[int]]
 ) -> tuple[list[int], list[int]]:
-    """Rows of triangles, each given by the place of its last corner."""
+    """Numbers of the corners of triangles, each given by the place of its last corner."""
     _counted(primitive, len(lists))
     if min(map(len, lists), default=3) < 3:
         raise refused(f"{shown(primitive)}: three corners are needed")

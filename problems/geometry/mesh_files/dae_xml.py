@@ -18,16 +18,16 @@ Number = TypeVar("Number", int, float)
 
 
 class WithoutDoctype(ElementTree.TreeBuilder):
-    """Builds elements; refuses document types, in which entities that grow without end are declared."""
+    """A builder of elements that refuses document types, whose entities may grow without end."""
 
     def doctype(self, *_: str | None) -> None:
-        """Refuse it before an entity is read."""
+        """Refuse a document type before an entity is read."""
         raise refused("a document type (DOCTYPE) is not read")
 
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A COLLADA document, the tags of which have lost their namespace.
+    """A COLLADA document whose tags have lost their namespace.
 
     Attributes:
         root: of its elements.
@@ -39,7 +39,7 @@ class Document:
 
     @classmethod
     def of(cls, content: bytes) -> Document:
-        """The document in a file.
+        """The document in the content of a file.
 
         Raises:
             InvalidProblem: ``mesh`` is no XML, has a document type, or is no COLLADA.
@@ -90,7 +90,7 @@ def shown(element: Element) -> str:
 
 
 def only(element: Element, tag: str) -> Element:
-    """The one child of a tag.
+    """The one child with a tag.
 
     Raises:
         InvalidProblem: there is none, or there are several.
@@ -102,7 +102,7 @@ def only(element: Element, tag: str) -> Element:
 
 
 def whole(element: Element, attribute: str, otherwise: int | None = None) -> int:
-    """A whole number, 0 at least, in an attribute.
+    """The whole number, 0 at least, in an attribute.
 
     Args:
         element: that has it.
@@ -144,7 +144,7 @@ def numbers(element: Element, kind: Callable[[str], Number], count: int | None =
 
 
 def known_only(element: Element, tags: set[str]) -> None:
-    """Every child has one of the tags.
+    """Check that every child has one of the tags.
 
     Raises:
         InvalidProblem: one has not: it is not read.

@@ -67,7 +67,7 @@ def refused(reason: str) -> InvalidProblem:
 def part_of(
     places: FloatArray, corners: Numbers, counts: Numbers, name: Callable[[int], str], colour: str = ""
 ) -> Part:
-    """Polygons, cut into triangles.
+    """The triangles into which polygons are cut.
 
     Args:
         places: of vertices, (v, 3).
@@ -105,14 +105,14 @@ def _fan(count: int) -> Numbers:
 
 
 def _others(count: int) -> Numbers:
-    """Three corners each, of all that are not in a fan from the first; none where there are too many."""
+    """Three corners each, of all triangles that are not in a fan from the first; none where there are too many."""
     fan = set(map(tuple, _fan(count).tolist()))
     rest = [] if count > MOST_FREE else [three for three in combinations(range(count), 3) if three not in fan]
     return np.array(rest, dtype=np.int64).reshape(-1, 3)
 
 
 def _cut(polygons: FloatArray) -> tuple[list[tuple[Numbers, Numbers]], Numbers]:
-    """How polygons (n, k, 3) are cut.
+    """Corners of the triangles into which polygons (n, k, 3) are cut.
 
     Returns:
         Numbers of polygons with the corners (m, 3) of their triangles, and numbers of those that lie in no plane.

@@ -24,7 +24,7 @@ DECORATION = {
 
 
 def read_obj(content: bytes) -> Content:
-    """The polygons of an OBJ file; lines, points and looks are left out.
+    """The polygons of an OBJ file; lines, points and colours are left out.
 
     Raises:
         InvalidProblem: ``mesh`` has an element that is not read, or one that is broken, with its line.
@@ -54,7 +54,7 @@ def _places(numbers: list[float]) -> FloatArray:
 
 
 def _statements(content: bytes) -> Iterator[tuple[int, list[bytes]]]:
-    """Lines that are not empty, by their number from 1, without comments, those joined that a backslash joins."""
+    """Lines that are not empty, by number from 1, without comments, continuation lines joined."""
     begun: list[bytes] = []
     start = 0
     for number, text in enumerate(content.removeprefix(MARK).splitlines(), 1):

@@ -30,7 +30,7 @@ def read_stl(content: bytes) -> Content:
 
 
 def _is_binary(content: bytes) -> bool:
-    """Whether its size is as its head says; the head may begin as a text does.
+    """Whether the size of a file is what its head says; the head may begin as a text does.
 
     Raises:
         InvalidProblem: ``mesh`` is neither so nor a text.

@@ -18,7 +18,7 @@ from helpers.slow import slow_except
 from problems import Ellipse, PlanarArm, Problem, pentagram
 from problems.base import FloatArray, as_array
 from problems.limits import Constraint, PenaltyKind
-from solvers import PSO, Box, Budget, minimize
+from solvers import PSO, Budget, SearchBox, minimize
 
 START, GOAL = (1.0, 0.0), (0.5, 1.5)
 TURNED = Ellipse((0.8, 0.8), (0.15, 0.25), 0.4)
@@ -88,7 +88,7 @@ def expected_cost(problem: Problem[Any], candidates: FloatArray) -> FloatArray:
 def test_steps_over_samples_cost_what_the_model_costs(name: str, formulation: str) -> None:
     problem = changed(OTHERS[name](), formulation=formulation) if name in OTHERS else builtin(name, formulation)
     rng = np.random.default_rng(5)
-    box, evaluate = Box(*problem.bounds), problem.evaluator(VM)
+    box, evaluate = SearchBox(*problem.bounds), problem.evaluator(VM)
     best = minimize(evaluate, box, PSO(population=20), Budget(600), 5).x
     around = best + 10.0 ** rng.uniform(-5.0, -1.0, (60, 1)) * rng.normal(size=(60, box.dimension))
     candidates = np.concatenate([box.sample(rng, 60), box.clip(around), [best, box.lower, box.upper]])

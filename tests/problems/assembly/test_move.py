@@ -22,7 +22,7 @@ from problems.base import FloatArray, as_array
 from problems.evaluation import EvaluationOptions
 from problems.limits import Constraint
 from problems.timing.free_space import least_durations
-from solvers import LSHADE, Box, Budget, minimize
+from solvers import LSHADE, Budget, SearchBox, minimize
 
 THREE, FOUR, TWO = equal_links(3), equal_links(4), equal_links(2)
 RANGED = equal_links(3, joint_limits=((-2.5, 3.0), (-2.0, 2.5), (-1.0, 5.0)))
@@ -143,7 +143,7 @@ def expected_costs(problem: MoveProblem, x: FloatArray) -> FloatArray:
 @moves("vias, several goals", "moving obstacle")
 def test_steps_over_samples_cost_what_the_model_costs(name: str) -> None:
     problem = problem_of(name)
-    evaluate, box = problem.evaluator(VM), Box(*problem.bounds)
+    evaluate, box = problem.evaluator(VM), SearchBox(*problem.bounds)
     best = minimize(evaluate, box, LSHADE(), Budget(200), 0).x
     x = np.vstack([sampled(problem, 12), [best, box.lower, box.upper, (box.lower + box.upper) / 2.0]])
     costs = evaluate(x)
@@ -184,7 +184,7 @@ def test_a_duration_that_is_too_short_is_made_longer_and_one_too_long_is_penalis
 @moves("joints", "bounded time, moving ends")
 def test_motions_keep_every_limit_for_all_t(name: str) -> None:
     problem = problem_of(name)
-    box = Box(*problem.bounds)
+    box = SearchBox(*problem.bounds)
     best = minimize(problem.evaluator(VM), box, LSHADE(), Budget(3000), 0)
     assert best.cost < problem.objective_upper_bound
     trajectory = problem.trajectory(best.x)
@@ -204,7 +204,7 @@ def test_ends_that_cannot_be_attained_cost_more_than_any_motion() -> None:
     assert problem.cost(x[None])[0] > problem.objective_upper_bound
     assert float(problem.parameters_of(x).gap) > 0.0
     assert problem.trajectory(x).duration > 0.0
-    best = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(1500), 0)
+    best = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(1500), 0)
     assert best.cost < problem.objective_upper_bound
     found = problem.trajectory(best.x)
     assert problem.exact_time_scale(found) == problem.safe_time_scale(found) == 1.0
@@ -222,7 +222,7 @@ def test_a_move_to_where_it_stands() -> None:
 def test_in_free_space_the_search_finds_the_least_time_there_is() -> None:
     robot = THREE
     problem = move(Move(robot, HOME, (AWAY,)))
-    best = minimize(problem.evaluator(), Box(*problem.bounds), LSHADE(), Budget(10_000), 0)
+    best = minimize(problem.evaluator(), SearchBox(*problem.bounds), LSHADE(), Budget(10_000), 0)
     ways = np.array(AWAY.values) - np.array(HOME.values)
     least = least_durations(ways, robot.limits).max()
     assert problem.trajectory(best.x).duration == pytest.approx(least, rel=0.01)

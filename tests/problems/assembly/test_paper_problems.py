@@ -26,7 +26,7 @@ from problems import (
 )
 from problems.base import FloatArray
 from problems.certify import exact_time_scale
-from solvers import BSO, PSO, Box, Budget, minimize
+from solvers import BSO, PSO, Budget, SearchBox, minimize
 
 ARM = PlanarArm((1.0, 1.0, 1.0), (40.0,) * 3, (2000.0,) * 3)
 STAR = pentagram((0.0, 0.0), 1.0, 0.4, 30)
@@ -76,7 +76,7 @@ each_move = pytest.mark.parametrize("problem", cases(POINT_CASES))
 
 def around_the_best(problem: PointToPointProblem, count: int) -> FloatArray:
     """Half of them all over the box, half around the best of a short search, where the feasible ones are."""
-    box, rng = Box(*problem.bounds), np.random.default_rng(3)
+    box, rng = SearchBox(*problem.bounds), np.random.default_rng(3)
     best = minimize(problem.cost, box, PSO(), Budget(6000), 3).x
     near = best + 10.0 ** rng.uniform(-4.0, -0.5, (count // 2, 1)) * rng.normal(size=(count // 2, box.dimension))
     return np.concatenate([box.sample(rng, count // 2), box.clip(near)])
@@ -121,7 +121,7 @@ def test_check_values_of_two_links(objective: str) -> None:
     best = {"time": (0.7015, 0.4908), "rotation": (2.4135, 1.637)}[objective]
     for elbow, value in zip(("up", "free"), best, strict=True):
         problem = moving(equal_links(2), START, GOAL, objective, elbow, "reduced")
-        result = minimize(problem.cost, Box(*problem.bounds), PSO(), Budget(15_000), 1)
+        result = minimize(problem.cost, SearchBox(*problem.bounds), PSO(), Budget(15_000), 1)
         assert result.cost == pytest.approx(value, rel=0.02)
         assert result.cost > value * (1.0 - 1e-3)
 
@@ -194,7 +194,7 @@ def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowingProbl
 
 def test_search_follows_the_star_between_samples_too() -> None:
     problem = following(ARM, STAR, 0.1, "time", "up", "reduced")
-    result = minimize(problem.cost, Box(*problem.bounds), BSO(), Budget(4000), 1)
+    result = minimize(problem.cost, SearchBox(*problem.bounds), BSO(), Budget(4000), 1)
     verdicts = problem.verify(problem.trajectory(result.x))
     assert [verdict.name for verdict in verdicts if not verdict.satisfied] == []
     assert result.cost == pytest.approx(problem.trajectory(result.x).duration)

@@ -81,7 +81,7 @@ def test_a_looser_problem_differs_in_that_number_alone(name: str) -> None:
 
 
 def rooms(limit: Limit, samples: Samples) -> np.ndarray:
-    return np.array([row.room for row in limit.constraints(samples)])
+    return np.array([row.slack for row in limit.constraints(samples)])
 
 
 def test_every_motion_has_more_room_in_a_looser_problem() -> None:

@@ -12,7 +12,7 @@ from helpers.searching import VM, sampled
 
 from problems import Ellipse, Path, PlanarArm, Problem, pentagram
 from problems.base import FloatArray
-from solvers import BSO, IPOPT, Box, Budget, Descent, minimize
+from solvers import BSO, IPOPT, Budget, Descent, SearchBox, minimize
 
 STAR = pentagram((0.0, 0.0), 0.9, count=21)
 
@@ -38,7 +38,7 @@ CASES = [(move, "length", "paper"), (move, "length", "reduced"), (trace, "rotati
 @cache
 def searched(make: Any, objective: str, formulation: str, scale: float = 1.0) -> FloatArray:
     problem = make(scale, objective, formulation)
-    return minimize(problem.evaluator(VM), Box(*problem.bounds), BSO(), Budget(400), 1).x
+    return minimize(problem.evaluator(VM), SearchBox(*problem.bounds), BSO(), Budget(400), 1).x
 
 
 @pytest.mark.parametrize(("make", "objective", "formulation"), CASES)

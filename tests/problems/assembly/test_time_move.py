@@ -16,7 +16,7 @@ from problems import Ellipse, InvalidProblem, Joints, Move, Position, TimeMovePr
 from problems.evaluation import EvaluationOptions
 from problems.scene import Obstacle
 from problems.scene.moving import ConstantVelocity, MovingObstacle
-from solvers import LSHADE, Box, Budget, minimize
+from solvers import LSHADE, Budget, SearchBox, minimize
 
 ARM = equal_links(2)
 HOME, AWAY, OTHER = Joints((-0.4, 0.3)), Joints((0.9, 0.6)), Joints((1.1, 0.1))
@@ -47,7 +47,7 @@ def test_every_candidate_leaves_as_it_has_to_and_arrives_at_rest(seed: int) -> N
     trajectory = CROSSED.trajectory(x)
     conditions = [constraint for constraint, _ in CROSSED.task.conditions(trajectory)]
     assert {each.name for each in conditions} == {*ENDS, "start acceleration"}
-    assert all(each.room >= 0.0 for each in conditions)
+    assert all(each.slack >= 0.0 for each in conditions)
     shortest, longest = CROSSED.encoding.durations
     assert shortest <= trajectory.duration <= longest
 
@@ -90,7 +90,7 @@ def test_a_search_finds_a_certified_way_past_what_crosses() -> None:
     problem = time_move(stated(crossing(1.8, 1.0, 0.1)))
     straight = problem.quintics(8)
     assert (problem.cost(straight)[:2] > problem.objective_upper_bound).all()
-    found = minimize(problem.cost, Box(*problem.bounds), LSHADE(), Budget(1500), 1, known=straight)
+    found = minimize(problem.cost, SearchBox(*problem.bounds), LSHADE(), Budget(1500), 1, known=straight)
     assert found.cost < 1.0
     assert all(verdict.satisfied for verdict in problem.verify(problem.trajectory(found.x)))
 

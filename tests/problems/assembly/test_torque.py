@@ -18,7 +18,7 @@ from problems.base import FloatArray, as_array
 from problems.families.traced import tracing
 from problems.robots import planar_payload, read_urdf
 from problems.tasks import PathTracing
-from solvers import LSHADE, Box, Budget, minimize
+from solvers import LSHADE, Budget, SearchBox, minimize
 
 LIMITS: dict[str, Any] = {"max_speed": (4.0,) * 3, "max_acceleration": (40.0,) * 3, "link_masses": (2.0, 2.0, 1.0)}
 FRICTION = {"viscous_friction": (0.5, 0.5, 0.1), "coulomb_friction": (0.5, 0.5, 0.1)}
@@ -45,7 +45,7 @@ def problem_of(kind: str, robot: PlanarArm = ARM, objective: str = "time") -> Pr
 
 
 def candidates(problem: Problem[Any], count: int = 300) -> FloatArray:
-    box, rng = Box(*problem.bounds), np.random.default_rng(3)
+    box, rng = SearchBox(*problem.bounds), np.random.default_rng(3)
     near = box.clip(np.mean(problem.bounds, axis=0) + rng.normal(0.0, 0.1, (count // 3, box.dimension)))
     return np.concatenate([box.sample(rng, count - len(near)), near])
 
@@ -108,7 +108,7 @@ def test_another_payload_and_other_motors_compile_nothing(kind: str) -> None:
 
 def test_a_search_finds_motions_that_the_motors_can_do() -> None:
     problem = problem_of("two segments, reduced", SMOOTH)
-    found = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(400), 1)
+    found = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(400), 1)
     assert found.cost <= problem.objective_upper_bound
     assert rows(problem, "torque", found.x[None])[0] <= 1.0 + 1e-9
     motion = problem.trajectory(found.x)

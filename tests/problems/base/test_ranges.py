@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from problems import Ellipse, InvalidProblem, Path, PathFollowing, PlanarArm, closed_curve, pentagram
 from problems.base import ANGLES, COORDINATES, LENGTHS, RATES, TIMES, check_within, largest
 from problems.evaluation import EvaluationOptions
-from solvers import Box
+from solvers import SearchBox
 
 EXTREME: list[Any] = [1e308, 5e-324, -1e308, float("inf"), float("nan"), 10**400, 10**5000, -(10**5000), 0.0]
 ARM = PlanarArm((0.7, 0.6, 0.7), (4.0,) * 3, (20.0,) * 3)
@@ -95,7 +95,7 @@ def test_at_the_ends_of_the_ranges_costs_are_numbers(length: float, rate: float,
     move = moving(arm, start, goal, "length", "free", formulation, obstacles=(oval,), segment_time=TIMES)
     path = Path(tuple((x * length, y * length) for x, y in pentagram((0.0, 0.0), 0.9, count=21).points))
     for problem in (move, following(arm, path, 0.1 * length, "time", "up", formulation, total_time=TIMES)):
-        points = Box(*problem.bounds).sample(np.random.default_rng(0), 5)
+        points = SearchBox(*problem.bounds).sample(np.random.default_rng(0), 5)
         assert np.isfinite(problem.evaluator(EvaluationOptions("vm"))(points)).all()
     assert COORDINATES[1] >= LENGTHS[1]
 

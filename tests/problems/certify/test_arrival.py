@@ -16,7 +16,7 @@ from problems import CertificateStatus, ConstantVelocity, InvalidProblem, MovePr
 from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, StaySettings, at_goal, stay_verdicts, verification
 from problems.families.splines import move
-from problems.limits import clearances, limits_of, looks
+from problems.limits import clearances, limits_of, stay_shares
 from problems.robots import PlanarArm
 from problems.scene import Ellipse, Obstacle, Rectangle, Tabulated
 from problems.tasks import Joints, Move
@@ -158,7 +158,7 @@ def test_nothing_is_asked_where_nothing_moves() -> None:
 
 @pytest.mark.parametrize("seconds", [0.0, 0.3, 10.0, 1e9])
 def test_looks(seconds: float) -> None:
-    shares = looks(seconds)
+    shares = stay_shares(seconds)
     assert shares[0] == 0.0
     assert shares[-1] == 1.0
     assert all(before < later for before, later in pairwise(shares))

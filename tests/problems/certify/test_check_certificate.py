@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.certificates import case, criteria_of, draw, scene_of, straight
-from helpers.core_robots import EXAMPLES, ROBOTS, distances, placed, robot_of, rooms
+from helpers.core_robots import EXAMPLES, ROBOTS, distances, margins, placed, robot_of
 from helpers.slow import slow_except
 
 from problems.assembly import certificate_of
@@ -76,10 +76,10 @@ def test_what_is_accepted_is_clear_at_many_times(name: str) -> None:
         few, robot = 12 if made.robot.cover else 200, made.robot
         times = np.linspace(0.0, made.motion.duration, few)
         standing = tuple(obstacle for obstacle in made.obstacles if not obstacle.moves)
-        least = np.minimum(*rooms(robot, standing, made.motion.at(times))).min()
+        least = np.minimum(*margins(robot, standing, made.motion.at(times))).min()
         for time in times[:: few // 6]:
             there = (_at(made.obstacles[-1], float(time)),)
-            least = min(least, rooms(robot, there, made.motion.at(np.array([time])))[0][0])
+            least = min(least, margins(robot, there, made.motion.at(np.array([time])))[0][0])
         assert least >= -1e-9
 
 
@@ -209,7 +209,7 @@ def least_room(robot: SpatialArm, motion: Trajectory, errors: np.ndarray) -> flo
     off = (errors[0] + errors[1] * speed + errors[2] * acceleration) * rng.choice([-1.0, 1.0], (len(times), robot.dof))
     theta = motion.at(times) + off
     low, high = np.array(robot.position_limits).T
-    return min(*(part.min() for part in rooms(robot, standing, theta)), (theta - low).min(), (high - theta).min())
+    return min(*(part.min() for part in margins(robot, standing, theta)), (theta - low).min(), (high - theta).min())
 
 
 def test_what_is_accepted_holds_for_all_joints_within_their_tracking_errors() -> None:

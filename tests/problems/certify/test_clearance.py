@@ -365,7 +365,7 @@ def test_bodies_farther_out_than_the_tool_count() -> None:
     turns = np.array([[0.0, 0.0, np.sin(a / 2.0), np.cos(a / 2.0)] for a in (0.0, 0.5, 1.0)])
     wall = HalfSpace(center=(0.0, 0.0, -0.5))
     (pair,) = reachable_pairs(far, [MovingObstacle(wall, Tabulated.through([0.0, 1.0, 2.0], np.zeros((3, 3)), turns))])
-    (travel,) = pair.own_travel(far, np.array([[0.4, 0.6]]))
+    (travel,) = pair.link_travel(far, np.array([[0.4, 0.6]]))
     assert travel >= 0.5 * 0.1 * np.hypot(sum(LENGTHS), 1.0) * 0.99
 
 

@@ -23,7 +23,7 @@ def compiled() -> Core:
 
 def forget() -> None:
     """What was made by another core."""
-    for cached in (world._known_world, world._told, arm._known):
+    for cached in (world._known_world, world._core_world, arm._known):
         cached.cache_clear()
 
 

@@ -8,13 +8,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from helpers.core_robots import ROBOTS, postures, robot_of, rooms, through
+from helpers.core_robots import ROBOTS, margins, postures, robot_of, through
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from problems.base import FloatArray
 from problems.certify import CertificateStatus, prove_among, prove_clearance
-from problems.core import Kept, World, drifts_of
+from problems.core import Separation, World, drifts_of
 from problems.limits import Clearance
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, SpatialArm, Sphere
@@ -46,7 +46,7 @@ def least_room(robot: SpatialArm, obstacles: dict[int, Obstacle], motion: Trajec
     theta, least, apart = motion.at(times), np.inf, replace(robot, self_collision=False)
     for each in obstacles.values():
         grown = each.margin_rate * times if isinstance(each, MovingObstacle) else 0.0
-        least = min(least, float(np.min(rooms(apart, (each,), theta, times)[0] - grown)))
+        least = min(least, float(np.min(margins(apart, (each,), theta, times)[0] - grown)))
     return least
 
 
@@ -56,7 +56,7 @@ def test_no_proof_is_false_and_what_is_clear_is_proven(name: str) -> None:
     for seed in range(10):
         rng = np.random.default_rng(seed)
         obstacles, motion = moving(rng), motion_of(robot, rng)
-        proof = prove_among(robot, obstacles, motion, Kept.FROM_OBSTACLES, 0.1)
+        proof = prove_among(robot, obstacles, motion, Separation.FROM_OBSTACLES, 0.1)
         assert proof is not None
         room = least_room(robot, obstacles, motion)
         if proof.status is CertificateStatus.CERTIFIED:
@@ -76,7 +76,7 @@ def test_it_is_proven_as_by_the_proof_in_numpy(name: str) -> None:
         obstacles, motion = moving(rng), motion_of(robot, rng)
         limit = Clearance.for_robot(robot, tuple(obstacles.values()))
         other = None if limit is None else prove_clearance(limit, motion)
-        proof = prove_among(robot, obstacles, motion, Kept.FROM_OBSTACLES, 0.1)
+        proof = prove_among(robot, obstacles, motion, Separation.FROM_OBSTACLES, 0.1)
         assert proof is not None
         if other is not None:
             assert {proof.status, other.status} != known
@@ -108,7 +108,7 @@ def test_a_floor_that_follows_a_ball(start: float, speed: float, rising: float, 
         HalfSpace(center=(0.0, 0.0, 0.0)), ConstantVelocity((0.3, 0.1, rising), (0.0, 0.0, height)), rate
     )
     motion = Trajectory(np.array([0.0, 1.0]), np.array([[[speed]], [[start]]]))
-    proof = prove_among(slider(radius), {1: floor}, motion, Kept.FROM_OBSTACLES, 1.0)
+    proof = prove_among(slider(radius), {1: floor}, motion, Separation.FROM_OBSTACLES, 1.0)
     assert proof is not None
     assert (proof.status is CertificateStatus.CERTIFIED) == (wanted > 0.0)
     assert proof.where == "ball, obstacle 1"
@@ -120,7 +120,9 @@ def test_what_moves_and_rests_is_proven_as_what_stands_there() -> None:
     at_rest = MovingObstacle(replace(still, center=(0.0, 0.0, 0.0)), ConstantVelocity((0.0,) * 3, still.center))
     for _ in range(6):
         motion = motion_of(robot, rng)
-        one, other = (prove_among(robot, {1: each}, motion, Kept.FROM_OBSTACLES, 0.1) for each in (still, at_rest))
+        one, other = (
+            prove_among(robot, {1: each}, motion, Separation.FROM_OBSTACLES, 0.1) for each in (still, at_rest)
+        )
         assert one is not None and other is not None
         assert one.status is other.status
         assert one.smallest == pytest.approx(other.smallest, abs=1e-12)
@@ -141,6 +143,6 @@ def test_the_core_knows_straight_lines_alone() -> None:
     assert drift(MovingObstacle(ball, Curved((0.1, 0.0, 0.0)))) is None
     assert np.array_equal(drifts_of([ball, straight]), [[0.0] * 7, [1.0, 2.0, 3.0, 0.1, 0.2, 0.3, 0.4]])  # type: ignore[arg-type]
     motion = Trajectory.standing(np.zeros(1), 1.0)
-    assert prove_among(slider(0.1), {1: table}, motion, Kept.ALL, 1.0) is None
+    assert prove_among(slider(0.1), {1: table}, motion, Separation.ALL, 1.0) is None
     assert World.of(slider(0.1), [table]) is None
     assert World.of(slider(0.1), [straight]) is not None

@@ -9,7 +9,7 @@ import pytest
 from helpers.core_robots import ROBOTS, SCENE, postures, robot_of
 
 from problems.base import FloatArray
-from problems.core import Kept, Schedule, World
+from problems.core import Schedule, Separation, World
 from problems.robots import SpatialArm
 from problems.scene import Ball, Box, ConstantVelocity, MovingObstacle, Obstacle, Solid
 
@@ -44,12 +44,12 @@ def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
 
 def room_then(robot: SpatialArm, obstacles: tuple[Obstacle, ...], theta: FloatArray, time: float) -> float:
     """The least of all, each obstacle alone where it is then, less what its margin has grown by."""
-    rooms = [
-        world_of(robot, (placed(each, time),)).rooms(theta[None], which=Kept.FROM_OBSTACLES)[0]
+    margins = [
+        world_of(robot, (placed(each, time),)).clearance_margins(theta[None], which=Separation.FROM_OBSTACLES)[0]
         - (each.margin_rate * time if isinstance(each, MovingObstacle) else 0.0)
         for each in obstacles
     ]
-    return float(min(rooms))
+    return float(min(margins))
 
 
 @each_robot
@@ -57,16 +57,18 @@ def test_rooms_are_those_of_the_obstacles_where_they_are_then(name: str) -> None
     robot, rng = robot_of(name), np.random.default_rng(3)
     obstacles, theta, times = moving(rng), postures(robot, rng, 13), rng.uniform(0.0, 3.0, 13)
     world = world_of(robot, obstacles)
-    found = world.rooms(theta, which=Kept.FROM_OBSTACLES, times=times)
+    found = world.clearance_margins(theta, which=Separation.FROM_OBSTACLES, times=times)
     expected = [room_then(robot, obstacles, *each) for each in zip(theta, times.tolist(), strict=True)]
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9)
     at_start = [room_then(robot, obstacles, each, 0.0) for each in theta]
-    np.testing.assert_allclose(world.rooms(theta, which=Kept.FROM_OBSTACLES), at_start, rtol=0.0, atol=1e-9)
-    both = world.rooms(theta, times=times)
+    np.testing.assert_allclose(
+        world.clearance_margins(theta, which=Separation.FROM_OBSTACLES), at_start, rtol=0.0, atol=1e-9
+    )
+    both = world.clearance_margins(theta, times=times)
     assert (world.clear(theta, times=times) == (both >= 0.0)).all()
     assert world.moves and not world.still.moves
     fixed = tuple(each for each in obstacles if not each.moves)
-    np.testing.assert_array_equal(world.still.rooms(theta), world_of(robot, fixed).rooms(theta))
+    np.testing.assert_array_equal(world.still.clearance_margins(theta), world_of(robot, fixed).clearance_margins(theta))
 
 
 @each_robot
@@ -76,21 +78,23 @@ def test_what_is_nearest_changes_with_the_time_as_differences_say(name: str) -> 
     ball = Ball(center=(0.3, 0.1, 0.4), radius=0.15)
     world = world_of(robot, (MovingObstacle(ball, ConstantVelocity((0.3, -0.2, 0.1)), RATE),))
     near = world.nearby(theta, 0.6, times)
-    np.testing.assert_allclose(near.rooms, world.nearby(theta, 0.6, times).rooms)
+    np.testing.assert_allclose(near.clearance_margins, world.nearby(theta, 0.6, times).clearance_margins)
     for posture in range(len(theta)):
-        of_it = np.flatnonzero((near.samples == posture) & ~near.own)
+        of_it = np.flatnonzero((near.samples == posture) & ~near.is_link)
         if not of_it.size:
             continue
-        least = of_it[near.rooms[of_it].argmin()]
+        least = of_it[near.clearance_margins[of_it].argmin()]
         here, *beside = (
-            world.rooms(theta[posture : posture + 1], which=Kept.FROM_OBSTACLES, times=times[posture : posture + 1] + t)
+            world.clearance_margins(
+                theta[posture : posture + 1], which=Separation.FROM_OBSTACLES, times=times[posture : posture + 1] + t
+            )
             for t in (0.0, step, -step)
         )
-        assert near.rooms[least] == pytest.approx(here[0], abs=1e-9)
+        assert near.clearance_margins[least] == pytest.approx(here[0], abs=1e-9)
         if abs(beside[0][0] + beside[1][0] - 2.0 * here[0]) / step < 1e-3:
             assert near.rates[least] == pytest.approx((beside[0][0] - beside[1][0]) / (2.0 * step), abs=2e-3)
             compared += 1
-    assert compared > 10 and not near.rates[near.own].any()
+    assert compared > 10 and not near.rates[near.is_link].any()
 
 
 def test_a_way_leads_past_where_an_obstacle_is_then() -> None:

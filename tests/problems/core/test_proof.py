@@ -9,13 +9,13 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, rooms, through
+from helpers.core_robots import ROBOTS, SCENE, margins, postures, robot_of, through
 from helpers.slow import slow_except
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from problems.certify import CertificateStatus, prove_clearance, prove_covers
-from problems.core import Kept, Proof, World, core
+from problems.core import Proof, Separation, World, core
 from problems.limits import cover_limits, proximity_limits
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, SpatialArm, Sphere
@@ -26,7 +26,7 @@ DENSE = 5_000 if core().name == "compiled" else 500
 ROUNDING = 1e-9  # m, of rooms in another order of sums
 HAIR = 1e-9  # m
 FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear
-SIDES = (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER)
+SIDES = (Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER)
 
 
 def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
@@ -44,8 +44,8 @@ def sampled(name: str, motion: Trajectory, count: int) -> list[np.ndarray]:
     times = np.linspace(0.0, motion.duration, count)
     theta, robot, obstacles = motion.at(times), robot_of(name), scene_of(name)
     world, few = world_of(robot, obstacles), slice(None, None, count // (10 if robot.cover is None else 3))
-    found = [world.rooms(theta, which=which) for which in SIDES]
-    for seen, anew in zip(found, rooms(robot, obstacles, theta[few]), strict=True):
+    found = [world.clearance_margins(theta, which=which) for which in SIDES]
+    for seen, anew in zip(found, margins(robot, obstacles, theta[few]), strict=True):
         np.testing.assert_allclose(seen[few], anew, rtol=0.0, atol=ROUNDING)
     return found
 
@@ -55,7 +55,7 @@ def check(name: str, motion: Trajectory, dense: list[np.ndarray], side: int, gap
     robot = robot_of(name)
     proof = world_of(robot, scene_of(name)).prove(motion, SIDES[side], gap)
     assert 0.0 <= proof.time <= motion.duration
-    at_its_time = float(rooms(robot, scene_of(name), motion.at(np.array([proof.time])))[side][0])
+    at_its_time = float(margins(robot, scene_of(name), motion.at(np.array([proof.time])))[side][0])
     assert proof.smallest >= at_its_time - ROUNDING
     if proof.status is True:
         assert proof.proven <= proof.smallest
@@ -91,7 +91,7 @@ def test_a_proof_of_all_is_that_of_both_sides(name: str) -> None:
     world = world_of(robot_of(name), scene_of(name))
     for seed in range(8):
         motion = random_motion(name, 3, seed)
-        together, *each = (world.prove(motion, which) for which in (Kept.ALL, *SIDES))
+        together, *each = (world.prove(motion, which) for which in (Separation.ALL, *SIDES))
         assert together.status == (each[0].status and each[1].status)
 
 
@@ -130,7 +130,7 @@ def test_one_joint_that_moves_alone_is_proven_as_well(name: str) -> None:
 def test_of_standing_still_the_whole_room_is_proven(name: str) -> None:
     robot = robot_of(name)
     world, theta = world_of(robot, scene_of(name)), postures(robot, np.random.default_rng(7), 30)
-    least = world.rooms(theta)
+    least = world.clearance_margins(theta)
     for posture, room in zip(theta, least, strict=True):
         proof = world.prove(Trajectory.standing(posture, 2.0), gap=1e-6)
         assert proof.status is bool(room > 0.0)
@@ -171,7 +171,7 @@ def test_spheres_are_proven_as_by_the_proof_in_numpy(name: str) -> None:
     among, own = proximity_limits(robot, scene_of(name))
     for seed in range(20, 32):
         motion = random_motion(name, (1, 3, 5)[seed % 3], seed)
-        for limit, which in ((among, Kept.FROM_OBSTACLES), (own.complete(()), Kept.FROM_EACH_OTHER)):
+        for limit, which in ((among, Separation.FROM_OBSTACLES), (own.complete(()), Separation.FROM_EACH_OTHER)):
             other = prove_clearance(limit, motion)
             assert other is not None
             assert same(world.prove(motion, which), other.status), (seed, which)

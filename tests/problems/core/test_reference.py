@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems.base import FloatArray
-from problems.core import Kept, LinearProgram, SingleRows, WholeRows
+from problems.core import LinearProgram, Separation, SingleRows, WholeRows
 from problems.core.description import described, drift_rounding
-from problems.core.interface import Core, CoreWorld, Moving, ProofAsked, Schedule, Search
+from problems.core.interface import Core, CoreWorld, MovingSolids, PathSearch, ProofRequest, Schedule
 from problems.core.reference import ReferenceCore
 from problems.core.world import LEAST_CELLS, MOST_ITEMS, known_robot
 from problems.motions import Trajectory
@@ -23,7 +23,7 @@ from problems.scene import Obstacle
 
 ROUNDING = 1e-12  # m
 BY_DIFFERENCES = 1e-8  # m/rad, of gradients
-ALL = (Kept.FROM_OBSTACLES, Kept.FROM_EACH_OTHER, Kept.ALL)
+ALL = (Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER, Separation.ALL)
 FEW = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear
 
 each_robot = pytest.mark.parametrize("name", ROBOTS)
@@ -42,12 +42,12 @@ class Both:
         told = described(robot, known_robot(robot), obstacles)
         return cls(compiled.world(*told), ReferenceCore().world(*told))
 
-    def rooms(
-        self, theta: FloatArray, most: float, which: Kept, first_hit: bool, moving: Moving | None = None
+    def margins(
+        self, theta: FloatArray, most: float, which: Separation, first_hit: bool, moving: MovingSolids | None = None
     ) -> tuple[FloatArray, FloatArray]:
         found = np.full(len(theta), most), np.full(len(theta), most)
-        self.compiled.lower_to_rooms(theta, found[0], which, first_hit, moving)
-        self.numpy.lower_to_rooms(theta, found[1], which, first_hit, moving)
+        self.compiled.lower_to_clearance_margins(theta, found[0], which, first_hit, moving)
+        self.numpy.lower_to_clearance_margins(theta, found[1], which, first_hit, moving)
         return found
 
 
@@ -62,9 +62,9 @@ def test_rooms_are_the_same(compiled: Core, name: str, seed: int, most: float, c
     robot = robot_of(name)
     theta, both = postures(robot, np.random.default_rng(seed), count), Both.of(compiled, robot, SCENE)
     for which in ALL:
-        one, other = both.rooms(theta, most, which, False)
+        one, other = both.margins(theta, most, which, False)
         np.testing.assert_allclose(other, one, rtol=0.0, atol=ROUNDING)
-        one, other = both.rooms(theta, most, which, True)
+        one, other = both.margins(theta, most, which, True)
         assert ((one >= most) == (other >= most)).all()
 
 
@@ -72,16 +72,19 @@ def test_rooms_are_the_same(compiled: Core, name: str, seed: int, most: float, c
 def test_rooms_from_every_shape_are_the_same(compiled: Core, shape: str) -> None:
     robot = robot_of("sliding")
     theta, both = postures(robot, np.random.default_rng(3), 300), Both.of(compiled, robot, (EXAMPLES[shape],))
-    one, other = both.rooms(theta, np.inf, Kept.FROM_OBSTACLES, False)
+    one, other = both.margins(theta, np.inf, Separation.FROM_OBSTACLES, False)
     np.testing.assert_allclose(other, one, rtol=0.0, atol=ROUNDING)
 
 
 def test_more_postures_than_are_looked_at_together(compiled: Core) -> None:
     robot = robot_of("upright")
     theta, both = postures(robot, np.random.default_rng(4), 1_100), Both.of(compiled, robot, SCENE)
-    one, other = both.rooms(theta, np.inf, Kept.ALL, False)
+    one, other = both.margins(theta, np.inf, Separation.ALL, False)
     np.testing.assert_allclose(other, one, rtol=0.0, atol=ROUNDING)
-    near, same = both.compiled.nearest(theta, 0.02, Kept.ALL), both.numpy.nearest(theta, 0.02, Kept.ALL)
+    near, same = (
+        both.compiled.nearest(theta, 0.02, Separation.ALL),
+        both.numpy.nearest(theta, 0.02, Separation.ALL),
+    )
     np.testing.assert_array_equal(near.samples, same.samples)
 
 
@@ -89,14 +92,14 @@ def test_more_postures_than_are_looked_at_together(compiled: Core) -> None:
 @settings(max_examples=6)
 @given(seed=seeds, below=st.sampled_from([0.15, 0.05, 0.0]), which=st.sampled_from(ALL))
 def test_what_comes_near_is_the_same_in_the_same_order(
-    compiled: Core, name: str, seed: int, below: float, which: Kept
+    compiled: Core, name: str, seed: int, below: float, which: Separation
 ) -> None:
     robot = robot_of(name)
     theta, both = postures(robot, np.random.default_rng(seed), 21), Both.of(compiled, robot, SCENE)
     one, other = both.compiled.nearest(theta, below, which), both.numpy.nearest(theta, below, which)
     np.testing.assert_array_equal(other.samples, one.samples)
-    np.testing.assert_array_equal(other.own, one.own)
-    np.testing.assert_allclose(other.rooms, one.rooms, rtol=0.0, atol=ROUNDING)
+    np.testing.assert_array_equal(other.is_link, one.is_link)
+    np.testing.assert_allclose(other.clearance_margins, one.clearance_margins, rtol=0.0, atol=ROUNDING)
     np.testing.assert_allclose(other.gradients, one.gradients, rtol=0.0, atol=BY_DIFFERENCES)
 
 
@@ -112,12 +115,12 @@ def drifting(rng: np.random.Generator, count: int) -> FloatArray:
 def test_among_what_moves_rooms_rates_and_gradients_are_the_same(compiled: Core, name: str, seed: int) -> None:
     robot, rng = robot_of(name), np.random.default_rng(seed)
     theta, both = postures(robot, rng, 15), Both.of(compiled, robot, SCENE)
-    moving = Moving(drifting(rng, len(SCENE)), rng.uniform(0.0, 3.0, 15))
-    one, other = both.rooms(theta, np.inf, Kept.ALL, False, moving)
+    moving = MovingSolids(drifting(rng, len(SCENE)), rng.uniform(0.0, 3.0, 15))
+    one, other = both.margins(theta, np.inf, Separation.ALL, False, moving)
     np.testing.assert_allclose(other, one, rtol=0.0, atol=ROUNDING)
-    near, same = (world.nearest(theta, 0.1, Kept.ALL, moving) for world in (both.compiled, both.numpy))
+    near, same = (world.nearest(theta, 0.1, Separation.ALL, moving) for world in (both.compiled, both.numpy))
     np.testing.assert_array_equal(same.samples, near.samples)
-    np.testing.assert_allclose(same.rooms, near.rooms, rtol=0.0, atol=ROUNDING)
+    np.testing.assert_allclose(same.clearance_margins, near.clearance_margins, rtol=0.0, atol=ROUNDING)
     np.testing.assert_allclose(same.rates, near.rates, rtol=0.0, atol=BY_DIFFERENCES)
     np.testing.assert_allclose(same.gradients, near.gradients, rtol=0.0, atol=BY_DIFFERENCES)
 
@@ -129,10 +132,10 @@ def motion_of(name: str, rng: np.random.Generator) -> Trajectory:
 
 
 def asked_of(
-    motion: Trajectory, which: Kept, gap: float, drifts: FloatArray | None = None, rounding: float = 0.0
-) -> ProofAsked:
+    motion: Trajectory, which: Separation, gap: float, drifts: FloatArray | None = None, rounding: float = 0.0
+) -> ProofRequest:
     breaks, coefficients = (np.ascontiguousarray(part) for part in (motion.breakpoints, motion.coefficients))
-    return ProofAsked(breaks, coefficients, which, gap, LEAST_CELLS, MOST_ITEMS, drifts, rounding)
+    return ProofRequest(breaks, coefficients, which, gap, LEAST_CELLS, MOST_ITEMS, drifts, rounding)
 
 
 @each_robot
@@ -157,7 +160,7 @@ def test_proofs_among_what_moves_have_the_same_status(compiled: Core, name: str)
     for seed in range(40, 52):
         rng = np.random.default_rng(seed)
         motion, drifts = motion_of(name, rng), drifting(rng, len(obstacles))
-        asked = asked_of(motion, Kept.ALL, 1.0, drifts, drift_rounding(robot, drifts, motion.duration))
+        asked = asked_of(motion, Separation.ALL, 1.0, drifts, drift_rounding(robot, drifts, motion.duration))
         one, other = both.compiled.prove(asked), both.numpy.prove(asked)
         assert other.status == one.status, seed
         statuses[one.status] += 1
@@ -167,18 +170,18 @@ def test_proofs_among_what_moves_have_the_same_status(compiled: Core, name: str)
 def test_where_there_is_nothing_all_is_proven(compiled: Core) -> None:
     robot = replace(robot_of("upright"), self_collision=False)
     both, motion = Both.of(compiled, robot, ()), motion_of("upright", np.random.default_rng(5))
-    one, other = (world.prove(asked_of(motion, Kept.ALL, 1.0)) for world in (both.compiled, both.numpy))
+    one, other = (world.prove(asked_of(motion, Separation.ALL, 1.0)) for world in (both.compiled, both.numpy))
     assert one == other and other.status == 1 and other.proven == np.inf
     assert (
-        both.numpy.connect(np.zeros(7), np.ones(7), Search(np.zeros((2, 7)), 0.05, 0.0, 9.0, 5, 5, 1))[-1] == 1.0
+        both.numpy.connect(np.zeros(7), np.ones(7), PathSearch(np.zeros((2, 7)), 0.05, 0.0, 9.0, 5, 5, 1))[-1] == 1.0
     ).all()
-    assert not len(both.numpy.nearest(np.zeros((3, 7)), np.inf, Kept.ALL).rooms)
+    assert not len(both.numpy.nearest(np.zeros((3, 7)), np.inf, Separation.ALL).clearance_margins)
 
 
 def test_a_proof_ends_where_it_may_look_at_no_more(compiled: Core) -> None:
     name = "upright"
     both = Both.of(compiled, robot_of(name), scene_of(name))
-    asked = asked_of(Trajectory.standing(np.zeros(7), 1.0), Kept.ALL, 0.1)._replace(most_items=1)
+    asked = asked_of(Trajectory.standing(np.zeros(7), 1.0), Separation.ALL, 0.1)._replace(most_items=1)
     assert {both.compiled.prove(asked).status, both.numpy.prove(asked).status} <= {-1, 0}
 
 
@@ -188,7 +191,7 @@ def test_where_a_proof_ends_a_cell_of_one_piece_is_named(compiled: Core, most: i
     ended = 0
     for seed in range(12):
         motion = motion_of("upright", np.random.default_rng(seed))
-        asked = asked_of(motion, Kept.ALL, 1e-9)._replace(most_items=most)
+        asked = asked_of(motion, Separation.ALL, 1e-9)._replace(most_items=most)
         for world in (both.compiled, both.numpy):
             found = world.prove(asked)
             assert found.status == -1 or (found.start, found.end) == (0.0, 0.0)
@@ -206,10 +209,12 @@ def test_ways_are_the_same_to_the_last_bit(compiled: Core, name: str, seed: int)
     robot, rng = robot_of(name), np.random.default_rng(seed)
     both, ranges = Both.of(compiled, robot, scene_of(name)), np.array(robot.position_limits).T
     theta = postures(robot, rng, 60)
-    rooms, _ = both.rooms(theta, np.inf, Kept.ALL, False)
-    start, goal = theta[np.argsort(rooms)[-2:]]
+    margins, _ = both.margins(theta, np.inf, Separation.ALL, False)
+    start, goal = theta[np.argsort(margins)[-2:]]
     schedule = Schedule(start, goal, 0.5, 2.5) if seed % 2 else None
-    search = Search(ranges, 0.05, 0.0, 1.0, 60, 30, seed, drifting(rng, len(FEW[name])) if seed > 2 else None, schedule)
+    search = PathSearch(
+        ranges, 0.05, 0.0, 1.0, 60, 30, seed, drifting(rng, len(FEW[name])) if seed > 2 else None, schedule
+    )
     np.testing.assert_array_equal(
         both.numpy.connect(start, goal, search), both.compiled.connect(start, goal, search), strict=True
     )
@@ -233,7 +238,7 @@ def test_programs_cost_as_little_as_with_highs(shape: tuple[int, int, int, int, 
     whole.bound[np.isfinite(price)] -= 0.3
     box = np.where(rng.random((n, k)) < 0.1, 0.0, 1.0)
     program = LinearProgram(single, whole, -box, box, (-0.2, 0.4), rng.normal(size=(n, k)) / (n * k))
-    found, other = ReferenceCore().minimised(program), program.by_highs()
+    found, other = ReferenceCore().solve_program(program), program.by_highs()
     assert (found is None) == (other is None)
     if found is not None and other is not None:
         assert cost_of(program, *found) == pytest.approx(cost_of(program, *other), abs=2e-6)

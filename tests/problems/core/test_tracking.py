@@ -12,9 +12,9 @@ from helpers.slow import slow_except
 
 from problems.base import FloatArray
 from problems.certify import CertificateStatus, prove
-from problems.core import Kept, World
+from problems.core import Separation, World
 from problems.core.description import described
-from problems.core.interface import Core, ProofAsked
+from problems.core.interface import Core, ProofRequest
 from problems.core.reference import ReferenceCore
 from problems.core.world import known_robot
 from problems.limits import (
@@ -58,20 +58,24 @@ def test_room_is_no_more_than_any_posture_within_the_errors_has(name: str) -> No
     robot, rng = robot_of(name), np.random.default_rng(2)
     exact, world = world_of(robot, SCENE), world_of(tracked(robot, 0.02), SCENE)
     theta, errors = postures(robot, rng, 20), rng.uniform(0.0, 0.04, (20, robot.dof))
-    room, at_rest, planned = world.rooms(theta, errors=errors), world.rooms(theta), exact.rooms(theta)
+    room, at_rest, planned = (
+        world.clearance_margins(theta, errors=errors),
+        world.clearance_margins(theta),
+        exact.clearance_margins(theta),
+    )
     lost = []
     for _ in range(12):
-        there = exact.rooms(off(theta, errors, rng))
+        there = exact.clearance_margins(off(theta, errors, rng))
         assert (there >= room - HAIR).all()
         lost.append(planned - there)
-        assert (exact.rooms(off(theta, np.full_like(theta, 0.02), rng)) >= at_rest - HAIR).all()
+        assert (exact.clearance_margins(off(theta, np.full_like(theta, 0.02), rng)) >= at_rest - HAIR).all()
     assert (planned - room).mean() < 4.0 * np.max(lost, axis=0).mean()  # all joints at their worst are seldom drawn
-    np.testing.assert_array_equal(world.rooms(theta, errors=np.zeros_like(theta)), planned)
-    alone = [world.rooms(theta[k : k + 1], errors=errors[k : k + 1])[0] for k in range(len(theta))]
+    np.testing.assert_array_equal(world.clearance_margins(theta, errors=np.zeros_like(theta)), planned)
+    alone = [world.clearance_margins(theta[k : k + 1], errors=errors[k : k + 1])[0] for k in range(len(theta))]
     np.testing.assert_allclose(room, alone, rtol=0.0, atol=1e-12)
     near = world.nearby(theta, np.inf, errors=errors)
     least = np.full(len(theta), np.inf)
-    np.minimum.at(least, near.samples, near.rooms)
+    np.minimum.at(least, near.samples, near.clearance_margins)
     np.testing.assert_allclose(least, room, rtol=0.0, atol=HAIR)
     assert (world.clear(theta) == (at_rest >= 0.0)).all()
 
@@ -95,12 +99,12 @@ def test_no_proof_is_false_of_motions_within_the_errors(name: str) -> None:
         times = np.append(motion.times(150), motion.breakpoints[1:] - 1e-9)  # accelerations may jump
         theta, errors = motion.at(times), own.tracking.at(motion.at(times, 1), motion.at(times, 2))
         if proof.status:
-            there = min(exact.rooms(off(theta, errors, rng)).min() for _ in range(3))
+            there = min(exact.clearance_margins(off(theta, errors, rng)).min() for _ in range(3))
             assert proof.proven <= there + HAIR
-            assert proof.proven >= 0.85 * world.rooms(theta, errors=errors).min() - HAIR
+            assert proof.proven >= 0.85 * world.clearance_margins(theta, errors=errors).min() - HAIR
             assert exact.prove(motion, gap=0.1).proven > proof.proven
         else:
-            assert world.rooms(theta, errors=errors).min() < 0.02
+            assert world.clearance_margins(theta, errors=errors).min() < 0.02
     assert statuses[True] and statuses[False]
 
 
@@ -129,7 +133,7 @@ def test_what_only_the_error_breaks_is_not_said_to_be_broken() -> None:
     robot, world = robot_of("upright"), world_of(robot_of("upright"), SCENE)
     for seed in range(40):
         theta = postures(robot, np.random.default_rng(seed), 1)
-        room = world.rooms(theta)[0]
+        room = world.clearance_margins(theta)[0]
         if 0.0 < room < 0.03:
             break
     standing = Trajectory.standing(theta[0], 1.0)
@@ -147,18 +151,26 @@ def test_both_cores_say_the_same(compiled: Core, name: str) -> None:
     told = described(robot, known_robot(robot), SCENE)
     worlds = compiled.world(*told), ReferenceCore().world(*told)
     theta, errors = postures(robot, rng, 40), rng.uniform(0.0, 0.04, (40, robot.dof))
-    rooms = [np.full(len(theta), np.inf) for _ in worlds]
-    for world, found in zip(worlds, rooms, strict=True):
-        world.lower_to_rooms(theta, found, Kept.ALL, False, None, errors)
-    np.testing.assert_allclose(*rooms, rtol=0.0, atol=1e-12)
-    one, other = (world.nearest(theta, 0.2, Kept.ALL, None, errors) for world in worlds)
+    margins = [np.full(len(theta), np.inf) for _ in worlds]
+    for world, found in zip(worlds, margins, strict=True):
+        world.lower_to_clearance_margins(theta, found, Separation.ALL, False, None, errors)
+    np.testing.assert_allclose(*margins, rtol=0.0, atol=1e-12)
+    one, other = (world.nearest(theta, 0.2, Separation.ALL, None, errors) for world in worlds)
     np.testing.assert_array_equal(one.samples, other.samples)
-    np.testing.assert_allclose(one.rooms, other.rooms, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(one.clearance_margins, other.clearance_margins, rtol=0.0, atol=1e-12)
     assert robot.tracking is not None
     for seed in range(6):
         motion = motion_of(robot, np.random.default_rng(seed))
-        asked = ProofAsked(
-            motion.breakpoints, motion.coefficients, Kept.ALL, 0.1, 48, 10**8, None, 0.0, robot.tracking.numbers
+        asked = ProofRequest(
+            motion.breakpoints,
+            motion.coefficients,
+            Separation.ALL,
+            0.1,
+            48,
+            10**8,
+            None,
+            0.0,
+            robot.tracking.numbers,
         )
         first, second = (world.prove(asked) for world in worlds)
         assert first.status == second.status

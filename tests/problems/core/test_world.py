@@ -6,13 +6,13 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from helpers.core_robots import EXAMPLES, MARGIN, ROBOTS, SCENE, links_and_pairs, postures, robot_of, rooms
+from helpers.core_robots import EXAMPLES, MARGIN, ROBOTS, SCENE, links_and_pairs, margins, postures, robot_of
 from helpers.slow import slow_except
 from scipy.spatial import cKDTree
 
 from problems import PlanarArm
 from problems.base import Matrix
-from problems.core import Kept, World
+from problems.core import Separation, World
 from problems.robots import SpatialArm
 from problems.scene import SOLIDS, Box, Ellipsoid, MovingObstacle, Obstacle, Tabulated
 
@@ -34,11 +34,15 @@ each_robot = pytest.mark.parametrize("name", ROBOTS)
 def test_rooms_are_those_of_the_nearest_balls(name: str) -> None:
     robot = robot_of(name)
     theta = postures(robot, np.random.default_rng(1), 203 if name != "bars" else 27)
-    outside, own = rooms(robot, SCENE, theta)
+    outside, own = margins(robot, SCENE, theta)
     world = world_of(robot, SCENE)
-    np.testing.assert_allclose(world.rooms(theta, which=Kept.FROM_OBSTACLES), outside, rtol=0.0, atol=TOLERANCE)
-    np.testing.assert_allclose(world.rooms(theta, which=Kept.FROM_EACH_OTHER), own, rtol=0.0, atol=TOLERANCE)
-    np.testing.assert_allclose(world.rooms(theta), np.minimum(outside, own), rtol=0.0, atol=TOLERANCE)
+    np.testing.assert_allclose(
+        world.clearance_margins(theta, which=Separation.FROM_OBSTACLES), outside, rtol=0.0, atol=TOLERANCE
+    )
+    np.testing.assert_allclose(
+        world.clearance_margins(theta, which=Separation.FROM_EACH_OTHER), own, rtol=0.0, atol=TOLERANCE
+    )
+    np.testing.assert_allclose(world.clearance_margins(theta), np.minimum(outside, own), rtol=0.0, atol=TOLERANCE)
     assert (outside < 0.0).any() and (outside > 0.0).any()
 
 
@@ -52,7 +56,10 @@ def test_every_shape_that_scenarios_have_is_known_as_it_is_or_not_at_all(shape: 
     if world is None:
         return  # others answer for it
     theta = postures(robot, np.random.default_rng(2), 400)
-    found, expected = world.rooms(theta, which=Kept.FROM_OBSTACLES), rooms(robot, (obstacle,), theta)[0]
+    found, expected = (
+        world.clearance_margins(theta, which=Separation.FROM_OBSTACLES),
+        margins(robot, (obstacle,), theta)[0],
+    )
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE)
     assert (expected > 0.0).any()
 
@@ -61,7 +68,10 @@ def test_no_room_of_a_thin_ellipsoid_is_less_than_its_balls_say_nor_more_than_th
     """What is known of its distance is a bound, which need not change as slowly as points move."""
     needle, robot = Ellipsoid(center=(0.4, 0.3, 0.6), semi_axes=(0.6, 0.01, 0.3)), robot_of("bars")
     theta = postures(robot, np.random.default_rng(3), 60)
-    found, low = world_of(robot, (needle,)).rooms(theta, which=Kept.FROM_OBSTACLES), rooms(robot, (needle,), theta)[0]
+    found, low = (
+        world_of(robot, (needle,)).clearance_margins(theta, which=Separation.FROM_OBSTACLES),
+        margins(robot, (needle,), theta)[0],
+    )
     assert (found >= low - TOLERANCE).all()
     surface = np.random.default_rng(4).normal(size=(3_000, 3))
     surface = surface / np.linalg.norm(surface, axis=1, keepdims=True) * needle.semi_axes + needle.center
@@ -78,18 +88,21 @@ def test_what_may_touch_an_obstacle_keeps_nothing_of_it() -> None:
     ball = replace(EXAMPLES["sphere"], name="lamp")
     allowed = replace(robot, may_touch=(("rod", "table"), ("arm", "table"), ("boom", "lamp")))
     theta = postures(robot, np.random.default_rng(5), 300)
-    expected = rooms(allowed, (box, ball), theta)[0]
+    expected = margins(allowed, (box, ball), theta)[0]
     np.testing.assert_allclose(
-        world_of(allowed, (box, ball)).rooms(theta, which=Kept.FROM_OBSTACLES), expected, rtol=0.0, atol=TOLERANCE
+        world_of(allowed, (box, ball)).clearance_margins(theta, which=Separation.FROM_OBSTACLES),
+        expected,
+        rtol=0.0,
+        atol=TOLERANCE,
     )
-    assert (expected > rooms(robot, (box, ball), theta)[0] + 0.01).any()
+    assert (expected > margins(robot, (box, ball), theta)[0] + 0.01).any()
 
 
 def test_margins_are_kept_from_obstacles_and_from_links_each_its_own() -> None:
     robot, theta = robot_of("bars"), postures(robot_of("bars"), np.random.default_rng(6), 20)
     more = replace(robot, margin=robot.margin + 0.03, self_margin=robot.self_margin + 0.005)
-    for which, extra in ((Kept.FROM_OBSTACLES, 0.03), (Kept.FROM_EACH_OTHER, 0.005)):
-        found = [world_of(each, SCENE).rooms(theta, which=which) for each in (robot, more)]
+    for which, extra in ((Separation.FROM_OBSTACLES, 0.03), (Separation.FROM_EACH_OTHER, 0.005)):
+        found = [world_of(each, SCENE).clearance_margins(theta, which=which) for each in (robot, more)]
         np.testing.assert_allclose(found[0] - found[1], extra, rtol=0.0, atol=1e-12)
 
 
@@ -97,16 +110,16 @@ def test_margins_are_kept_from_obstacles_and_from_links_each_its_own() -> None:
 def test_what_is_asked_for_bounds_rooms_and_changes_no_smaller_one(name: str) -> None:
     robot = robot_of(name)
     theta, world = postures(robot, np.random.default_rng(7), 77), world_of(robot, SCENE)
-    least = world.rooms(theta)
+    least = world.clearance_margins(theta)
     for most in (-0.05, 0.0, 0.1):
-        np.testing.assert_allclose(world.rooms(theta, most), np.minimum(least, most), rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(world.clearance_margins(theta, most), np.minimum(least, most), rtol=0.0, atol=1e-12)
 
 
 @each_robot
 def test_postures_are_clear_where_they_have_room_to_spare(name: str) -> None:
     robot = robot_of(name)
     theta, world = postures(robot, np.random.default_rng(8), 301), world_of(robot, SCENE)
-    least = world.rooms(theta)
+    least = world.clearance_margins(theta)
     for spare in (-0.1, 0.0, 0.02, 0.08):
         assert (world.clear(theta, spare) == (least >= spare)).all()
     assert 0 < world.clear(theta, -0.1).sum() < len(theta)
@@ -116,8 +129,8 @@ def test_postures_are_clear_where_they_have_room_to_spare(name: str) -> None:
 def test_any_number_of_postures_has_the_same_rooms_as_each_alone(count: int) -> None:
     robot = robot_of("upright")
     theta, world = postures(robot, np.random.default_rng(9), 9)[:count], world_of(robot, SCENE)
-    alone = [world.rooms(theta[k : k + 1])[0] for k in range(count)]
-    np.testing.assert_array_equal(world.rooms(theta), np.array(alone))
+    alone = [world.clearance_margins(theta[k : k + 1])[0] for k in range(count)]
+    np.testing.assert_array_equal(world.clearance_margins(theta), np.array(alone))
     assert set(world.nearby(theta, np.inf).samples.tolist()) == set(range(count))
 
 
@@ -125,15 +138,15 @@ def test_any_number_of_postures_has_the_same_rooms_as_each_alone(count: int) -> 
 def test_the_least_of_what_comes_near_is_the_room(name: str) -> None:
     robot = robot_of(name)
     theta, world, below = postures(robot, np.random.default_rng(10), 101), world_of(robot, SCENE), 0.12
-    least, near = world.rooms(theta), world.nearby(theta, below)
-    assert (near.rooms < below).all() and near.gradients.shape == (near.rooms.size, robot.dof)
+    least, near = world.clearance_margins(theta), world.nearby(theta, below)
+    assert (near.clearance_margins < below).all() and near.gradients.shape == (near.clearance_margins.size, robot.dof)
     found = np.full(len(theta), np.inf)
-    np.minimum.at(found, near.samples, near.rooms)
+    np.minimum.at(found, near.samples, near.clearance_margins)
     np.testing.assert_allclose(found[least < below], least[least < below], rtol=0.0, atol=TOLERANCE)
     assert np.isinf(found[least >= below]).all()
-    for own, which in ((False, Kept.FROM_OBSTACLES), (True, Kept.FROM_EACH_OTHER)):
-        part, one = world.rooms(theta, below, which), np.full(len(theta), below)
-        np.minimum.at(one, near.samples[near.own == own], near.rooms[near.own == own])
+    for own, which in ((False, Separation.FROM_OBSTACLES), (True, Separation.FROM_EACH_OTHER)):
+        part, one = world.clearance_margins(theta, below, which), np.full(len(theta), below)
+        np.minimum.at(one, near.samples[near.is_link == own], near.clearance_margins[near.is_link == own])
         np.testing.assert_allclose(one, part, rtol=0.0, atol=TOLERANCE)
 
 
@@ -142,7 +155,7 @@ def test_of_each_link_and_each_obstacle_two_balls_at_most_are_told(name: str) ->
     robot = robot_of(name)
     theta, world = postures(robot, np.random.default_rng(11), 17), world_of(robot, SCENE)
     near, links = world.nearby(theta, np.inf), {link.name for link in links_and_pairs(robot)[0]}
-    per_posture = np.bincount(near.samples[~near.own], minlength=len(theta))
+    per_posture = np.bincount(near.samples[~near.is_link], minlength=len(theta))
     assert (per_posture <= 2 * len(links) * len(SCENE)).all() and (per_posture >= len(SCENE)).all()
 
 
@@ -151,18 +164,21 @@ def test_gradients_are_those_of_differences(name: str) -> None:
     """Where centres are outside: in an ellipsoid, what is said of the depth changes faster than points move."""
     robot, step, compared = robot_of(name), 1e-5, 0
     theta = postures(robot, np.random.default_rng(12), 40 if name != "bars" else 20)
-    for obstacles, which, own in ((SCENE, Kept.FROM_OBSTACLES, False), ((), Kept.FROM_EACH_OTHER, True)):
+    for obstacles, which, own in (
+        (SCENE, Separation.FROM_OBSTACLES, False),
+        ((), Separation.FROM_EACH_OTHER, True),
+    ):
         world = world_of(robot, obstacles)
         near = world.nearby(theta, 0.5)
         for posture in range(len(theta)):
-            of_it = np.flatnonzero((near.samples == posture) & (near.own == own))
-            if not of_it.size or near.rooms[of_it].min() < -MARGIN:
+            of_it = np.flatnonzero((near.samples == posture) & (near.is_link == own))
+            if not of_it.size or near.clearance_margins[of_it].min() < -MARGIN:
                 continue
-            least = of_it[near.rooms[of_it].argmin()]
+            least = of_it[near.clearance_margins[of_it].argmin()]
             around = np.concatenate([theta[posture] + sign * step * np.eye(robot.dof) for sign in (1.0, -1.0)])
-            beside = world.rooms(around, which=which).reshape(2, -1)
+            beside = world.clearance_margins(around, which=which).reshape(2, -1)
             slopes = (beside[0] - beside[1]) / (2.0 * step)
-            bend = np.abs(beside.sum(axis=0) - 2.0 * near.rooms[least]) / step
+            bend = np.abs(beside.sum(axis=0) - 2.0 * near.clearance_margins[least]) / step
             if bend.max() < 1e-3:  # no kink, as where another ball takes over
                 np.testing.assert_allclose(near.gradients[least], slopes, rtol=0.0, atol=2e-3)
                 compared += 1
@@ -184,9 +200,9 @@ def test_there_is_no_world_of_what_moves_by_a_table_nor_of_arms_in_the_plane() -
 def test_where_there_is_nothing_to_keep_clear_of_room_has_no_end() -> None:
     alone = replace(robot_of("upright"), self_collision=False)
     world, theta = world_of(alone, ()), postures(alone, np.random.default_rng(13), 10)
-    assert np.isinf(world.rooms(theta)).all()
+    assert np.isinf(world.clearance_margins(theta)).all()
     assert world.clear(theta).all()
-    assert world.nearby(theta, np.inf).rooms.size == 0
+    assert world.nearby(theta, np.inf).clearance_margins.size == 0
 
 
 def test_a_class_derived_from_a_known_shape_or_robot_is_not_taken_for_it() -> None:

@@ -24,14 +24,14 @@ from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE
 from problems.evaluation.interpreter import BINARY, UNARY, UnsupportedOperation
 from problems.evaluation.kernel import angle, portable, sine_cosine
 from problems.evaluation.native import find_library, name_of
-from solvers import BSO, Box, Budget, minimize
+from solvers import BSO, Budget, SearchBox, minimize
 
 pytestmark = pytest.mark.usefixtures("cache_folder", "compiled_once")
 SLOW = pytest.mark.slow
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.5, 3.0, 1e-310, 7e300, -7e300, math.inf, -math.inf, math.nan, 2**60, 0.3]
 
 
-def hostile(box: Box, rows: int) -> FloatArray:
+def hostile(box: SearchBox, rows: int) -> FloatArray:
     """Random candidates, some of them outside of the box, infinite or no numbers at all."""
     generator = np.random.default_rng(0)
     candidates = box.sample(generator, rows)
@@ -51,7 +51,7 @@ def hostile(box: Box, rows: int) -> FloatArray:
 )
 def test_backends_agree_to_the_bit(case: str, formulation: str) -> None:
     problem = builtin(case, formulation)
-    candidates = hostile(Box(*problem.bounds), 2_000)
+    candidates = hostile(SearchBox(*problem.bounds), 2_000)
     evaluators = (problem.evaluator(EvaluationOptions(backend)) for backend in ("vm", "native"))
     vm, compiled_costs = (evaluator.of_any(candidates) for evaluator in evaluators)
     assert same_bits(vm, compiled_costs)
@@ -165,7 +165,7 @@ def test_a_search_changes_over_and_finds_the_same(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(population, "processors", lambda: 2)
     monkeypatch.setattr(population, "WORTH_COMPILING_SECONDS", 0.0)
     monkeypatch.setattr(population, "COMPILE_AFTER_SECONDS", 0.0)
-    box = Box(np.full(3, -3.0), np.full(3, 3.0))
+    box = SearchBox(np.full(3, -3.0), np.full(3, 3.0))
     auto = PopulationFunction(small(), EvaluationOptions("auto"))
     backends = []
 

@@ -82,15 +82,15 @@ def test_a_read_only_cache(cache_folder: Path) -> None:
 
 
 def test_the_least_recently_used_libraries_go(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(cache.MOST_KEPT, "so", 3)
+    monkeypatch.setitem(cache.MOST_FILES, "so", 3)
     keys = [cache.key_of(str(k)) for k in range(5)]
     for age, name in enumerate(keys):
-        path = cache.keep(name, b"library")
+        path = cache.store(name, b"library")
         os.utime(path, (1e9 + age, 1e9 + age))
         if age == 2:
             assert cache.find(keys[0])  # used just now
     (cache_folder / "mine.txt").write_text("kept")
-    cache.keep(cache.key_of("last"), b"library")
+    cache.store(cache.key_of("last"), b"library")
     kept = {path.stem for path in cache_folder.iterdir()}
     assert [name in kept for name in keys] == [True, False, False, False, True]
     assert (cache_folder / "mine.txt").exists()

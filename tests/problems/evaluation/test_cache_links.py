@@ -21,7 +21,7 @@ def lock(key: str) -> None:
 
 USES: dict[str, Callable[[str], object]] = {
     "find": cache.find,
-    "keep": lambda key: cache.keep(key, b"library"),
+    "keep": lambda key: cache.store(key, b"library"),
     "claim": cache.claim,
     "lock": lock,
 }
@@ -35,7 +35,7 @@ def victim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A whole library of that key, which would be found where a link to it were followed."""
     with monkeypatch.context() as patch:
         patch.setenv(cache.VARIABLE, str(tmp_path / "elsewhere"))
-        path = cache.keep(KEY, b"precious").rename(tmp_path / "victim")
+        path = cache.store(KEY, b"precious").rename(tmp_path / "victim")
         (tmp_path / "elsewhere").rmdir()
     os.utime(path, (1e9, 1e9))
     return path
@@ -111,7 +111,7 @@ def test_the_folder_itself_is_no_link(tmp_path: Path, cache_folder: Path) -> Non
     elsewhere.mkdir(mode=0o700)
     cache_folder.symlink_to(elsewhere)
     with pytest.raises(OSError, match="cache"):
-        cache.keep(KEY, b"library")
+        cache.store(KEY, b"library")
     assert cache.find(KEY) is None
     assert not list(elsewhere.iterdir())
 

@@ -24,7 +24,7 @@ from problems.certify import CertificateStatus
 from problems.families.traced import tracing
 from problems.motions import PathSpline
 from problems.tasks import Path, PathTracing
-from solvers import LSHADE, Box, Budget, minimize
+from solvers import LSHADE, Budget, SearchBox, minimize
 
 MASSIVE = equal_links(3, link_masses=(1.0, 2.0, 3.0))
 LINE = Path(((1.0, 0.5), (1.1, 0.6), (1.2, 0.6)))
@@ -111,7 +111,7 @@ def test_steps_over_samples_cost_what_the_model_costs_of_a_traced_path() -> None
 
 
 def test_the_motion_of_a_candidate_has_the_times_of_its_search_and_keeps_its_limits() -> None:
-    box = Box(*CROSSED_PROBLEM.bounds)
+    box = SearchBox(*CROSSED_PROBLEM.bounds)
     for x in box.sample(np.random.default_rng(1), 5):
         searched = CROSSED_PROBLEM.motion.samples(CROSSED_PROBLEM.parameters_of(x))
         assert searched.times is not None
@@ -126,7 +126,7 @@ def test_the_motion_of_a_candidate_has_the_times_of_its_search_and_keeps_its_lim
 
 def test_it_waits_for_the_way_to_be_free() -> None:
     problem = move(WAITING)
-    best = minimize(problem.evaluator(VM), Box(*problem.bounds), LSHADE(), Budget(2500), 0)
+    best = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(2500), 0)
     trajectory = problem.trajectory(best.x)
     assert {verdict.status for verdict in problem.verify(trajectory)} == {CertificateStatus.CERTIFIED}
     assert WAITING_BOUND <= trajectory.duration <= 1.04 * WAITING_BOUND

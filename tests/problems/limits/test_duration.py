@@ -16,7 +16,7 @@ from problems.base import as_array
 from problems.certify import verdict
 from problems.evaluation import EvaluationOptions
 from problems.limits import SAMPLING_MARGIN, DurationBounds
-from solvers import BSO, IPOPT, Box, Budget, Descent, minimize
+from solvers import BSO, IPOPT, Budget, Descent, SearchBox, minimize
 
 START, GOAL = (1.0, 0.0), (0.5, 1.5)
 STAR = pentagram((0.0, 0.0), 0.9)
@@ -77,7 +77,7 @@ def kept(problem: Problem[Any], x: np.ndarray) -> Trajectory:
 )
 def test_a_search_keeps_them(name: str, formulation: str) -> None:
     problem = case(name, formulation)
-    found = minimize(problem.evaluator(VM), Box(*problem.bounds), BSO(), Budget(2000), 1)
+    found = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), BSO(), Budget(2000), 1)
     motion = kept(problem, found.x)
     assert about_time(problem, motion).satisfied
     bounds = problem.task.duration_bounds
@@ -102,7 +102,7 @@ def test_ipopt_keeps_them(name: str) -> None:
 )
 def test_a_search_that_cannot_keep_them_says_so(name: str, formulation: str, impossible: dict[str, Any]) -> None:
     problem = changed(case(name, formulation), **impossible)
-    candidates = Box(*problem.bounds).sample(np.random.default_rng(0), 50)
+    candidates = SearchBox(*problem.bounds).sample(np.random.default_rng(0), 50)
     assert (problem.evaluator(VM)(candidates) > problem.objective_upper_bound).all()
     motion = kept(problem, candidates[0])
     outcome = about_time(problem, motion)

@@ -46,7 +46,7 @@ from problems.limits.joint_limits import (
     SpeedLimit,
     StaticTorque,
 )
-from problems.motions import LEAST_ROOM, Samples
+from problems.motions import LEAST_TORQUE_SHARE, Samples
 from problems.scene import Ellipse
 from problems.scene.solids import Ball
 
@@ -370,7 +370,7 @@ def test_slowed_down_the_torques_are_kept_and_one_is_used_up(
         return
     samples = samples_of(RUBBING, q, v, a)
     s = float(limit.time_scale(limit.magnitudes(samples)))
-    for factor in (s, 1.5 * s, 40.0 * s, 1.0 / LEAST_ROOM):
+    for factor in (s, 1.5 * s, 40.0 * s, 1.0 / LEAST_TORQUE_SHARE):
         if factor < max(s, 1e-3):
             continue
         torques = as_array(samples_of(RUBBING, q, v / factor, a / factor**2).torque)

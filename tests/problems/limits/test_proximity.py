@@ -20,7 +20,7 @@ from problems.limits.proximity import SelfClearance
 from problems.motions import Samples
 from problems.scene import crossing_clearance
 from problems.tasks import Joints
-from solvers import PSO, Box, Budget, minimize
+from solvers import PSO, Budget, SearchBox, minimize
 
 ARM = PlanarArm(
     (0.6, 0.5, 0.5, 0.3),
@@ -196,7 +196,7 @@ def test_a_search_keeps_margin_and_width() -> None:
     arm = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, link_radius=(0.04,) * 3, margin=0.05, self_collision=True)
     wall = Rectangle((0.7, 1.0), (0.2, 0.2), 0.3)
     problem = moving(arm, (1.2, 0.0), (0.2, 1.4), "length", "up", "reduced", obstacles=(wall,), samples=30)
-    result = minimize(problem.evaluator(EvaluationOptions("vm")), Box(*problem.bounds), PSO(), Budget(3000), 1)
+    result = minimize(problem.evaluator(EvaluationOptions("vm")), SearchBox(*problem.bounds), PSO(), Budget(3000), 1)
     trajectory = problem.trajectory(result.x)
     verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
     assert verdicts["clearance"].satisfied

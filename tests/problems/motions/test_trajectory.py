@@ -16,7 +16,7 @@ from problems.certify import exact_time_scale, limit_verdicts
 from problems.families.two_segments import Quantities
 from problems.families.two_segments.motion import QUARTIC, QUINTIC, middle_acceleration
 from problems.limits.joint_limits import AccelerationLimit, JerkLimit, SpeedLimit
-from solvers import Box
+from solvers import SearchBox
 
 ALLOWED = 1e-9  # what an audit accepts
 REST = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])  # from rest to rest through 1 rad in 1 s, lowest power first
@@ -78,7 +78,7 @@ def test_what_is_no_motion_is_no_smooth_one(number: float) -> None:
 def test_the_motions_of_the_paper_join_at_any_speed(name: str) -> None:
     for formulation in ("paper", "reduced"):
         problem = builtin(name, formulation)
-        for x in Box(*problem.bounds).sample(np.random.default_rng(0), 10):
+        for x in SearchBox(*problem.bounds).sample(np.random.default_rng(0), 10):
             motion = problem.trajectory(x)
             assert all(motion.time_scaled(seconds).largest_jump() < 0.1 * ALLOWED for seconds in (1e-4, 1.0, 1e5))
 

@@ -27,7 +27,7 @@ from problems.objectives.catalogue import (
     Work,
 )
 from problems.objectives.objective import UNKNOWN_UPPER_BOUND
-from solvers import Box
+from solvers import SearchBox
 
 ARM = PlanarArm((1.0, 1.0), (4.0, 4.0), (20.0, 20.0), link_masses=(1.0, 2.0))
 
@@ -146,7 +146,7 @@ def test_joint_limits_and_long_times_keep_the_upper_bound(objective: str, formul
 def check_bound(problem: Any) -> None:
     model = problem.model
     objective = ca.Function("objective", [model.x], [model.objective])
-    box = Box(*problem.bounds)
+    box = SearchBox(*problem.bounds)
     points = box.sample(np.random.default_rng(0), 40)
     corners = np.where(np.random.default_rng(1).random((40, box.dimension)) < 0.5, box.lower, box.upper)
     values = [float(objective(x)) for x in (*points, *corners)]
@@ -327,7 +327,7 @@ def test_a_search_prices_it(formulation: str) -> None:
     first, second = (problem.program for problem in problems)
     assert first.parameters.shape == second.parameters.shape
     assert (first.parameters != second.parameters).sum() >= 2
-    points = Box(*problems[0].bounds).sample(np.random.default_rng(0), 8)
+    points = SearchBox(*problems[0].bounds).sample(np.random.default_rng(0), 8)
     for problem in problems:
         model = ca.Function("value", [problem.model.x], [problem.model.objective])
         costs = problem.cost(points)

@@ -45,4 +45,4 @@ def test_what_is_found_is_clear_and_as_fast_as_the_slowest_joint() -> None:
     for trajectory in found[:5]:
         assert trajectory.duration == direct.duration
         times = np.linspace(0.0, trajectory.duration, 500)
-        assert (around.room(trajectory.at(times), times) >= 0.0).all()
+        assert (around.clearance_margin(trajectory.at(times), times) >= 0.0).all()

@@ -31,10 +31,10 @@ from problems import (
 )
 from problems.base import FloatArray, as_array
 from problems.certify import exact_time_scale
-from problems.limits import SAMPLING_MARGIN, holds_time, limits_of
+from problems.limits import SAMPLING_MARGIN, depends_on_speed, limits_of
 from problems.limits.joint_limits import SpeedLimit
 from problems.programs import NonlinearProgram, composed_hessian
-from solvers import IPOPT, Box, Descent, StopReason
+from solvers import IPOPT, Descent, SearchBox, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, ((-3.0, 3.0), (-2.9, 2.9), (-2.9, 2.9)))
 OVAL = Ellipse((0.8, 0.8), (0.15, 0.25), 0.3)
@@ -64,7 +64,7 @@ def reduced_form(name: str) -> tuple[Problem[Any], NonlinearProgram]:
 
 def candidate(problem: Problem[Any]) -> FloatArray:
     """A search vector that the arm can reach."""
-    x = Box(*problem.bounds).sample(np.random.default_rng(0), 1)[0]
+    x = SearchBox(*problem.bounds).sample(np.random.default_rng(0), 1)[0]
     return np.clip(x, problem.bounds[0] + 1e-3, problem.bounds[1] - 1e-3)
 
 
@@ -288,7 +288,7 @@ def test_which_limits_hold_time() -> None:
     for limit, expected in kinds:
         built = limit.for_robot(PLAIN, ())
         assert built is not None
-        assert holds_time([built]) is expected
+        assert depends_on_speed([built]) is expected
 
 
 def test_no_limit_is_there_twice() -> None:

@@ -10,7 +10,7 @@ from helpers.urdf import ARM
 
 from problems import InvalidProblem, PlanarArm
 from problems.robots import BUILT_IN, Payload, RobotDescription, Transform, built_in, planar_payload, read_urdf
-from problems.robots.inertia import Inertia, Moments, impossible, planar_payload_of
+from problems.robots.inertia import Inertia, Moments, inertia_fault, planar_payload_of
 
 NAN = float("nan")
 
@@ -129,9 +129,9 @@ def test_what_is_no_payload_of_a_planar_arm(table: Any, message: str) -> None:
 
 def test_inertias_that_a_body_can_have() -> None:
     """A thin rod and a flat disc are on the edge, rounded figures a little beyond it."""
-    assert impossible(box((1, 0, 0), (0, 1, 0), (0, 0, 0))) is None
-    assert impossible(box((1, 0, 0), (0, 1, 0), (0, 0, 2))) is None
-    assert impossible(box((1, 0, 0), (0, 1, 0), (0, 0, 2.000001))) is None
+    assert inertia_fault(box((1, 0, 0), (0, 1, 0), (0, 0, 0))) is None
+    assert inertia_fault(box((1, 0, 0), (0, 1, 0), (0, 0, 2))) is None
+    assert inertia_fault(box((1, 0, 0), (0, 1, 0), (0, 0, 2.000001))) is None
 
 
 def test_moments_of_a_point_and_a_rod() -> None:
@@ -205,10 +205,10 @@ def test_an_inertia_that_no_body_has_is_noted() -> None:
 
 
 def test_torques_of_what_no_body_is_are_not_known() -> None:
-    impossible = crane(HEAVY.replace('izz="0.3"', 'izz="0.9"'))
+    inertia_fault = crane(HEAVY.replace('izz="0.3"', 'izz="0.9"'))
     for stated in ({}, {"max_torque": [7.0, 9.0]}, {"payload": Payload(mass=1.0)}, {"coulomb_friction": 0.0}):
         with pytest.raises(InvalidProblem, match="torques are not known: link 'mast': no body has its inertia"):
-            impossible.arm(max_acceleration=1.0, **stated)
+            inertia_fault.arm(max_acceleration=1.0, **stated)
 
 
 @pytest.mark.parametrize(("old", "new", "said"), [
@@ -227,4 +227,4 @@ def test_built_in_inertias_are_those_of_bodies(name: str) -> None:
     for joint in built_in(name).chain.joints:
         assert joint.inertia is not None
         assert joint.inertia.mass > 0.0
-        assert impossible(joint.inertia.matrix) is None
+        assert inertia_fault(joint.inertia.matrix) is None

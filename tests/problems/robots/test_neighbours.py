@@ -127,8 +127,10 @@ def test_what_follows_the_chain_is_refused_or_left_out_and_said() -> None:
     arm = cell(text, ignored=("rod",))
     assert "the geometry of rod, which is to be ignored" in arm.left_out
     assert "rod" not in {sphere.name for sphere in arm.spheres}
-    looks, notes = read_urdf(text, "base", "l2").new_looks(lambda shape: b"")
-    assert "rod" not in looks and [(note.link, note.note) for note in notes] == [("rod", "it moves with joint 'j2'")]
+    appearances, notes = read_urdf(text, "base", "l2").new_appearances(lambda shape: b"")
+    assert "rod" not in appearances and [(note.link, note.note) for note in notes] == [
+        ("rod", "it moves with joint 'j2'")
+    ]
 
 
 @pytest.mark.parametrize(

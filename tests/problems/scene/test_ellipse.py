@@ -19,7 +19,7 @@ from problems.certify import prove_clearance
 from problems.evaluation import EvaluationOptions
 from problems.limits import SAMPLING_MARGIN, Clearance, StepLimit, reachable_pairs
 from problems.motions import Samples
-from solvers import PSO, Box, Budget, minimize
+from solvers import PSO, Budget, SearchBox, minimize
 
 LEAST_SHARE = {1.0: 0.9999, 5.0 / 3.0: 0.96, 3.0: 0.89, 10.0: 0.78}  # of the distance, by the ratio of the semi-axes
 
@@ -168,7 +168,7 @@ def unhindered() -> PointToPointProblem:
 def test_proof_is_below_and_near_a_very_dense_sampling(seed: int, center: tuple[float, float], size: float) -> None:
     obstacle = Ellipse(center, (size, 0.5 * size), 0.4)
     problem = unhindered()
-    trajectory = problem.trajectory(Box(*problem.bounds).sample(np.random.default_rng(seed), 1)[0])
+    trajectory = problem.trajectory(SearchBox(*problem.bounds).sample(np.random.default_rng(seed), 1)[0])
     limit = clearance_limit(obstacle)
     proof = prove_clearance(limit, trajectory)
     assert proof is not None
@@ -185,7 +185,7 @@ def test_proof_is_below_and_near_a_very_dense_sampling(seed: int, center: tuple[
 def test_a_found_plan_is_clear_at_100_000_times() -> None:
     obstacle = Ellipse((0.85, 0.75), (0.15, 0.15))  # in the way
     problem = moving(ARM, (1.0, 0.0), (0.5, 1.5), "length", "up", "reduced", obstacles=(obstacle,))
-    result = minimize(problem.evaluator(EvaluationOptions("vm")), Box(*problem.bounds), PSO(), Budget(4000), 1)
+    result = minimize(problem.evaluator(EvaluationOptions("vm")), SearchBox(*problem.bounds), PSO(), Budget(4000), 1)
     trajectory = problem.trajectory(result.x)
     verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
     assert verdicts["clearance"].satisfied

@@ -14,19 +14,19 @@ from problems import InvalidProblem, PlanarArm
 from problems.base import FloatArray, as_array
 from problems.certify import CertificateStatus, limit_verdicts
 from problems.robots import SpatialArm, built_in
-from problems.tasks import Arc, Corners, StraightWay, ToolPath, ToolWay
+from problems.tasks import Arc, Corners, StraightLine, ToolCurve, ToolPath
 from problems.timing import retime
 
 PANDA = built_in("panda", None).arm()
 READY = np.array([0.0, -0.5, 0.0, -2.2, 0.0, 1.8, 0.8])
 
 
-def away(way: ToolWay, point: FloatArray) -> float:
+def away(way: ToolCurve, point: FloatArray) -> float:
     symbol = ca.SX.sym("tool", len(point))
     return float(ca.Function("away", [symbol], [way.away(symbol)])(point))
 
 
-def along(way: ToolWay, point: FloatArray) -> float:
+def along(way: ToolCurve, point: FloatArray) -> float:
     symbol = ca.SX.sym("tool", len(point))
     return float(ca.Function("along", [symbol], [way.along(symbol)])(point))
 
@@ -37,7 +37,7 @@ def tool(robot: SpatialArm, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def test_a_line_by_hand() -> None:
-    way = StraightWay(np.array([1.0, 0.0, 0.0]), np.array([1.0, 2.0, 0.0]))
+    way = StraightLine(np.array([1.0, 0.0, 0.0]), np.array([1.0, 2.0, 0.0]))
     assert way.length == 2.0
     assert np.allclose(way.points(np.array([0.25])), [[1.0, 0.5, 0.0]])
     assert away(way, np.array([1.3, 0.7, 0.4])) == pytest.approx(0.5)
@@ -81,7 +81,7 @@ def test_corners_are_rounded_as_far_as_said() -> None:
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (lambda: StraightWay(np.ones(3), np.ones(3)), "goal"),
+        (lambda: StraightLine(np.ones(3), np.ones(3)), "goal"),
         (lambda: Arc(np.zeros(3), np.ones(3), 2.0 * np.ones(3)), "through"),
         (lambda: Arc(np.zeros(3), np.zeros(3), np.ones(3)), "through"),
         (lambda: Corners(np.zeros((2, 3)), 0.01), "points"),
@@ -98,11 +98,11 @@ def test_impossible_ways(make: object, field: str) -> None:
 def test_a_panda_follows(kind: str) -> None:
     (start,), (turned,) = tool(PANDA, READY)
     goal, turn = start + np.array([0.05, 0.2, -0.1]), turned
-    ways: dict[str, ToolWay] = {
-        "line": StraightWay(start, goal),
+    ways: dict[str, ToolCurve] = {
+        "line": StraightLine(start, goal),
         "arc": Arc(start, start + np.array([0.0, 0.1, 0.05]), goal),
         "corners": Corners(np.array([start, start + np.array([0.0, 0.2, 0.0]), goal]), 3e-4),
-        "turning": StraightWay(start, goal),
+        "turning": StraightLine(start, goal),
     }
     if kind == "turning":
         turn = turned @ Rotation.from_rotvec([0.3, 0.2, -0.4]).as_matrix()
@@ -125,10 +125,10 @@ def test_a_panda_follows(kind: str) -> None:
 
 def test_another_way_or_another_turn_is_no_following() -> None:
     (start,), (turned,) = tool(PANDA, READY)
-    path = ToolPath(StraightWay(start, start + np.array([0.0, 0.2, 0.0])), (turned, turned))
+    path = ToolPath(StraightLine(start, start + np.array([0.0, 0.2, 0.0])), (turned, turned))
     joints = path.followed(PANDA, READY, 1e-3, 0.01, None)
     trajectory = retime(joints, PANDA.limits)
-    beside = ToolPath(StraightWay(start, start + np.array([0.0, 0.2, 0.01])), (turned, turned))
+    beside = ToolPath(StraightLine(start, start + np.array([0.0, 0.2, 0.01])), (turned, turned))
     upside_down = turned @ np.diag([1.0, -1.0, -1.0])
     for other, broken in ((beside, "path accuracy"), (ToolPath(path.way, (upside_down,) * 2), "angular accuracy")):
         limits = [stated.for_robot(PANDA, ()) for stated in other.constraints(PANDA, 1e-3, 0.01)]
@@ -138,7 +138,7 @@ def test_another_way_or_another_turn_is_no_following() -> None:
 
 def test_what_cannot_be_reached_is_said() -> None:
     (start,), (turned,) = tool(PANDA, READY)
-    path = ToolPath(StraightWay(start, start + np.array([1.0, 0.0, 0.0])), (turned, turned))
+    path = ToolPath(StraightLine(start, start + np.array([1.0, 0.0, 0.0])), (turned, turned))
     with pytest.raises(InvalidProblem, match=r"cannot be led to \(0\.\d+, .*\), 0\.\d+ m along the way: "):
         path.followed(PANDA, READY, 1e-3, 0.01, None)
 
@@ -147,7 +147,7 @@ def test_an_arm_in_the_plane_follows_a_line() -> None:
     arm = PlanarArm((0.5, 0.4, 0.3), max_speed=(2.0,) * 3, max_acceleration=(10.0,) * 3)
     theta = np.array([0.3, 0.9, -0.4])
     start = as_array(arm.tool(ca.DM(theta).T))[0]
-    way = StraightWay(start, start + np.array([-0.1, 0.15]))
+    way = StraightLine(start, start + np.array([-0.1, 0.15]))
     path = ToolPath(way).followed(arm, theta, 1e-3, 0.01, None)
     found = as_array(arm.tool(ca.DM(path.at(np.linspace(*path.breakpoints[[0, -1]], 100)))))
     assert np.allclose(found[-1], way.goal, atol=1e-8)

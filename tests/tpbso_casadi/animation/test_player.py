@@ -224,7 +224,7 @@ PAGES: list[Callable[[], PlannedMotion]] = [
     moving_space_plan,
     space_plan,
     lambda: space_plan(obstacles=False, spheres=False),
-    lambda: space_plan(looks=True),
+    lambda: space_plan(appearances=True),
 ]
 
 
@@ -267,7 +267,7 @@ find(".cover").click();
 await note("bare again", colours);
 await note("listed", () => [...document.querySelectorAll("dt")].map((term) => term.textContent));
 """
-    plan = space_plan(obstacles=False, looks=True)
+    plan = space_plan(obstacles=False, appearances=True)
     answers = told(page("looks", frames_of(plan.motion, 3)), story, tmp_path, CALM)
     assert answers["bare"] == answers["bare again"]
     red, grey = answers["bare"]

@@ -97,7 +97,7 @@ def test_pairs_that_stay_apart_are_left_out(monkeypatch: pytest.MonkeyPatch) -> 
             continue
         kept = set() if near is None else set(near.pairs)
         reach = motion.problem.robot.reach()[1]
-        apart = np.array(limit.clearances(samples)).min(axis=0) - float(limit.kept(0.0))
+        apart = np.array(limit.clearances(samples)).min(axis=0) - float(limit.required_clearance(0.0))
         assert kept == {pair for pair, room in zip(limit.pairs, apart, strict=True) if room < SHARE * reach}
         assert len(kept) < len(limit.pairs)
         counts.append(len(kept))

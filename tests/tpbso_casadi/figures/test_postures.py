@@ -118,7 +118,7 @@ def test_the_band_is_as_wide_as_is_allowed(joined: bool) -> None:
 
 def test_a_path_to_trace_has_its_band() -> None:
     axes = Figure().subplots()
-    marker = Marker(label="points", points=ZIGZAG, kind=MarkerKind.POINTS, tolerance=0.02, joined=True)
+    marker = Marker(label="points", points=ZIGZAG, kind=MarkerKind.POINTS, tolerance=0.02, connects_points=True)
     draw_band(axes, marker)
     draw_band(axes, Marker(label="via", points=ZIGZAG, kind=MarkerKind.POINTS))
     assert [patch.get_label() for patch in axes.patches] == ["within 20 mm of the path"]

@@ -169,7 +169,7 @@ def test_any_name_is_shown_as_it_is() -> None:
 
 def test_a_path_to_trace_in_space_has_its_band_in_each_view() -> None:
     points = np.array([[0.3, 0.0, 0.2], [0.3, 0.4, 0.2], [0.3, 0.4, 0.6]])
-    marker = Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=0.05, joined=True)
+    marker = Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=0.05, connects_points=True)
     robot = space_plan().criteria.robot
     figure = space_figure(Scene(robot, markers=(marker,)), [Posture("zero", "black", np.zeros(4))])
     for axes, columns in zip(figure.axes, COLUMNS, strict=False):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.core_robots import rooms
+from helpers.core_robots import margins
 from helpers.space import LENGTHS, TOOL
 from oracles.space import tool_poses
 
@@ -82,7 +82,7 @@ def is_kept(plan: tp.Plan, robot: SpatialArm, task: dict[str, Any]) -> bool:
     times = np.linspace(0.0, trajectory.duration, TIMES)
     theta, ends = trajectory.at(times), times[[0, -1]]
     peaks = [np.abs(trajectory.at(times, order)).max() for order in (0, 1, 2, 3)]
-    rooms_left = rooms(robot, tuple(task["obstacles"]), theta, times)
+    rooms_left = margins(robot, tuple(task["obstacles"]), theta, times)
     velocities = [task.get(key, np.zeros(4)) for key in ("start_velocity", "goal_velocity")]
     step = np.linalg.norm(np.diff(theta, axis=0), axis=1).max()  # the tool moves less, m
     away = [

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from problems.base import FloatArray
-from solvers import Box, Search, Solver
+from solvers import Search, SearchBox, Solver
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.figures import write_run
 from tpbso_casadi.plain import as_json, plain, settings_of
@@ -63,7 +63,7 @@ class Peculiar(Solver):
     table: FloatArray = field(default_factory=lambda: np.eye(2))
     function: Callable[[float], float] = abs
 
-    def search(self, box: Box, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
+    def search(self, box: SearchBox, rng: np.random.Generator, iterations: Iterator[float]) -> Search:
         yield box.sample(rng, self.population)
         for _ in iterations:
             yield box.sample(rng, self.population)

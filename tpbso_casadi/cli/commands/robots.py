@@ -20,7 +20,7 @@ from problems.robots import (
     RobotDescription,
     Sphere,
     built_in,
-    most_held,
+    largest_holding_torques,
     read_spheres,
     read_urdf,
     written_spheres,
@@ -138,7 +138,7 @@ def _motors(robot: RobotDescription) -> Table:
         word("joint"), number("torque"), number("held"), number("of it"), number("viscous"), number("coulomb")
     )
     joints = robot.chain.joints
-    held = most_held(robot.drawn)
+    held = largest_holding_torques(robot.drawn)
     for place, joint in enumerate(joints):
         most = None if held is None else float(held[place])
         part = NOT_STATED if most is None or joint.effort is None else f"{most / joint.effort:.0%}"

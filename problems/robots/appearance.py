@@ -20,7 +20,7 @@ from problems.robots.chain import LinkFrame
 from problems.robots.link_covers import MeshNote, ReadFile
 from problems.robots.shapes import Shape
 
-VERSION = "2"  # of how looks are made: another finds none of those kept before
+VERSION = "2"  # of how appearances are made: another finds none of those kept before
 MOST_TRIANGLES, FEWEST = 3_000, 12  # of a robot, about; of a part
 Colour: TypeAlias = str  # as #rrggbb; empty where none is stated
 Parts: TypeAlias = tuple[tuple[Colour, Triangles], ...]  # of a link, in its frame
@@ -40,8 +40,8 @@ class Visual:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
-    """What is seen of a link, in one colour.
+class LinkAppearance:
+    """Triangles that show a link in one colour.
 
     Attributes:
         link: its name.
@@ -57,14 +57,14 @@ class Look:
 
 
 def colour_of(rgba: Sequence[float]) -> Colour:
-    """Of red, green, blue (and alpha, which is not looked at), from 0 to 1."""
+    """The colour of red, green, blue (and alpha, which is ignored), from 0 to 1."""
     return "#" + "".join(f"{round(255.0 * min(max(part, 0.0), 1.0)):02x}" for part in rgba[:3])
 
 
-def new_looks(
+def new_appearances(
     shown: Mapping[str, Sequence[Visual]], others: Mapping[str, Sequence[Shape]], read: ReadFile
 ) -> tuple[dict[str, Parts], list[MeshNote]]:
-    """What links look like, by their names, in about ``MOST_TRIANGLES`` triangles; notes on what cannot be shown.
+    """Appearances of links by name, in about ``MOST_TRIANGLES`` triangles; notes on what cannot be shown.
 
     Args:
         shown: what a description shows of links; none of those of which it shows nothing.
@@ -76,22 +76,22 @@ def new_looks(
     kept = cache.find_text(key, "look")
     if kept is not None:
         with suppress(InvalidProblem):
-            return read_looks(kept), []
+            return read_appearances(kept), []
     full: dict[str, list[tuple[Colour, FloatArray]]] = {}
     notes: list[MeshNote] = []
     for link in dict.fromkeys((*shown, *others)):
         given = (shown.get(link, ()), tuple(map(Visual, others.get(link, ()))))
         full[link], own = _first_shown(link, [visuals for visuals in given if visuals], read)
         notes += own
-    looks = _simplified(full)
+    appearances = _simplified(full)
     if not notes:
         with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-            cache.keep(key, looks_text(looks).encode(), "look")
-    return looks, notes
+            cache.store(key, appearance_text(appearances).encode(), "look")
+    return appearances, notes
 
 
 def _key(shown: Mapping[str, Sequence[Visual]], others: Mapping[str, Sequence[Shape]], read: ReadFile) -> str:
-    """What looks are made of: shapes, and the content of files."""
+    """The key of appearances in the cache, made of shapes, and the content of files."""
     shapes = [visual.shape for visuals in shown.values() for visual in visuals]
     shapes += [shape for link, own in others.items() if link not in shown for shape in own]
     files = []
@@ -129,7 +129,7 @@ def _parts(visual: Visual, read: ReadFile) -> Iterator[tuple[Colour, FloatArray]
 
 
 def _simplified(full: Mapping[str, list[tuple[Colour, FloatArray]]]) -> dict[str, Parts]:
-    """As many triangles of each colour of a link as its size, the square root of the area, is of all."""
+    """Appearances whose triangles are shared out by size, the square root of the area, over links and colours."""
     each = []
     for link, parts in full.items():
         for colour, group in groupby(sorted(parts, key=_colour), key=_colour):
@@ -149,27 +149,29 @@ def _colour(part: tuple[Colour, FloatArray]) -> Colour:
     return part[0]
 
 
-def placed_looks(frames: Sequence[LinkFrame], looks: Mapping[str, Parts]) -> tuple[Look, ...]:
-    """Looks by the links' names, on the bodies that carry the links."""
+def placed_appearances(frames: Sequence[LinkFrame], appearances: Mapping[str, Parts]) -> tuple[LinkAppearance, ...]:
+    """Appearances by the links' names, on the bodies that carry the links."""
     return tuple(
-        Look(frame.name, frame.body, colour, triangles.placed(np.array(frame.rotation), np.array(frame.translation)))
+        LinkAppearance(
+            frame.name, frame.body, colour, part.placed(np.array(frame.rotation), np.array(frame.translation))
+        )
         for frame in frames
-        for colour, triangles in looks.get(frame.name, ())
+        for colour, part in appearances.get(frame.name, ())
     )
 
 
-def looks_text(looks: Mapping[str, Parts]) -> str:
-    """Looks as a text, to be stored."""
+def appearance_text(appearances: Mapping[str, Parts]) -> str:
+    """Appearances as a text, to be stored."""
     return json.dumps(
-        {link: [[colour, triangles.text] for colour, triangles in parts] for link, parts in looks.items()}
+        {link: [[colour, triangles.text] for colour, triangles in parts] for link, parts in appearances.items()}
     )
 
 
-def read_looks(text: str) -> dict[str, Parts]:
-    """What a text states, by the links' names.
+def read_appearances(text: str) -> dict[str, Parts]:
+    """Appearances that a text states, by the links' names.
 
     Raises:
-        InvalidProblem: ``looks`` is no such text.
+        InvalidProblem: ``appearances`` is no such text.
     """
     try:
         stated = json.loads(text)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
 from problems import Box
-from tpbso_casadi.figures.looks import SHADES, front_of, layers, placed_corners, shades_of, silhouette
+from tpbso_casadi.figures.appearance import SHADES, front_of, layers, placed_corners, shades_of, silhouette
 from tpbso_casadi.figures.palette import NEUTRAL
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.figures.space import Painting, Posture, draw_picture, space_figure
@@ -18,7 +18,7 @@ from tpbso_casadi.planning import PlannedMotion
 
 
 def dressed() -> PlannedMotion:
-    return space_plan(looks=True)
+    return space_plan(appearances=True)
 
 
 def test_of_a_box_the_sides_toward_the_eye_are_seen() -> None:
@@ -62,13 +62,13 @@ def test_links_without_a_look_are_balls() -> None:
     assert [scene.balls[number].name for number in scene.bare] == ["foot", "link_4"]
     assert scene.frames(np.zeros((3, 4))).shape == (3, 5, 4, 3)
     plain = Scene(space_plan().criteria.robot)
-    assert plain.looks == () and len(plain.bare) == len(plain.balls)
+    assert plain.appearances == () and len(plain.bare) == len(plain.balls)
 
 
 def test_looks_stand_where_the_balls_of_their_links_are() -> None:
     scene = Scene(dressed().criteria.robot)
     theta = np.array([0.4, -0.3, 0.7, 1.1])
-    corners = placed_corners(scene.looks, scene.frames(theta[None])[0])
+    corners = placed_corners(scene.appearances, scene.frames(theta[None])[0])
     joints = scene.robot.skeleton(theta[None])[0]
     middles = [corners[:12].mean(axis=(0, 1)), corners[12:].mean(axis=(0, 1))]
     np.testing.assert_allclose(middles, [joints[1], joints[3]], atol=1e-12)  # the bars are about the joints' origins
@@ -95,7 +95,7 @@ def test_figures_show_looks_and_balls_of_what_has_none() -> None:
 def test_all_of_the_robot_is_within_the_picture() -> None:
     scene, theta = Scene(dressed().criteria.robot), np.zeros((1, 4))
     low, high = scene.bounds(theta)
-    corners = placed_corners(scene.looks, scene.frames(theta)[0]).reshape(-1, 3)
+    corners = placed_corners(scene.appearances, scene.frames(theta)[0]).reshape(-1, 3)
     assert (corners > low).all() and (corners < high).all()
 
 
@@ -103,7 +103,7 @@ def test_a_picture_moves() -> None:
     scene, theta = Scene(dressed().criteria.robot, dressed().criteria.obstacles), np.zeros((1, 4))
     bounds = scene.bounds(theta)
     picture = draw_picture(Figure().subplots(), scene.view(theta, bounds), scene, Posture("", "k", theta[0]), bounds)
-    assert isinstance(picture.painting, Painting) and len(scene.looks) == len(LOOKS)
+    assert isinstance(picture.painting, Painting) and len(scene.appearances) == len(LOOKS)
     before = picture.painting._collection.get_paths()[0].vertices.copy()
     picture.painting.show(theta[0] + 0.5)
     assert len(picture.painting._collection.get_paths()) > 20 and before.shape[1] == 2

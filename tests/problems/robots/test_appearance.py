@@ -11,7 +11,7 @@ import trimesh
 from helpers.urdf import ARM
 
 from problems.base import InvalidProblem, Reading, cache
-from problems.robots import MeshShape, RobotDescription, SpatialArm, looks_text, read_looks, read_urdf
+from problems.robots import MeshShape, RobotDescription, SpatialArm, appearance_text, read_appearances, read_urdf
 
 RED = '<material name="paint"><color rgba="1 0 0 1"/></material>'
 BOX = '<geometry><box size="0.2 0.1 0.1"/></geometry>'
@@ -34,21 +34,21 @@ def never(shape: MeshShape) -> bytes:
 
 def test_visuals_and_else_collision_geometry_are_shown_where_they_stand() -> None:
     description = described(f'<origin xyz="0 0 0.3"/>{BOX}')
-    looks, notes = description.new_looks(never)
-    assert notes == [] and list(looks) == ["jib", "mast"]
-    [(colour, box)] = looks["jib"]
+    appearances, notes = description.new_appearances(never)
+    assert notes == [] and list(appearances) == ["jib", "mast"]
+    [(colour, box)] = appearances["jib"]
     assert colour == "" and len(box.faces) == 12
     np.testing.assert_allclose(
         [box.vertices.min(axis=0), box.vertices.max(axis=0)], [[-0.1, -0.05, 0.25], [0.1, 0.05, 0.35]]
     )
-    [(_, mast)] = looks["mast"]  # of its cylinder
+    [(_, mast)] = appearances["mast"]  # of its cylinder
     np.testing.assert_allclose(np.ptp(mast.vertices, axis=0), [0.1, 0.1, 0.4], rtol=0.01)
 
 
 def test_looks_move_with_the_bodies_that_carry_the_links() -> None:
     description = described(f'<origin xyz="0 0 0.3"/>{BOX}')
-    arm = description.with_looks(description.new_looks(never)[0]).drawn
-    assert {(look.link, look.body) for look in arm.looks} == {("mast", 1), ("jib", 2)}
+    arm = description.with_appearances(description.new_appearances(never)[0]).drawn
+    assert {(appearance.link, appearance.body) for appearance in arm.appearances} == {("mast", 1), ("jib", 2)}
     frames = arm.body_frames(np.array([[np.pi / 2.0, 0.3]]))
     assert frames.shape == (1, 3, 4, 3)
     # The mast stands at 1.5 m, turned by a quarter; the jib 0.3 m along its x and 0.1 + 0.3 m along its y.
@@ -68,8 +68,8 @@ def test_looks_move_with_the_bodies_that_carry_the_links() -> None:
     ],
 )
 def test_colours_of_materials(material: str, materials: str, colour: str) -> None:
-    looks, notes = described(BOX + material, materials=materials).new_looks(never)
-    assert [each for each, _ in looks["jib"]] == [colour] and notes == []
+    appearances, notes = described(BOX + material, materials=materials).new_appearances(never)
+    assert [each for each, _ in appearances["jib"]] == [colour] and notes == []
 
 
 @pytest.mark.parametrize(
@@ -81,16 +81,16 @@ def test_colours_of_materials(material: str, materials: str, colour: str) -> Non
     ],
 )
 def test_what_cannot_be_shown_is_noted_and_its_collision_geometry_is_shown(visual: str, note: str) -> None:
-    looks, [found] = described(BOX, visual).new_looks(never)
+    appearances, [found] = described(BOX, visual).new_appearances(never)
     assert (found.link, found.note[: len(note)]) == ("jib", note)
-    [(_, ball)] = looks["jib"]  # the sphere of its collision geometry
+    [(_, ball)] = appearances["jib"]  # the sphere of its collision geometry
     np.testing.assert_allclose(np.ptp(ball.vertices, axis=0), 0.12, rtol=1e-2)
 
 
 def test_broken_meshes_and_none_at_all_leave_a_link_out() -> None:
     text = ARM.replace('<sphere radius="0.06"/>', '<mesh filename="jib.stl"/>')
-    looks, notes = read_urdf(text, tip_link="tool0").new_looks(lambda shape: b"solid nothing")
-    assert list(looks) == ["mast"] and [note.file for note in notes] == ["jib.stl"]
+    appearances, notes = read_urdf(text, tip_link="tool0").new_appearances(lambda shape: b"solid nothing")
+    assert list(appearances) == ["mast"] and [note.file for note in notes] == ["jib.stl"]
 
 
 def test_a_robot_has_about_so_many_triangles_and_is_read_once() -> None:
@@ -102,27 +102,27 @@ def test_a_robot_has_about_so_many_triangles_and_is_read_once() -> None:
         return bytes(ball)
 
     description = described('<geometry><mesh filename="jib.stl" scale="0.001 0.001 0.001"/></geometry>')
-    looks, _ = description.new_looks(read)
-    count = sum(len(triangles.faces) for parts in looks.values() for _, triangles in parts)
+    appearances, _ = description.new_appearances(read)
+    count = sum(len(triangles.faces) for parts in appearances.values() for _, triangles in parts)
     assert 1_000 < count <= 3_000
-    again, _ = description.new_looks(read)
-    assert looks_text(again) == looks_text(looks) and reads == ["jib.stl"] * 2
+    again, _ = description.new_appearances(read)
+    assert appearance_text(again) == appearance_text(appearances) and reads == ["jib.stl"] * 2
 
 
 def test_nothing_depends_on_them() -> None:
     description = described(BOX)
-    arm = description.with_looks(description.new_looks(never)[0]).drawn
-    plain = replace(arm, looks=())
+    arm = description.with_appearances(description.new_appearances(never)[0]).drawn
+    plain = replace(arm, appearances=())
     assert arm == plain and hash(arm) == hash(plain)
     assert Reading(arm).structure_key == Reading(plain).structure_key
-    assert isinstance(arm, SpatialArm) and replace(arm, margin=0.1).looks[0] is arm.looks[0]
+    assert isinstance(arm, SpatialArm) and replace(arm, margin=0.1).appearances[0] is arm.appearances[0]
 
 
-TEXT = looks_text(described(BOX + RED).new_looks(lambda shape: b"")[0])
+TEXT = appearance_text(described(BOX + RED).new_appearances(lambda shape: b"")[0])
 
 
 def test_what_is_read_is_what_was_written() -> None:
-    assert looks_text(read_looks(TEXT)) == TEXT
+    assert appearance_text(read_appearances(TEXT)) == TEXT
 
 
 @pytest.mark.parametrize(
@@ -130,5 +130,5 @@ def test_what_is_read_is_what_was_written() -> None:
 )
 def test_anything_else_is_refused_in_one_line(text: str) -> None:
     with pytest.raises(InvalidProblem, match=r"^(looks|triangles): ") as error:
-        read_looks(text)
+        read_appearances(text)
     assert "\n" not in str(error.value)

@@ -25,15 +25,16 @@ from problems.base import cache
 
 PACKAGE = __name__.partition(".")[0]
 MOST_FUNCTIONS = 256  # that a process holds
+CACHE_SIZE = 16  # entries of a cache of what is made of robots, worlds or limits
 PLAIN = (NoneType, bool, int, float, str, bytes, np.number, np.bool_)
 
 
 class NoStructure(Exception):
-    """Something is not plain data of this package."""
+    """Raised for what is not plain data of this package."""
 
 
 def structure_key(*parts: object) -> str | None:
-    """The name of what is made of these, and of nothing else; None where one of them is not plain data."""
+    """The name of what is made of these parts alone; None where one of them is not plain data."""
     words = [sources(), ca.CasadiMeta.version(), np.__version__]
     try:
         _write(parts, words)
@@ -43,7 +44,7 @@ def structure_key(*parts: object) -> str | None:
 
 
 def _write(value: object, words: list[str]) -> None:
-    """Add all that a value is, type and class included, as words whose boundaries are kept.
+    """Add a value, type and class included, to a key as words with definite boundaries.
 
     Raises:
         NoStructure: it is not plain data of this package.
@@ -60,25 +61,25 @@ def _write(value: object, words: list[str]) -> None:
         words += [f"{value.dtype.str} {value.shape}", sha256(np.ascontiguousarray(value).tobytes()).hexdigest()]
     elif isinstance(value, dict):
         _write([*value.items()], words)
-    elif _is_own(kind) and is_dataclass(value):
+    elif _is_of_this_package(kind) and is_dataclass(value):
         words.append(f"{kind.__module__}.{kind.__qualname__}")
         for each in fields(value):
             _write(getattr(value, each.name), words)
-    elif _is_own(kind) and isinstance(value, Enum):
+    elif _is_of_this_package(kind) and isinstance(value, Enum):
         words.append(f"{kind.__module__}.{kind.__qualname__}.{value.name}")
-    elif isinstance(value, type) and _is_own(value):
+    elif isinstance(value, type) and _is_of_this_package(value):
         words.append(f"class {value.__module__}.{value.__qualname__}")
     else:
         raise NoStructure(kind.__qualname__)
 
 
-def _is_own(kind: type) -> bool:
+def _is_of_this_package(kind: type) -> bool:
     return kind.__module__.partition(".")[0] == PACKAGE
 
 
 @once
 def sources() -> str:
-    """A digest of the sources of this package: whoever changes them gets new names."""
+    """A digest of the sources of this package, so that changed sources give new names."""
     digest = sha256()
     root = Path(__file__).parent.parent
     for folder, inner, names in os.walk(root):
@@ -90,8 +91,8 @@ def sources() -> str:
     return digest.hexdigest()
 
 
-def kept_text(key: str | None, ending: str, make: Callable[[], str]) -> str:
-    """The text of a key from the cache; else made now and kept, where there is a key and a place.
+def cached_text(key: str | None, ending: str, make: Callable[[], str]) -> str:
+    """The text of a key from the cache; else made now and stored, where there is a key and a place.
 
     Args:
         key: its name; None for what has none.
@@ -104,12 +105,12 @@ def kept_text(key: str | None, ending: str, make: Callable[[], str]) -> str:
     text = make()
     if key is not None:
         with suppress(OSError):  # a cache that cannot be written costs the next process its time, nothing else
-            cache.keep(key, text.encode(), ending)
+            cache.store(key, text.encode(), ending)
     return text
 
 
-def kept_function(make: Callable[[], ca.Function], *structure: object) -> ca.Function:
-    """The function that is made of a structure: once in a process, and where it can be kept, once.
+def cached_function(make: Callable[[], ca.Function], *structure: object) -> ca.Function:
+    """The function that is made of a structure, once in a process, and once at all where it can be stored.
 
     Args:
         make: makes it of the structure and of nothing else.
@@ -120,7 +121,7 @@ def kept_function(make: Callable[[], ca.Function], *structure: object) -> ca.Fun
 
 
 class _Named:
-    """How to make a function, known by the name of what it is made of."""
+    """A way to make a function, hashed by the name of what it is made of."""
 
     def __init__(self, key: str, make: Callable[[], ca.Function]) -> None:
         self.key, self.make = key, make
@@ -134,4 +135,4 @@ class _Named:
 
 @lru_cache(maxsize=MOST_FUNCTIONS)
 def _by_key(named: _Named) -> ca.Function:
-    return ca.Function.deserialize(kept_text(named.key, "fun", lambda: named.make().serialize()))
+    return ca.Function.deserialize(cached_text(named.key, "fun", lambda: named.make().serialize()))

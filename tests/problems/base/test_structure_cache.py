@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from problems.base import kept, kept_function, kept_text, structure_key
+from problems.base import cached_function, cached_text, structure_cache, structure_key
 from problems.robots import built_in
 from problems.scene import Box, Capsule
 
@@ -53,7 +53,7 @@ def test_what_is_not_ours_has_no_name(value: object) -> None:
 
 def test_other_sources_mean_other_names(monkeypatch: pytest.MonkeyPatch) -> None:
     before = structure_key(1)
-    monkeypatch.setattr(kept, "sources", lambda: "other")
+    monkeypatch.setattr(structure_cache, "sources", lambda: "other")
     assert structure_key(1) != before
 
 
@@ -65,13 +65,13 @@ def test_texts_are_made_once(cache_folder: Path) -> None:
         return "text"
 
     key = structure_key("a text")
-    assert [kept_text(key, "pairs", make) for _ in range(2)] == ["text", "text"]
+    assert [cached_text(key, "pairs", make) for _ in range(2)] == ["text", "text"]
     assert len(made) == 1
-    assert [kept_text(None, "pairs", make) for _ in range(2)] == ["text", "text"]
+    assert [cached_text(None, "pairs", make) for _ in range(2)] == ["text", "text"]
     assert len(made) == 3
     [file] = cache_folder.glob("*.pairs")
     file.write_bytes(file.read_bytes()[:-1])  # no longer whole
-    assert kept_text(key, "pairs", make) == "text"
+    assert cached_text(key, "pairs", make) == "text"
     assert len(made) == 4
 
 
@@ -81,11 +81,11 @@ def test_functions_are_found_again_to_the_bit() -> None:
     def make() -> ca.Function:
         return ca.Function("f", [x], [ca.sin(x) / 3.0 + x[0] ** 2, x[2]])
 
-    first = kept_function(make, "f", 3)
-    assert kept_function(lambda: pytest.fail("made again"), "f", 3) is first
-    kept._by_key.cache_clear()
-    again = kept_function(lambda: pytest.fail("made again"), "f", 3)
+    first = cached_function(make, "f", 3)
+    assert cached_function(lambda: pytest.fail("made again"), "f", 3) is first
+    structure_cache._by_key.cache_clear()
+    again = cached_function(lambda: pytest.fail("made again"), "f", 3)
     values = np.random.default_rng(0).normal(size=(3, 50))
     for one, other in zip(make()(values), again(values), strict=True):
         assert np.array_equal(np.array(one), np.array(other))
-    assert kept_function(make, "f", Foreign()) is not kept_function(make, "f", Foreign())
+    assert cached_function(make, "f", Foreign()) is not cached_function(make, "f", Foreign())

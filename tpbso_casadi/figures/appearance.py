@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.path import Path
 
 from problems.base import FloatArray
-from problems.robots import Look
+from problems.robots import LinkAppearance
 from tpbso_casadi.figures.palette import NEUTRAL
 from tpbso_casadi.figures.space_scene import Polyhedron, View
 
@@ -40,21 +40,27 @@ def front_of(view: View, corners: FloatArray) -> tuple[np.ndarray, np.ndarray]:
     return rows, np.rint((SHADES - 1) * np.maximum(normals[rows] @ light, 0.0)).astype(int)
 
 
-def palette_of(looks: Sequence[Look]) -> FloatArray:
+def palette_of(appearances: Sequence[LinkAppearance]) -> FloatArray:
     """The shades of every triangle of all looks, (n, SHADES, 3)."""
-    each = [np.repeat(shades_of(look.colour)[None], len(look.triangles.faces), axis=0) for look in looks]
+    each = [
+        np.repeat(shades_of(appearance.colour)[None], len(appearance.triangles.faces), axis=0)
+        for appearance in appearances
+    ]
     return np.concatenate([np.empty((0, SHADES, 3)), *each])
 
 
-def placed_corners(looks: Sequence[Look], frames: FloatArray) -> FloatArray:
+def placed_corners(appearances: Sequence[LinkAppearance], frames: FloatArray) -> FloatArray:
     """Corners of the triangles of all looks, (n, 3, 3), m.
 
     Args:
-        looks: of links.
+        appearances: of links.
         frames: origin, m, and axes in rows of the bodies that carry them, (bodies, 4, 3).
     """
-    bodies = (frames[look.body] for look in looks)
-    each = [look.triangles.placed(body[1:].T, body[0]).corners for look, body in zip(looks, bodies, strict=True)]
+    bodies = (frames[appearance.body] for appearance in appearances)
+    each = [
+        appearance.triangles.placed(body[1:].T, body[0]).corners
+        for appearance, body in zip(appearances, bodies, strict=True)
+    ]
     return np.concatenate([np.empty((0, 3, 3)), *each])
 
 

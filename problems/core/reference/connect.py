@@ -1,4 +1,4 @@
-"""A way between two postures: RRT-Connect (Kuffner and LaValle, 2000), then shortcuts.
+"""Paths between two postures: RRT-Connect (Kuffner and LaValle, 2000), then shortcuts.
 
 The compiled core draws the same numbers and finds the same ways.
 """
@@ -11,17 +11,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core.interface import Moving, Search
+from problems.core.interface import MovingSolids, PathSearch
+from problems.core.reference.clearance import any_below
 from problems.core.reference.model import Model
 from problems.core.reference.postures import Postures, Side
-from problems.core.reference.rooms import any_below
 
 AT_ONCE = 64  # postures along an edge
 FIRST_NODES = 64  # for which a tree has room; twice as many whenever that is not enough
 
 
 class SplitMix64:
-    """Random numbers (Steele, Lea and Flood, 2014).
+    """A generator of random numbers (Steele, Lea and Flood, 2014).
 
     Args:
         seed: where they begin.
@@ -33,7 +33,7 @@ class SplitMix64:
         self._state = seed & self.MASK
 
     def uniform(self) -> float:
-        """From 0 up to 1."""
+        """The next number from 0 up to 1."""
         self._state = (self._state + 0x9E3779B97F4A7C15) & self.MASK
         z = self._state
         z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & self.MASK
@@ -51,7 +51,7 @@ def _square(way: FloatArray) -> FloatArray:
 
 
 class Tree:
-    """Postures that are reached from the first.
+    """A tree of postures that are reached from the first.
 
     Args:
         root: the first, (dof,), rad.
@@ -61,11 +61,11 @@ class Tree:
         self._values, self._parents = np.tile(root, (FIRST_NODES, 1)), [-1]
 
     def at(self, node: int) -> FloatArray:
-        """A posture, (dof,)."""
+        """The posture of a node, (dof,)."""
         return np.asarray(self._values[node])
 
     def add(self, theta: FloatArray, parent: int) -> int:
-        """Its number."""
+        """Add a posture and return its number."""
         if len(self._parents) == len(self._values):
             self._values = np.concatenate([self._values, self._values])
         self._values[len(self._parents)] = theta
@@ -77,7 +77,7 @@ class Tree:
         return int(_square(self._values[: len(self._parents)] - theta).argmin())
 
     def chain(self, node: int) -> list[FloatArray]:
-        """From a posture back to the first."""
+        """The postures from one back to the first."""
         found = []
         while node >= 0:
             found.append(self._values[node])
@@ -86,7 +86,7 @@ class Tree:
 
 
 class Connect:
-    """Ways of one robot among solids.
+    """A search for paths of one robot among solids.
 
     Args:
         model: of both.
@@ -94,11 +94,11 @@ class Connect:
         search: how.
     """
 
-    def __init__(self, model: Model, sides: Sequence[Side], search: Search) -> None:
+    def __init__(self, model: Model, sides: Sequence[Side], search: PathSearch) -> None:
         self._model, self._sides, self._search, self._random = model, sides, search, SplitMix64(search.seed)
 
     def __call__(self, start: FloatArray, goal: FloatArray) -> list[FloatArray]:
-        """Postures from start to goal with straight ways between them that are clear; none where none was found."""
+        """Postures from start to goal with clear straight lines between them; none where none was found."""
         (lower, upper), drawn = self._search.box, goal
         trees = Tree(start), Tree(goal)
         for number in range(self._search.extensions):
@@ -118,8 +118,8 @@ class Connect:
                     return self._shortened(trees[0].chain(ends[0])[::-1] + trees[1].chain(ends[1])[1:])
         return []
 
-    def _moving(self, theta: FloatArray) -> Moving | None:
-        """Where solids are when postures (n, dof) are passed, about."""
+    def _moving(self, theta: FloatArray) -> MovingSolids | None:
+        """The solids where they are when postures (n, dof) are passed, approximately."""
         search = self._search
         if search.drifts is None:
             return None
@@ -130,10 +130,10 @@ class Connect:
             for joint, slope in enumerate(slopes):
                 times += slope * theta[:, joint]
             times = np.clip(times, first, last)
-        return Moving(search.drifts, times)
+        return MovingSolids(search.drifts, times)
 
     def _clear(self, start: FloatArray, end: FloatArray) -> bool:
-        """Whether all postures between two, the first of them excluded, have more room than is given."""
+        """Whether all postures between two, the first excluded, have larger margins than given."""
         way = end - start
         count = max(1, math.ceil(float(np.abs(way).max()) / self._search.step))
         batches = -(-count // AT_ONCE)
@@ -142,12 +142,12 @@ class Connect:
             theta = start + shares[:, None] * way
             errors = None if self._search.errors is None else np.tile(self._search.errors, (len(theta), 1))
             postures = Postures(self._model, theta, self._moving(theta), errors)
-            if any(any_below(side, postures, self._search.spare) for side in self._sides):
+            if any(any_below(side, postures, self._search.extra_margin) for side in self._sides):
                 return False
         return True
 
     def _extended(self, tree: Tree, toward: FloatArray) -> int:
-        """A new node at a posture, or as far toward it as an edge may reach; negative where the way is not clear."""
+        """A new node at a posture, or as near to it as an edge may reach; negative where the edge is not clear."""
         near = tree.nearest(toward)
         start = tree.at(near)
         length = math.sqrt(float(_square(toward - start)))
@@ -157,7 +157,7 @@ class Connect:
         return tree.add(end, near) if self._clear(start, end) else -1
 
     def _shortened(self, path: list[FloatArray]) -> list[FloatArray]:
-        """Straight ways between two points of the path drawn at random, where they are clear."""
+        """The path with straight lines between two points drawn at random, where they are clear."""
         for _ in range(self._search.shortcuts):
             if len(path) <= 2:
                 break
