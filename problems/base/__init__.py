@@ -61,8 +61,8 @@ from problems.base.polynomials import (
 from problems.base.readers import Checked, Key, Range, ReadBy, keys_of_fields, reader
 from problems.base.refusals import InvalidTable, at, did_you_mean, flat, in_words, nearest_word, not_among, shown_value
 from problems.base.relaxation import STEP, Relaxation, entry_changed
-from problems.base.tables import Table, plain_value
 from problems.base.structure_cache import CACHE_SIZE, NoStructure, cached_function, cached_text, structure_key
+from problems.base.tables import Table, plain_value
 
 __all__ = [
     "ACCELERATIONS",

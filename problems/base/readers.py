@@ -102,7 +102,7 @@ class Key(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What a type asks of plain data.
+    """The kind of plain data that a type asks for.
 
     Attributes:
         fits: whether a value has its form: a number, a word, a list or a table.

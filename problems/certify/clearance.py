@@ -269,7 +269,7 @@ class MovingPairs:
         moves = np.asarray((speeds * h / 2.0 + self.sharpest * h**2 / 8.0) @ self.known.rates[1].T)
         for group in self.known.groups:
             if group.first.is_time_dependent:
-                moves[:, group.members] += group.first.own_travel(self.known.robot, cells)[:, None]
+                moves[:, group.members] += group.first.link_travel(self.known.robot, cells)[:, None]
         return moves
 
     def clearances(self, times: FloatArray, chosen: NDArray[np.bool_]) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from problems.base import FloatArray
 from problems.certify.clearance import ClearanceProof
 from problems.certify.verdict import peak_near
-from problems.core import MOST_ITEMS, Kept, Proof, Where, World
+from problems.core import MOST_ITEMS, ClosestPair, Proof, Separation, World
 from problems.limits import Limit
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -31,7 +31,7 @@ class _Question:
     """
 
     world: World
-    which: Kept
+    which: Separation
     margin: float
     gap: float
 
@@ -42,7 +42,7 @@ class _Question:
         world = None if stated is None else World.of(stated.robot, stated.obstacles)
         if stated is None or world is None:
             return None
-        which = Kept.FROM_EACH_OTHER if stated.of_own_links else Kept.FROM_OBSTACLES
+        which = Separation.FROM_EACH_OTHER if stated.of_own_links else Separation.FROM_OBSTACLES
         return cls(world, which, world.margins[which], stated.proof_gap)
 
 
@@ -61,14 +61,14 @@ def prove_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None
 def clearances_in_core(limit: Limit, trajectory: Trajectory, times: FloatArray) -> FloatArray | None:
     """Clearances beyond the margin at times (n,) in s, (n,), m; None as of :func:`prove_in_core`."""
     question = _Question.of(limit)
-    return None if question is None else question.world.rooms(trajectory.at(times), which=question.which)
+    return None if question is None else question.world.clearance_margins(trajectory.at(times), which=question.which)
 
 
 def prove_among(
     robot: Robot,
     obstacles: Mapping[int, Obstacle],
     trajectory: Trajectory,
-    which: Kept,
+    which: Separation,
     gap: float,
     most_items: int = MOST_ITEMS,
 ) -> ClearanceProof | None:
@@ -90,13 +90,13 @@ def prove_among(
         return None
     proof = world.prove(trajectory, which, gap, most_items)
     if proof.where is None:
-        return _of_clearance(world, world.margins[Kept.FROM_OBSTACLES], proof, trajectory, "")
+        return _of_clearance(world, world.margins[Separation.FROM_OBSTACLES], proof, trajectory, "")
     margin = world.margins[_side(proof.where)]
     return _of_clearance(world, margin, proof, trajectory, world.described(proof.where, list(obstacles)))
 
 
-def _side(where: Where) -> Kept:
-    return Kept.FROM_EACH_OTHER if where.obstacle is None else Kept.FROM_OBSTACLES
+def _side(where: ClosestPair) -> Separation:
+    return Separation.FROM_EACH_OTHER if where.obstacle is None else Separation.FROM_OBSTACLES
 
 
 def _of_clearance(world: World, margin: float, proof: Proof, trajectory: Trajectory, where: str) -> ClearanceProof:
@@ -108,7 +108,7 @@ def _of_clearance(world: World, margin: float, proof: Proof, trajectory: Traject
     if proof.where is not None and not world.is_exact:
         times = np.array([proof.time])
         theta = trajectory.at(times)
-        planned = world.rooms(theta, which=_side(proof.where), times=times, errors=np.zeros_like(theta))[0]
+        planned = world.clearance_margins(theta, which=_side(proof.where), times=times, errors=np.zeros_like(theta))[0]
     broken = proof.where is not None and planned + world.overhang(proof.where) < 0.0
     return ClearanceProof(-np.inf, smallest, proof.time, where, broken, proof.cell)
 
@@ -120,7 +120,7 @@ def _followed(question: _Question, trajectory: Trajectory, proof: Proof) -> Proo
     def nearness(since: FloatArray) -> FloatArray:
         times = begin + since
         errors = question.world.errors(trajectory.at(times, 1), trajectory.at(times, 2))
-        return -question.world.rooms(trajectory.at(times), which=question.which, times=times, errors=errors)
+        return -question.world.clearance_margins(trajectory.at(times), which=question.which, times=times, errors=errors)
 
     nearest, since = peak_near(nearness, proof.time - begin, (end - begin) / EXAMINED_TIMES, end - begin)
     return replace(proof, smallest=-nearest, time=begin + since) if -nearest < proof.smallest else proof

@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, as_array, bernstein, kept_function
+from problems.base import FloatArray, as_array, bernstein, cached_function
 from problems.certify.settings import DEFAULT_TORQUE_PROOF, TorqueProofSettings
 from problems.certify.taylor import DEGREE, ENTRIES, ROUNDING, PieceTimes, TimeCells, modelled
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
@@ -49,8 +49,8 @@ class Torques:
     def of(cls, robot: Robot) -> Torques:
         """The cached torques of a robot whose masses are known."""
         chain = robot.massive
-        parts = kept_function(lambda: _parts(chain), "torques by part", chain)
-        models = kept_function(lambda: _models(chain), "models of torques", chain)
+        parts = cached_function(lambda: _parts(chain), "torques by part", chain)
+        models = cached_function(lambda: _models(chain), "models of torques", chain)
         return cls(parts, models, np.array([float(joint.friction) for joint in chain.joints]))
 
 

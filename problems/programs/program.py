@@ -249,7 +249,7 @@ class MotionProgram(NonlinearProgram):
 
     @property
     def has_free_durations(self) -> bool:
-        return self.objective.is_time_dependent or self.holds_time or self.task.duration_bounds is not None
+        return self.objective.is_time_dependent or self.depends_on_speed or self.task.duration_bounds is not None
 
     def duration_rows(self, durations: Matrix, margin: float) -> list[Constraint]:
         """The task's upper bounds of durations (1, n) in s; the lower ones are bounds of the variables."""
@@ -264,6 +264,6 @@ class MotionProgram(NonlinearProgram):
         return [each for limit in self.limits for each in (limit.static_limits if limit.scales_with_time else (limit,))]
 
     @cached_property
-    def holds_time(self) -> bool:
+    def depends_on_speed(self) -> bool:
         """Whether a limit keeps a motion from being run faster than it was found."""
         return depends_on_speed(self.limits)

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Annotated, ClassVar, Self, TypeAlias
 
 from problems import InvalidProblem
-from problems.base import Count, InvalidTable, Range
+from problems.base import CACHE_SIZE, Count, InvalidTable, Range
 from problems.robots import (
     GRAVITY,
     MASSLESS,
@@ -23,14 +23,14 @@ from problems.robots import (
     RobotDescription,
     SpatialArm,
     Transform,
+    appearance_text,
     built_in,
     complete_arm,
     covers_text,
-    looks_text,
     matrix_of,
     payload_of,
+    read_appearances,
     read_covers,
-    read_looks,
     read_spheres,
     read_srdf,
     read_urdf,
@@ -76,7 +76,6 @@ FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in 
 TEXT = "_text"
 LARGEST_COVERS, LARGEST_LOOKS = 20_000_000, 2_000_000  # characters
 MOST_JOINTS = 20  # of a robot in space
-KEPT = 16  # robots that were built
 KEYS = {"position_limits": "joint_limits"}  # by the fields of the robot
 FileName = Annotated[str, Count(1, 1000)]
 FileText = Annotated[str, Count(0, LARGEST_TEXT)]
@@ -207,11 +206,11 @@ class SpatialRobotSection(Section):
         except InvalidProblem:  # said when it is built
             return self
         place = MeshPlace(self.urdf, self.packages)
-        looks, notes = description.new_looks(lambda shape: mesh_content(folder, place, shape))
+        appearances, notes = description.new_appearances(lambda shape: mesh_content(folder, place, shape))
         if notes:
             each = "; ".join(f"{note.link!r}: {note.file and f'mesh {note.file}: '}{note.note}" for note in notes)
             LOG.warning("robot.urdf: not all links are drawn as the URDF shows them: %s", each)
-        return self.replaced(looks_text=looks_text(looks)) if looks else self
+        return self.replaced(looks_text=appearance_text(appearances)) if appearances else self
 
     def _read(self, folder: InputFolder, key: str, name: str) -> str:
         try:
@@ -384,21 +383,21 @@ class _Statement:
     table: SpatialRobotSection = field(compare=False)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def _described(
     urdf: str,
     ends: tuple[str | None, str | None],
     locked: tuple[tuple[str, float], ...],
-    looks: str | None,
+    appearances: str | None,
     covers: str | None,
 ) -> RobotDescription:
     """What texts say of a robot between two links."""
     description = read_urdf(urdf, *ends, dict(locked))
-    if looks is not None:
-        description = description.with_looks(read_looks(looks))
+    if appearances is not None:
+        description = description.with_appearances(read_appearances(appearances))
     return description if covers is None else description.with_covers(read_covers(covers))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def _built(statement: _Statement, carried: tuple[Carried, ...], disabled: tuple[tuple[str, str], ...]) -> SpatialArm:
     return statement.table._made(carried, disabled)

@@ -12,7 +12,7 @@ import numpy as np
 from problems import InvalidProblem, Robot
 from problems.base import Count, FloatArray, InvalidTable, Range, ReadBy, as_array, did_you_mean, flat, in_words
 from problems.robots import SpatialArm
-from problems.tasks import Arc, Corners, Pose, Position, StraightWay, ToolPath, ToolWay
+from problems.tasks import Arc, Corners, Pose, Position, StraightLine, ToolCurve, ToolPath
 from tpbso_casadi.scenario.carried import BODY, Contacts
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
@@ -165,7 +165,7 @@ class LedStage(MovingStage):
         """Where the way ends that begins in a posture (dof,)."""
         raise NotImplementedError
 
-    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
+    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolCurve:
         """The way from a point (dim,), m, to another."""
         raise NotImplementedError
 
@@ -215,9 +215,9 @@ class LineStage(LedStage):
             return goal
         return _standing(_numbers(robot, goal.position(robot), "goal"), turned)
 
-    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
+    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolCurve:
         if self.through is None:
-            return StraightWay(start, end)
+            return StraightLine(start, end)
         return Arc(start, _numbers(robot, self.through, "through"), end)
 
 
@@ -248,7 +248,7 @@ class PathStage(LedStage):
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
         return _standing(self._given(robot)[-1], _tool(robot, posture)[1])
 
-    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolWay:
+    def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolCurve:
         points = self._given(robot)
         onward = points[1:] if np.linalg.norm(points[0] - start) <= self.accuracy else points
         return Corners(np.vstack([start, onward]), ROUNDING * self.accuracy)

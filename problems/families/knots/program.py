@@ -288,7 +288,7 @@ class PathNlp(MotionProgram):
     def trajectory(self, x: FloatArray) -> Trajectory:
         unit = self.motion.trajectory(SplineShape(self._shape(self._knot_angles(x)), ca.DM(1.0)))
         least = safe_time_scale(self.limits, unit)
-        if self.holds_time or not self.objective.sooner_is_better:
+        if self.depends_on_speed or not self.objective.sooner_is_better:
             least = max(least, float(self.split(ca.DM(x))[2]))
         return unit.time_scaled(max(self.encoding.time_box[0], least))
 

@@ -399,7 +399,7 @@ class MoveNlp(MotionProgram):
         if not self.task.at_rest:
             return motion
         least, bounds = safe_time_scale(self.limits, motion), self.task.duration_bounds
-        if self.holds_time or not self.objective.sooner_is_better:
+        if self.depends_on_speed or not self.objective.sooner_is_better:
             least = max(1.0, least)
         if bounds is not None:
             least = max(least, bounds.time_scale(np.array([motion.duration])))

@@ -232,7 +232,7 @@ class PointToPointNlp(MotionProgram):
     def _time_scale(self, trajectory: Trajectory) -> float:
         """The time scale of a solution: as fast as limits allow or, where that may be worse, no faster than it is."""
         scale = safe_time_scale(self.limits, trajectory)
-        return scale if self.objective.sooner_is_better and not self.holds_time else max(1.0, scale)
+        return scale if self.objective.sooner_is_better and not self.depends_on_speed else max(1.0, scale)
 
     def _exact_ends(self, quantities: Quantities) -> Quantities:
         ends = [as_array(theta).ravel() for theta in (quantities.theta_s, quantities.theta_f)]

@@ -38,7 +38,7 @@ def built(urdf: Path) -> SpatialArm:
 
 
 def colours(arm: SpatialArm) -> dict[str, str]:
-    return {look.link: look.colour for look in arm.looks}
+    return {look.link: look.colour for look in arm.appearances}
 
 
 def test_visual_meshes_are_shown_and_collision_meshes_of_what_has_none(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_visual_meshes_are_shown_and_collision_meshes_of_what_has_none(tmp_path:
     (urdf.parent.parent / "meshes" / "round.stl").write_bytes(ball.export(file_type="stl"))
     arm = built(urdf)
     assert colours(arm) == {"lower": "", "middle": "", "upper": "#0000ff"}
-    triangles = {look.link: look.triangles for look in arm.looks}
+    triangles = {look.link: look.triangles for look in arm.appearances}
     assert len(triangles["lower"].faces) == 12 and 300 < len(triangles["upper"].faces) < 3_000
     assert triangles["upper"].vertices[:, 2].max() == pytest.approx(0.27, abs=0.005)
     assert arm.cover is not None and arm.cover.links[2].balls.radii.max() < 0.05  # that is of the bar still
@@ -112,7 +112,7 @@ def test_looks_change_neither_key_nor_motion(plan: tp.Plan, tmp_path: Path) -> N
     assert without.robot is not None
     without = without.replaced(robot=without.robot.replaced(looks_text=None))
     assert with_looks.robot is not None and with_looks.robot.build() == without.robot.build()
-    assert with_looks.robot.build().looks and not without.robot.build().looks
+    assert with_looks.robot.build().appearances and not without.robot.build().appearances
     assert Run("case", "solver", with_looks).key == Run("case", "solver", without).key
 
 
