@@ -16,9 +16,26 @@ import numpy as np
 from solvers.budget import Budget, Interruption, StopReason, Usage, deferred_interrupt
 from solvers.solver import ITERATIONS, FloatArray, Iterations, SearchBox, Solver, Steps, checked_candidates
 
-CAPACITY = 64
-CANDIDATES_PER_BATCH = 4  # the best of each batch are considered
-NICHE_WIDTH = 0.1  # share of the box: of two candidates closer than that in every coordinate only the better is kept
+
+@dataclass(frozen=True, kw_only=True)
+class ArchiveSettings:
+    """Settings of the archive of good candidates that differ.
+
+    Values are chosen.
+
+    Attributes:
+        capacity: candidates.
+        candidates_per_batch: best candidates of each batch that are considered.
+        niche_width: share of the box: of two candidates closer than that in every coordinate the better is
+            retained.
+    """
+
+    capacity: int = 64
+    candidates_per_batch: int = 4
+    niche_width: float = 0.1
+
+
+ARCHIVE_SETTINGS = ArchiveSettings()
 
 
 class Archive:
@@ -40,16 +57,16 @@ class Archive:
     def add(self, candidates: FloatArray, cost: FloatArray) -> None:
         """Add the best of a batch that differ: candidates (m, d), costs (m,)."""
         span = np.where(self._box.span > 0.0, self._box.span, 1.0)
-        for i in np.argsort(cost, kind="stable")[:CANDIDATES_PER_BATCH]:
-            full = self.cost.size >= CAPACITY
+        for i in np.argsort(cost, kind="stable")[: ARCHIVE_SETTINGS.candidates_per_batch]:
+            full = self.cost.size >= ARCHIVE_SETTINGS.capacity
             if not np.isfinite(cost[i]) or (full and cost[i] >= self.cost[-1]):
                 return
-            close = (np.abs(self.x - candidates[i]) < NICHE_WIDTH * span).all(axis=1)
+            close = (np.abs(self.x - candidates[i]) < ARCHIVE_SETTINGS.niche_width * span).all(axis=1)
             if (self.cost[close] <= cost[i]).any():
                 continue
             x = np.vstack([self.x[~close], candidates[i]])
             costs = np.append(self.cost[~close], cost[i])
-            order = np.argsort(costs, kind="stable")[:CAPACITY]
+            order = np.argsort(costs, kind="stable")[: ARCHIVE_SETTINGS.capacity]
             self.x, self.cost = x[order], costs[order]
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import partial
 from typing import TypeAlias
 
@@ -113,10 +114,26 @@ def _run(kernel: Kernel, data: KernelData, call: Call[E], vectors: dict[str, lis
     vectors |= stacks
 
 
-BATCH_SIZE = 64  # candidates per batch at most: the columns of a large model still fit the processor's cache
-MAX_UNBATCHED = 16  # up to so many candidates are evaluated one by one: a batch, mostly padding, takes as long
-BATCH_AFTER_CANDIDATES = 2000  # evaluations after which the time to build the batch is won back
-UNROLLED_OPERATIONS = 50_000  # per candidate; larger programs call a function for each row instead of writing it out
+@dataclass(frozen=True, kw_only=True)
+class BatchSettings:
+    """Settings of how many candidates are evaluated together.
+
+    Values are chosen.
+
+    Attributes:
+        batch_size: candidates per batch at most: the columns of a large model still fit the processor's cache.
+        most_unbatched: candidates that are evaluated one by one: a batch, mostly padding, takes as long.
+        batch_after: evaluations after which the time to build the batch is won back.
+        unrolled_operations: operations per candidate; larger programs call a function for each row.
+    """
+
+    batch_size: int = 64
+    most_unbatched: int = 16
+    batch_after: int = 2000
+    unrolled_operations: int = 50_000
+
+
+SETTINGS = BatchSettings()
 
 
 class VirtualMachine:
@@ -131,7 +148,7 @@ class VirtualMachine:
     def __init__(self, kernels: Sequence[Kernel], data: Sequence[KernelData], dimension: int) -> None:
         self._numbers = numbers_of(data)
         self._program = kernels, data, dimension
-        self._unrolled = unrolled(*self._program) if operations(kernels, data) <= UNROLLED_OPERATIONS else None
+        self._unrolled = unrolled(*self._program) if operations(kernels, data) <= SETTINGS.unrolled_operations else None
         self._single = self._batch_of(1)
         self._batch: Batch | None = None
         self._evaluations = 0
@@ -147,12 +164,12 @@ class VirtualMachine:
     def __call__(self, points: FloatArray, costs: FloatArray) -> None:
         """Write the costs (m,) or (m, k) of contiguous points (m, d)."""
         self._evaluations += len(points)
-        if self._batch is None and len(points) > MAX_UNBATCHED and self._evaluations > BATCH_AFTER_CANDIDATES:
-            self._batch = self._batch_of(min(len(points), BATCH_SIZE))
-        width = self._batch.width if self._batch is not None else BATCH_SIZE
+        if self._batch is None and len(points) > SETTINGS.most_unbatched and self._evaluations > SETTINGS.batch_after:
+            self._batch = self._batch_of(min(len(points), SETTINGS.batch_size))
+        width = self._batch.width if self._batch is not None else SETTINGS.batch_size
         for start in range(0, len(points), width):
             part, into = points[start : start + width], costs[start : start + width]
-            if self._batch is not None and len(part) > MAX_UNBATCHED:
+            if self._batch is not None and len(part) > SETTINGS.most_unbatched:
                 self._batch(part, into)
             else:
                 for k in range(len(part)):

@@ -25,9 +25,9 @@ SEEN_AS_ONE = 1e-6  # relative: corners of triangles
 WHOLE = 0.999  # of the area of a hull: a mesh that lies on it and has so much of it is convex
 SHEET = 0.0001  # m: half the thickness that a flat piece is given
 GROWTHS = (2e-5, 1e-4, 5e-4)  # m, of the parts of what is not convex, until they hold it
-AT_ONCE = 10_000_000  # distances from faces
-TINY = 1e-18  # m^2: an area that is none
-SHORT = 1e-9  # m: a length that is none
+DISTANCES_AT_ONCE = 10_000_000  # distances from faces
+LEAST_AREA = 1e-18  # m^2: an area that is none
+LEAST_LENGTH = 1e-9  # m: a length that is none
 EXTRA = "tpbso-casadi[meshes]"
 
 
@@ -87,7 +87,7 @@ def _is_on(corners: FloatArray, hull: Hull, flat: Sequence[FloatArray]) -> bool:
         return False
     deepest = -10.0 * SAME_PLANE * float(np.ptp(hull.corners, axis=0).max()) - (SHEET if flat else 0.0)
     points = np.concatenate([np.unique(corners.reshape(-1, 3), axis=0), corners.mean(axis=1)])
-    blocks = np.array_split(points, 1 + len(points) * len(hull.normals) // AT_ONCE)
+    blocks = np.array_split(points, 1 + len(points) * len(hull.normals) // DISTANCES_AT_ONCE)
     return all(bool((hull.beyond(block).max(axis=1) >= deepest).all()) for block in blocks)
 
 
@@ -157,7 +157,7 @@ def sticking_out(corners: FloatArray, parts: Sequence[Hull]) -> int:
 
 def _held_whole(corners: FloatArray, part: Hull) -> NDArray[np.bool_]:
     """Whether each of the triangles (n, 3, 3), m, lies in one part, (n,)."""
-    blocks = np.array_split(corners, 1 + 3 * len(corners) * len(part.normals) // AT_ONCE)
+    blocks = np.array_split(corners, 1 + 3 * len(corners) * len(part.normals) // DISTANCES_AT_ONCE)
     return np.concatenate(
         [(part.beyond(b.reshape(-1, 3)) <= 0.0).all(axis=1).reshape(-1, 3).all(axis=1) for b in blocks]
     )
@@ -165,7 +165,7 @@ def _held_whole(corners: FloatArray, part: Hull) -> NDArray[np.bool_]:
 
 def _sticks_out(triangle: FloatArray, parts: Sequence[Hull]) -> bool:
     """Whether anything is left of a triangle when what lies in the parts is cut away."""
-    polygons, is_line = [triangle], _area(triangle) <= TINY
+    polygons, is_line = [triangle], _area(triangle) <= LEAST_AREA
     for part in parts:
         polygons = [piece for polygon in polygons for piece in _cut(polygon, part, is_line)]
     return bool(polygons)
@@ -180,7 +180,7 @@ def _cut(polygon: FloatArray, part: Hull, is_line: bool) -> Iterator[FloatArray]
         if not (heights > 0.0).any():
             continue
         outside, polygon = _side(polygon, heights), _side(polygon, -heights)
-        if (np.ptp(outside, axis=0).max() > SHORT) if is_line else (_area(outside) > TINY):
+        if (np.ptp(outside, axis=0).max() > LEAST_LENGTH) if is_line else (_area(outside) > LEAST_AREA):
             yield outside
         if len(polygon) < 3:
             return

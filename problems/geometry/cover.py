@@ -30,18 +30,46 @@ from problems.geometry.surface import Surface, pieces_of, thinned
 
 LOG = logging.getLogger(__name__)
 VERSION = "1"  # of how covers are made: another finds none of those kept before
-MOST_BALLS, MOST_CHOSEN = 200_000, 10_000  # in a stored text, and in a cover of a body
+MOST_STORED_BALLS, MOST_BALLS = 200_000, 10_000  # in a stored text, and in a cover of a body
 QUANTUM = 2.0**-17  # m: places and radii are whole multiples, so that what is stored is what was proven
-LARGEST_VOXEL = 0.0025  # m
-MOST_VOXELS = 30_000_000
-MARGIN = 6  # voxels around a body
-LARGE, DEEP = 4.0, 8.0  # voxels: sides of the triangles to which distances are computed, from points so deep inside
-ALIGNED = 0.8  # of the way to a neighbour: where depth grows by so much, the neighbour's ball is better
-THINNING = 0.2  # of the radius of the cap that a ball covers of a plane: no two candidates of a size are so near
-KEPT = 0.1  # of the overhang: samples lie so deep in a ball that holds them
-COARSENESS = 0.5  # of the overhang: pieces of a triangle that the proof does not cut when it looks for samples
-MOST_ROUNDS = 20
-DIRECTIONS = 48  # in which the overhang of a ball is measured
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoverSettings:
+    """Settings of the choice of the balls of a cover.
+
+    Values are chosen for meshes of robots of up to a few metres.
+
+    Attributes:
+        largest_voxel: side of a voxel, m; the overhang where that is less.
+        most_voxels: voxels of a lattice.
+        padding: voxels around a body, on both sides together.
+        far_side: longest side, in voxels, of the triangles to which distances from deep inside are computed.
+        far_depth: depth, in voxels, from which these larger triangles are used.
+        aligned_share: share of the distance to a neighbour: where depth grows by more, the neighbour's ball is
+            better.
+        thinning: share of the radius of the cap that a ball covers of a plane, by which candidates of a size
+            are apart.
+        sample_depth: share of the overhang by which samples lie inside a ball that holds them.
+        coarseness: share of the overhang: size of pieces of a triangle that the proof does not cut for samples.
+        most_rounds: rounds of choice and proof.
+        directions: directions in which the overhang of a ball is measured.
+    """
+
+    largest_voxel: float = 0.0025
+    most_voxels: int = 30_000_000
+    padding: int = 6
+    far_side: float = 4.0
+    far_depth: float = 8.0
+    aligned_share: float = 0.8
+    thinning: float = 0.2
+    sample_depth: float = 0.1
+    coarseness: float = 0.5
+    most_rounds: int = 20
+    directions: int = 48
+
+
+SETTINGS = CoverSettings()
 
 
 @dataclass(frozen=True)
@@ -77,7 +105,7 @@ class Cover:
         try:
             content = b64decode(text.encode(), validate=True)
             unpacker = zlib.decompressobj()
-            numbers = unpacker.decompress(content[24:], 16 * MOST_BALLS)
+            numbers = unpacker.decompress(content[24:], 16 * MOST_STORED_BALLS)
             columns = np.frombuffer(numbers, "<i4").reshape(4, -1).astype(np.float64) * QUANTUM
             figures = struct.unpack("<3d", content[:24])
         except (ValueError, struct.error, zlib.error) as error:
@@ -92,7 +120,7 @@ def cover_of(corners: FloatArray, overhang: float) -> Cover:
 
     Args:
         corners: of the triangles, (n, 3, 3), m.
-        overhang: how far a ball may reach beyond the triangles, m; farther where more than ``MOST_CHOSEN`` balls were
+        overhang: how far a ball may reach beyond the triangles, m; farther where more than ``MOST_BALLS`` balls were
             needed, as for large sheets.
 
     Raises:
@@ -121,7 +149,7 @@ def new_cover_of(corners: FloatArray, overhang: float) -> Cover:
     Raises:
         InvalidProblem: ``mesh`` needs more voxels than there may be, or its cover cannot be proven.
     """
-    solid = Solid(corners, min(overhang, LARGEST_VOXEL))
+    solid = Solid(corners, min(overhang, SETTINGS.largest_voxel))
     balls = _proven(corners, solid, overhang)
     if balls is None:
         return new_cover_of(corners, 1.5 * overhang)
@@ -142,9 +170,9 @@ class Solid:
 
     def __post_init__(self) -> None:
         sizes = np.ptp(self.corners, axis=(0, 1))
-        if np.prod(sizes / self.voxel + MARGIN) > MOST_VOXELS:
+        if np.prod(sizes / self.voxel + SETTINGS.padding) > SETTINGS.most_voxels:
             shown = " x ".join(f"{size:.3g}" for size in sizes)
-            reason = f"{shown} m make more than {MOST_VOXELS} voxels of {self.voxel * 1e3:g} mm"
+            reason = f"{shown} m make more than {SETTINGS.most_voxels} voxels of {self.voxel * 1e3:g} mm"
             raise InvalidProblem("mesh", f"it is too large to be covered: {reason}")
 
     @cached_property
@@ -200,7 +228,7 @@ class Solid:
     @cached_property
     def _far(self) -> Surface:
         """The surface in larger pieces, some unseen; points deep inside are equally near to many pieces."""
-        pieces = pieces_of(self.corners, LARGE * self.voxel)
+        pieces = pieces_of(self.corners, SETTINGS.far_side * self.voxel)
         points = np.concatenate(
             [0.9 * pieces + 0.1 * pieces.mean(axis=1, keepdims=True), pieces.mean(axis=1)[:, None]], axis=1
         )
@@ -209,7 +237,7 @@ class Solid:
 
     def distances(self, points: FloatArray, depths: FloatArray) -> FloatArray:
         """Distances of points (n, 3) from what can be seen from outside, (n,), m, given their approximate depths, m."""
-        deep, found = depths > DEEP * self.voxel, np.empty(len(points))
+        deep, found = depths > SETTINGS.far_depth * self.voxel, np.empty(len(points))
         for surface, chosen in ((self._near, ~deep), (self._far, deep)):
             found[chosen] = surface.distances(points[chosen]) if chosen.any() else 0.0
         return found
@@ -229,7 +257,9 @@ class Solid:
         for offset in product((-1, 0, 1), repeat=3):
             length = float(np.linalg.norm(offset))
             if length > 0.0:
-                kept &= flat[numbers + int(strides @ np.array(offset))] < own + ALIGNED * self.voxel * length
+                kept &= (
+                    flat[numbers + int(strides @ np.array(offset))] < own + SETTINGS.aligned_share * self.voxel * length
+                )
         return self.origin + (inner[kept] + 0.5) * self.voxel, own[kept]
 
 
@@ -243,7 +273,7 @@ def _candidates(solid: Solid, overhang: float) -> Balls:
     for size in np.unique(sizes):
         radius = solid.voxel * 2.0**size + overhang
         same = np.flatnonzero(sizes == size)
-        chosen.append(same[thinned(places[same], THINNING * np.sqrt(2.0 * radius * overhang))])
+        chosen.append(same[thinned(places[same], SETTINGS.thinning * np.sqrt(2.0 * radius * overhang))])
     spaced = np.concatenate([np.empty(0, dtype=np.intp), *chosen])
     inside = np.round(places[spaced] / QUANTUM) * QUANTUM
     radii = solid.distances(inside, depths[spaced]) + overhang
@@ -260,21 +290,23 @@ def _proven(corners: FloatArray, solid: Solid, overhang: float) -> Balls | None:
     """The balls of a cover; None where they are too many."""
     candidates, middles = _candidates(solid, overhang), solid.outer
     samples = middles[thinned(middles, max(0.2 * overhang, 0.75 * solid.voxel))]
-    bare = samples if not len(candidates) else samples[~candidates.shrunk(KEPT * overhang).hold(samples)]
+    bare = (
+        samples if not len(candidates) else samples[~candidates.shrunk(SETTINGS.sample_depth * overhang).hold(samples)]
+    )
     candidates = candidates.combined(_around(bare[thinned(bare, 0.75 * overhang)], overhang))
     chosen = np.empty(0, dtype=np.intp)
-    for _ in range(MOST_ROUNDS):
-        picked = list(_picked(samples, candidates, KEPT * overhang))
+    for _ in range(SETTINGS.most_rounds):
+        picked = list(_picked(samples, candidates, SETTINGS.sample_depth * overhang))
         chosen = np.concatenate([chosen, np.array(picked, dtype=np.intp)])
-        if len(chosen) > MOST_CHOSEN:
+        if len(chosen) > MOST_BALLS:
             return None
         balls = Balls(candidates.centers[chosen], candidates.radii[chosen])
-        missed = unheld(corners, balls, COARSENESS * overhang)
+        missed = unheld(corners, balls, SETTINGS.coarseness * overhang)
         if not len(missed):
             return balls
-        samples = missed[thinned(missed, COARSENESS / 2.0 * overhang)]
+        samples = missed[thinned(missed, SETTINGS.coarseness / 2.0 * overhang)]
         candidates = candidates.combined(_around(samples, overhang))
-    raise InvalidProblem("mesh", f"no cover was proven in {MOST_ROUNDS} rounds")
+    raise InvalidProblem("mesh", f"no cover was proven in {SETTINGS.most_rounds} rounds")
 
 
 def _picked(samples: FloatArray, candidates: Balls, margin: float) -> Iterator[int]:
@@ -305,7 +337,7 @@ def _sphere_points(count: int) -> FloatArray:
 
 def _overhangs(balls: Balls, solid: Solid) -> tuple[float, float]:
     """Distances from the solid within which 95 % of the points of a cover's outside are, and all that were tried, m."""
-    points = (balls.centers[:, None] + balls.radii[:, None, None] * _sphere_points(DIRECTIONS)).reshape(-1, 3)
+    points = (balls.centers[:, None] + balls.radii[:, None, None] * _sphere_points(SETTINGS.directions)).reshape(-1, 3)
     points = points[~balls.shrunk(QUANTUM).hold(points)]
     points = points[thinned(points, solid.voxel)]
     away = (
@@ -316,7 +348,7 @@ def _overhangs(balls: Balls, solid: Solid) -> tuple[float, float]:
 
 def _volume_ratio(balls: Balls, solid: Solid, overhang: float) -> float:
     """The volume of balls over that of a solid, by the points of a lattice."""
-    step = max(solid.voxel, LARGEST_VOXEL)
+    step = max(solid.voxel, SETTINGS.largest_voxel)
     low, high = (solid.corners.min(axis=(0, 1)) - overhang, solid.corners.max(axis=(0, 1)) + overhang)
     axes = [np.arange(a + step / 2.0, b, step) for a, b in zip(low, high, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from problems.base import FloatArray, InvalidProblem
 
 SAME_PLANE = 1e-6  # of normals, and of offsets relative to the size: of triangles of one face
-THINNEST = 1e-9  # relative: what is flatter has no inside
+LEAST_THICKNESS = 1e-9  # relative: what is flatter has no inside
 MOST_CORNERS = 10_000
-AT_ONCE = 10_000_000  # products of corners and faces
+PRODUCTS_AT_ONCE = 10_000_000  # products of corners and faces
 ON_FACE = 1e-9  # m: so far from a face a point still counts as in it
 COARSENESS = 0.0005  # m: so far it may be outside of that
-GROWN = 1e-9  # relative: rounding must not cut off a corner
+GROWTH = 1e-9  # relative: rounding must not cut off a corner
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Hull:
             found = scipy.spatial.ConvexHull(points)
         except (scipy.spatial.QhullError, ValueError) as error:
             raise InvalidProblem("points", "they are in one plane; a body needs an inside") from error
-        if found.volume <= THINNEST * size**3:
+        if found.volume <= LEAST_THICKNESS * size**3:
             raise InvalidProblem("points", "they are in one plane; a body needs an inside")
         if len(found.vertices) > MOST_CORNERS:
             raise InvalidProblem("points", f"{len(found.vertices)} corners of their hull, of at most {MOST_CORNERS}")
@@ -62,7 +62,7 @@ class Hull:
         inwards = np.einsum("mi,mi->m", np.cross(two - one, three - one), normals) < 0.0
         triangles[inwards] = triangles[inwards][:, ::-1]
         normals = normals[_distinct(np.column_stack([normals, found.equations[:, 3] / size]))]
-        blocks = np.array_split(normals, 1 + len(normals) * len(corners) // AT_ONCE)
+        blocks = np.array_split(normals, 1 + len(normals) * len(corners) // PRODUCTS_AT_ONCE)
         return cls(corners, triangles, normals, np.concatenate([(corners @ block.T).max(axis=0) for block in blocks]))
 
     @cached_property
@@ -144,5 +144,5 @@ def enclosing(hull: Hull, most: int) -> Hull:
         corners = scipy.spatial.HalfspaceIntersection(planes, inside).intersections
         beyond = (corners @ faces[:, :3].T + faces[:, 3]).max(axis=0)
         if beyond.max() <= COARSENESS or len(planes) >= most:
-            return Hull.of(inside + (corners - inside) * (1.0 + GROWN))
+            return Hull.of(inside + (corners - inside) * (1.0 + GROWTH))
         planes = np.concatenate([planes, faces[[beyond.argmax()]]])

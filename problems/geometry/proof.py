@@ -2,8 +2,8 @@
 
 A triangle lies in a ball when its corners do. The ball to ask is that of least power, |p - c|^2 - r^2, at the middle of
 a piece: lifted by sqrt(R^2 - r^2) into a fourth dimension, with R the largest radius, it is the nearest of points.
-Corners must lie deeper in a ball than :data:`ROUNDING`, which is more than all that floating point takes from them on
-the way: numbers below 100 m are rounded by less than 1e-14 m, once for every cut.
+Corners must lie deeper in a ball than :data:`DEPTH_MARGIN`, which is more than floating point takes from them: numbers
+below 100 m are rounded by less than 1e-14 m, once for every cut.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.geometry.surface import halved, longest_sides
 
-ROUNDING = 1e-9  # m
-NEAREST = 2  # balls that are asked about a piece
-SHORTEST = 1e-5  # m: a piece so small that lies in no ball is not held
-AT_ONCE = 200_000  # pieces
+DEPTH_MARGIN = 1e-9  # m
+CANDIDATES = 2  # balls that are asked about a piece
+LEAST_PIECE = 1e-5  # m: a piece so small that lies in no ball is not held
+PIECES_AT_ONCE = 200_000  # pieces
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Balls:
 
     @cached_property
     def _squares(self) -> FloatArray:
-        return np.asarray(np.square(np.maximum(self.radii - ROUNDING, 0.0)))
+        return np.asarray(np.square(np.maximum(self.radii - DEPTH_MARGIN, 0.0)))
 
     def likeliest(self, points: FloatArray, count: int) -> NDArray[np.intp]:
         """Numbers of the balls of least power at points (n, 3): (n, count or as many as there are)."""
@@ -70,7 +70,7 @@ class Balls:
 
     def hold_pieces(self, pieces: FloatArray) -> NDArray[np.bool_]:
         """Whether triangles (n, 3, 3) surely lie in one ball each, (n,)."""
-        numbers, held = self.likeliest(pieces.mean(axis=1), NEAREST), np.zeros(len(pieces), dtype=bool)
+        numbers, held = self.likeliest(pieces.mean(axis=1), CANDIDATES), np.zeros(len(pieces), dtype=bool)
         for column in numbers.T:
             rows = np.flatnonzero(~held)
             away = pieces[rows] - self.centers[column[rows], None]
@@ -91,14 +91,14 @@ def unheld(corners: FloatArray, balls: Balls, resolution: float = np.inf) -> Flo
     waiting, found = [corners], []
     while waiting:
         pieces = waiting.pop()
-        if len(pieces) > AT_ONCE:
+        if len(pieces) > PIECES_AT_ONCE:
             waiting += [pieces[: len(pieces) // 2], pieces[len(pieces) // 2 :]]
             continue
         left = pieces[~balls.hold_pieces(pieces)]
         if not len(left):
             continue
         middles, lengths = left.mean(axis=1), longest_sides(left)
-        lost = lengths <= SHORTEST
+        lost = lengths <= LEAST_PIECE
         found.append(middles[lost])
         small = np.flatnonzero(~lost & (lengths <= resolution))
         bare = ~balls.hold(left[small].reshape(-1, 3)).reshape(-1, 3)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 
-NEAREST = 5  # pieces, of those with the nearest middles, to which a distance is computed
+CANDIDATES = 5  # pieces, of those with the nearest middles, to which a distance is computed
 
 
 def longest_sides(corners: FloatArray) -> FloatArray:
@@ -72,7 +72,7 @@ class Surface:
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Distances of points (m, 3) from the nearest of the pieces with the nearest middles, (m,), m."""
-        nearest = min(NEAREST, len(self.pieces))
+        nearest = min(CANDIDATES, len(self.pieces))
         _, numbers = self._tree.query(points, k=nearest, workers=-1)
         each = np.asarray(numbers).reshape(len(points), nearest).T
         squares = np.min([_squared_distances(points, self.pieces[one]) for one in each], axis=0)

@@ -12,7 +12,7 @@ from problems.base import FloatArray
 from problems.geometry.proof import Balls
 
 FANOUT = 4  # children of a node
-ROUNDING = 1e-12  # relative: what a radius may lack
+RADIUS_ROUNDING = 1e-12  # relative: what a radius may lack
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,4 +85,4 @@ def _around(balls: Balls, members: NDArray[np.intp]) -> tuple[FloatArray, float]
         return centers[0], float(radii[0])
     low, high = (centers - radii[:, None]).min(axis=0), (centers + radii[:, None]).max(axis=0)
     middle = (low + high) / 2.0
-    return middle, float((np.linalg.norm(centers - middle, axis=1) + radii).max()) * (1.0 + ROUNDING)
+    return middle, float((np.linalg.norm(centers - middle, axis=1) + radii).max()) * (1.0 + RADIUS_ROUNDING)

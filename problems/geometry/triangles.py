@@ -18,9 +18,30 @@ from numpy.typing import NDArray
 from problems.base import FloatArray, InvalidProblem
 
 QUANTUM = 2.0**-13  # m: stored places are whole multiples
-FINEST, STEPS = 2.0**-10, 12  # cells of the lattice: the smallest, of the body's size; halvings between that and it
-FLAT = 0.05  # of the largest eigenvalue: along directions of smaller ones, planes do not say where a point is
-THICK = 0.003  # of the area to the power 1.5: the volume of something that has an inside; of a ball it is 0.094
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimplificationSettings:
+    """Settings of the simplification of triangles for drawing.
+
+    Values are chosen.
+
+    Attributes:
+        finest_cell: share of the body's size: the smallest cells of the lattice.
+        halvings: halvings of the cells between that and the body's size.
+        flat: share of the largest eigenvalue: along directions of smaller ones planes do not place a point.
+        thick: volume over area to the power 1.5 of a body that has an inside; 0.094 for a ball.
+    """
+
+    finest_cell: float = 2.0**-10
+    halvings: int = 12
+    flat: float = 0.05
+    thick: float = 0.003
+
+
+SETTINGS = SimplificationSettings()
+
+
 MOST_STORED = 100_000  # vertices, and triangles, of a text
 
 Faces = NDArray[np.int64]
@@ -64,7 +85,7 @@ class Triangles:
     def outward(self) -> Triangles:
         """The triangles, turned over where the volume that they enclose is clearly negative."""
         from_middle = self.corners - self.vertices.mean(axis=0) if len(self.faces) else self.corners
-        inside_out = float(np.linalg.det(from_middle).sum()) / 6.0 < -THICK * self.area**1.5
+        inside_out = float(np.linalg.det(from_middle).sum()) / 6.0 < -SETTINGS.thick * self.area**1.5
         return Triangles(self.vertices, self.faces[:, ::-1]) if inside_out else self
 
     def placed(self, rotation: FloatArray, translation: FloatArray) -> Triangles:
@@ -129,8 +150,8 @@ def simplified(triangles: Triangles, most: int) -> Triangles:
         return triangles
     low, high = triangles.vertices.min(axis=0), triangles.vertices.max(axis=0)
     size = float((high - low).max())
-    fine, coarse = FINEST * size, size
-    for _ in range(STEPS):
+    fine, coarse = SETTINGS.finest_cell * size, size
+    for _ in range(SETTINGS.halvings):
         cell = float(np.sqrt(fine * coarse))
         numbers = _cells_of(triangles.vertices - low, cell)
         fine, coarse = (fine, cell) if len(_with_area(numbers[triangles.faces])) <= most else (cell, coarse)
@@ -178,7 +199,7 @@ def _representatives(triangles: Triangles, numbers: Faces, cell: float) -> Float
     matrix = np.array([[summed(planes[:, i] * planes[:, j]) for j in range(3)] for i in range(3)]).transpose(2, 0, 1)
     right = np.column_stack([summed(planes[:, i] * away) for i in range(3)])
     values, vectors = np.linalg.eigh(matrix)
-    known = values > FLAT * values[:, -1:]
+    known = values > SETTINGS.flat * values[:, -1:]
     along = np.einsum("nij,ni->nj", vectors, right) * known / np.where(known, values, 1.0)
     shift = np.einsum("nij,nj->ni", vectors, along)
     length = np.linalg.norm(shift, axis=1, keepdims=True)

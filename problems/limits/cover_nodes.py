@@ -16,8 +16,8 @@ from problems.evaluation import RowFunction
 from problems.geometry import BallTree
 from problems.robots import ArmCover, Chain, SpatialArm
 
-AT_ONCE = 128  # postures that are computed at once
-SPARE = 1.0 + 1e-12  # rounding must not make a lever shorter
+POSTURES_AT_ONCE = 128  # postures that are computed at once
+LEVER_ROUNDING = 1.0 + 1e-12  # rounding must not make a lever shorter
 
 Numbers: TypeAlias = NDArray[np.intp]
 
@@ -65,7 +65,7 @@ class Nodes:
     def levers(self) -> FloatArray:
         """Distances of each node's centre from each joint's axis, (nodes, dof), m, at most; 1 if it slides."""
         each = [self.chain.levers(link.body, link.tree.nodes.centers) for link in self.cover.links]
-        return np.concatenate(each) * SPARE
+        return np.concatenate(each) * LEVER_ROUNDING
 
 
 class Postures(NamedTuple):
@@ -107,7 +107,7 @@ def _frames(arm: SpatialArm) -> RowFunction:
     theta = ca.SX.sym("theta", arm.dof)
     frames = arm.chain.frames(theta.T, arm.base_frame)
     entries = [entry for frame in frames for entry in (*(e for row in frame.rotation for e in row), *frame.translation)]
-    return RowFunction(ca.Function("frames", [theta], [ca.densify(ca.vertcat(*map(ca.SX, entries)))]), AT_ONCE)
+    return RowFunction(ca.Function("frames", [theta], [ca.densify(ca.vertcat(*map(ca.SX, entries)))]), POSTURES_AT_ONCE)
 
 
 class Items(NamedTuple):

@@ -17,9 +17,9 @@ from problems.robots import Robot
 from problems.scene import Obstacle
 
 PROBES = 8  # random states at which it is seen how an expression depends on how fast a motion is run
-SLOWER = 1.7  # the factor there
+PROBE_FACTOR = 1.7  # the factor there
 DEGREES = (1.0, 2.0, 3.0, 4.0, 6.0)  # with which an expression may fall as a motion is run more slowly
-SAME = 1e-9  # relative
+PROBE_TOLERANCE = 1e-9  # relative
 FAR = 100.0  # times the nearer bound
 
 Bound = tuple[float, ...] | None
@@ -230,11 +230,13 @@ def degree_of(function: SampleFunction, robot: Robot) -> float | None:
     if function.uses("time", "duration"):
         return None
     states, powers = random_states(robot, PROBES), np.repeat(np.arange(4), robot.dof)
-    slower = states / SLOWER ** np.append(powers, 0)
+    slower = states / PROBE_FACTOR ** np.append(powers, 0)
     before, after = (function.probed(robot, each) for each in (states, slower))
     return next((degree for degree in DEGREES if _falls(before, after, degree)), None)
 
 
 def _falls(before: FloatArray, after: FloatArray, degree: float) -> bool:
     size = float(np.max(np.abs(before)))
-    return size > 0.0 and bool(np.allclose(after * SLOWER**degree, before, rtol=SAME, atol=SAME * size))
+    return size > 0.0 and bool(
+        np.allclose(after * PROBE_FACTOR**degree, before, rtol=PROBE_TOLERANCE, atol=PROBE_TOLERANCE * size)
+    )

@@ -20,7 +20,7 @@ from problems.scene import Frames, Obstacle, crossing_clearance
 
 MOST_BALLS = 8  # in a cluster
 LEAST_PAIRS = 4  # for which the one around them is looked at first
-ROUNDING = 1e-9  # m: what a distance may lack
+DISTANCE_ROUNDING = 1e-9  # m: what a distance may lack
 STEP_SHARE = 3.0  # of what programs keep between samples: by how much a margin is changed to see what it is worth
 
 
@@ -67,7 +67,7 @@ def _cluster(bodies: list[Body], places: Sequence[FloatArray]) -> Cluster:
     farthest = (np.linalg.norm(centers[:, None] - centers, axis=2) + radii).max(axis=1)
     middle = int(np.argmin(farthest))
     others = [body for k, body in enumerate(bodies) if k != middle]
-    return Cluster((bodies[middle], *others), float(farthest[middle]) + ROUNDING)
+    return Cluster((bodies[middle], *others), float(farthest[middle]) + DISTANCE_ROUNDING)
 
 
 NEAR = 0.1  # of the reach: pairs that stay farther apart, on top of what they have to keep, may be forgotten

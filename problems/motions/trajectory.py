@@ -19,7 +19,7 @@ from problems.robots import Robot
 
 SMOOTH_ORDERS = 3  # of which all but the jerks are continuous where nothing else is said
 CONTINUOUS_ORDERS = 2  # of which at least angles and speeds have to be
-ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
+JUMP_ROUNDING = 1e-12  # relative to a derivative's largest value: smaller jumps are none
 NO_SIGN = 1e-9  # of the largest: coefficients nearer to zero have no sign
 JUMP = 1e-6  # of the scale of jumps: an acceleration that jumps by less is continuous; timed pieces can be short
 ROUNDED_TIME = 1e-9  # s, and relative to T: a time that is outside the motion by less is at its end
@@ -213,7 +213,7 @@ class Trajectory:
         """Whether a derivative jumps by more than rounding at each inner breakpoint, (p - 1,)."""
         before, after = self._sides(order)
         largest = max(float(np.abs(before).max(initial=0.0)), float(np.abs(after).max(initial=0.0)))
-        return np.asarray((np.abs(after[1:] - before[:-1]) > ROUNDING * largest).any(axis=1))
+        return np.asarray((np.abs(after[1:] - before[:-1]) > JUMP_ROUNDING * largest).any(axis=1))
 
     @cached_property
     def is_finite(self) -> bool:

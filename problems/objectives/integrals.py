@@ -64,9 +64,26 @@ class Integrand:
 
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-RELATIVE_TOLERANCE = 1e-11  # of the integral of |f|, shared among the cells by their lengths
-MAX_HALVINGS = 48
-MAX_CELLS = 20_000  # at once; more are only left where the integrand is nothing but rounding
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuadratureSettings:
+    """Settings of integrals over finished motions.
+
+    Values are chosen.
+
+    Attributes:
+        relative_tolerance: share of the integral of |f|, divided among the cells by their lengths.
+        most_halvings: halvings of a cell.
+        most_cells: cells at once; more are only left where the integrand is nothing but rounding.
+    """
+
+    relative_tolerance: float = 1e-11
+    most_halvings: int = 48
+    most_cells: int = 20_000
+
+
+SETTINGS = QuadratureSettings()
 
 
 def integral(f: Callable[[FloatArray], FloatArray], edges: FloatArray, floor: float) -> float:
@@ -79,14 +96,14 @@ def integral(f: Callable[[FloatArray], FloatArray], edges: FloatArray, floor: fl
     """
     starts, ends = edges[:-1], edges[1:]
     coarse, settled = _gauss(f, starts, ends), 0.0
-    allowed = (RELATIVE_TOLERANCE * np.abs(coarse).sum() + floor) / (edges[-1] - edges[0])
-    for _ in range(MAX_HALVINGS):
+    allowed = (SETTINGS.relative_tolerance * np.abs(coarse).sum() + floor) / (edges[-1] - edges[0])
+    for _ in range(SETTINGS.most_halvings):
         middles = (starts + ends) / 2.0
         halves = np.array([_gauss(f, starts, middles), _gauss(f, middles, ends)])
         fine = halves.sum(axis=0)
         left = np.abs(fine - coarse) > allowed * (ends - starts)
         settled += float(fine[~left].sum())
-        if not left.any() or 2 * left.sum() > MAX_CELLS:
+        if not left.any() or 2 * left.sum() > SETTINGS.most_cells:
             return settled + float(fine[left].sum())
         coarse = halves[:, left].ravel()
         starts, ends = np.append(starts[left], middles[left]), np.append(middles[left], ends[left])

@@ -19,7 +19,7 @@ from problems.robots.inverse_kinematics import (
     project,
     tool_jacobian,
 )
-from problems.robots.link_covers import FINE_OVERHANG, LinkCover, MeshNote, covers_text, read_covers
+from problems.robots.link_covers import LinkCover, MeshNote, covers_text, read_covers
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
 from problems.robots.robot import Body, JointLimits, Robot
@@ -32,7 +32,7 @@ from problems.robots.shapes import (
     Shape,
     SphereShape,
 )
-from problems.robots.spatial_arm import GRAVITY, POSTURES, SpatialArm, largest_holding_torques
+from problems.robots.spatial_arm import GRAVITY, RANDOM_POSTURES, SpatialArm, largest_holding_torques
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
 from problems.robots.srdf import read_srdf, srdf_chain
@@ -54,12 +54,11 @@ ROBOTS: dict[str, type[Robot]] = {"planar": PlanarArm}
 
 __all__ = [
     "BUILT_IN",
-    "FINE_OVERHANG",
     "GRAVITY",
     "LONGEST_STEP",
     "MASSLESS",
     "PLANAR_GRAVITY",
-    "POSTURES",
+    "RANDOM_POSTURES",
     "ROBOTS",
     "ArmCover",
     "Ball",

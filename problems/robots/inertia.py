@@ -35,7 +35,7 @@ from problems.robots.transform import (
     transposed,
 )
 
-ROUNDING = 1e-6  # of the largest principal moment: what figures with few digits may be off by
+MOMENT_ROUNDING = 1e-6  # of the largest principal moment: what figures with few digits may be off by
 MASSLESS: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -142,7 +142,7 @@ def inertia_fault(matrix: Matrix3) -> str | None:
     Principal moments are sums of two of three variances each, so that none is negative or above the sum of the others.
     """
     inertia = np.array(matrix)
-    room = ROUNDING * float(np.abs(inertia).max())
+    room = MOMENT_ROUNDING * float(np.abs(inertia).max())
     if float(np.abs(inertia - inertia.T).max()) > room:
         return "the matrix is not symmetric"
     one, two, three = np.linalg.eigvalsh(inertia).tolist()

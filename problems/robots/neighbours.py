@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -12,9 +13,25 @@ from problems.geometry import Balls
 from problems.robots.arm_cover import CoveredLink
 from problems.robots.chain import ChainJoint, LinkFrame
 
-NEAREST = 4  # balls of a link that are tried for each of another
-MOST_CELLS = 200  # of a joint's range, before nothing is said of it
-DEEPEST = 0.95  # of an overlap is counted on: rounding takes less than the rest
+
+@dataclass(frozen=True, kw_only=True)
+class NeighbourSettings:
+    """Settings of the proof that two links always touch.
+
+    Values are chosen.
+
+    Attributes:
+        nearest: balls of a link that are tried for each of another.
+        most_cells: cells of a joint's range before the proof gives up.
+        counted_overlap: share of an overlap that is counted on: rounding takes less than the rest.
+    """
+
+    nearest: int = 4
+    most_cells: int = 200
+    counted_overlap: float = 0.95
+
+
+SETTINGS = NeighbourSettings()
 
 
 def connected_links(frames: Sequence[LinkFrame], solid: Collection[str]) -> frozenset[frozenset[str]]:
@@ -60,9 +77,9 @@ def are_never_parted(one: CoveredLink, two: CoveredLink, joint: ChainJoint, boun
         low, high = cells.pop()
         middle, looked = (low + high) / 2.0, looked + 1
         depths = _depths(*inner, joint, middle)
-        if looked > MOST_CELLS or not (depths > 0.0).any():
+        if looked > SETTINGS.most_cells or not (depths > 0.0).any():
             return False
-        shown = float(np.max(DEEPEST * depths / levers))
+        shown = float(np.max(SETTINGS.counted_overlap * depths / levers))
         if middle - low > shown:
             cells += [(low, middle), (middle, high)]
     return True
@@ -82,6 +99,6 @@ def _depths(one: Balls, two: Balls, joint: ChainJoint, value: float) -> FloatArr
     pose = joint.moved(ca.DM(value))
     turn = np.array([[float(entry) for entry in row] for row in pose.rotation])
     centers = two.centers @ turn.T + np.array([float(part) for part in pose.translation])
-    numbers = one.likeliest(centers, NEAREST)
+    numbers = one.likeliest(centers, SETTINGS.nearest)
     apart = np.linalg.norm(one.centers[numbers] - centers[:, None], axis=2)
     return np.asarray((one.radii[numbers] - apart).max(axis=1) + two.radii)

@@ -20,13 +20,34 @@ from numpy.typing import NDArray
 from problems.base import FloatArray, InvalidProblem, as_array, cached_text, structure_key
 from problems.robots.spatial_arm import SpatialArm
 
-SAMPLES = 2_000
-NEAREST = 400  # postures around which more are tried
-SPREAD = 0.1  # of those, as a part of the joints' ranges
-ALWAYS = 0.95  # of the postures: spheres that touch at so many belong together
-SLACK = 0.01  # m: spheres that come no nearer never touch
-TURN = np.pi  # rad, largest angle tried of a joint that can turn farther
-HELD = 1_000_000  # distances that are held at once
+
+@dataclass(frozen=True, kw_only=True)
+class SamplingSettings:
+    """Settings of the random postures by which pairs of spheres are chosen.
+
+    Values follow the MoveIt Setup Assistant where it has them, and are chosen else.
+
+    Attributes:
+        samples: uniform postures.
+        nearest: postures around which more are tried.
+        spread: share of the joints' ranges in which these lie.
+        always: share of the postures: spheres that touch at so many belong together.
+        slack: distance, m: spheres that come no nearer never touch.
+        largest_angle: largest angle, rad, of a joint that can turn farther.
+        distances_at_once: distances that are computed at once.
+    """
+
+    samples: int = 2_000
+    nearest: int = 400
+    spread: float = 0.1
+    always: float = 0.95
+    slack: float = 0.01
+    largest_angle: float = np.pi
+    distances_at_once: int = 1_000_000
+
+
+SETTINGS = SamplingSettings()
+
 
 LinkPairs = Collection[tuple[str, str]]
 Named = frozenset[frozenset[str]]
@@ -83,8 +104,8 @@ def _chosen(robot: SpatialArm, disabled: Named, kept: Named, connected: Named) -
     if not len(pairs):
         return OwnPairs()
     least, touching = _least_and_touching(robot, pairs)
-    together = ~must_not & (touching >= ALWAYS)
-    near = ~together & (must_not | (least < max(SLACK, robot.margin)))
+    together = ~must_not & (touching >= SETTINGS.always)
+    near = ~together & (must_not | (least < max(SETTINGS.slack, robot.margin)))
     return OwnPairs(*(_numbers(pairs[chosen]) for chosen in (near, ~together & ~near, together)))
 
 
@@ -136,19 +157,20 @@ class _Sampled:
         """The least distance of each pair, (m,), m, and the share of the uniform postures at which it touches."""
         rng = np.random.default_rng(0)
         low, high = self._ranges
-        theta = rng.uniform(low, high, (SAMPLES, self.robot.dof))
+        theta = rng.uniform(low, high, (SETTINGS.samples, self.robot.dof))
         least, nearest, touching = self._distances(theta)
-        near = theta[np.unique(nearest)[:NEAREST]]
-        around = np.repeat(near, max(1, SAMPLES // len(near)), axis=0)
-        around = np.clip(around + SPREAD * (high - low) * rng.normal(size=around.shape), low, high)
+        near = theta[np.unique(nearest)[: SETTINGS.nearest]]
+        around = np.repeat(near, max(1, SETTINGS.samples // len(near)), axis=0)
+        around = np.clip(around + SETTINGS.spread * (high - low) * rng.normal(size=around.shape), low, high)
         return np.minimum(least, self._distances(around)[0]), touching
 
     @property
     def _ranges(self) -> tuple[FloatArray, FloatArray]:
-        limits = self.robot.position_limits or ((-TURN, TURN),) * self.robot.dof
+        most = SETTINGS.largest_angle
+        limits = self.robot.position_limits or ((-most, most),) * self.robot.dof
         low, high = np.array(limits, dtype=float).T
-        turning = np.array([joint.turns for joint in self.robot.chain.joints]) & (high - low > 2.0 * TURN)
-        return np.where(turning, -TURN, low), np.where(turning, TURN, high)
+        turning = np.array([joint.turns for joint in self.robot.chain.joints]) & (high - low > 2.0 * most)
+        return np.where(turning, -most, low), np.where(turning, most, high)
 
     @cached_property
     def _centers(self) -> ca.Function:
@@ -166,7 +188,7 @@ class _Sampled:
         one, two = self.pairs.T
         least, nearest = np.full(len(one), np.inf), np.zeros(len(one), dtype=np.int64)
         touching = np.zeros(len(one))
-        chunk = max(1, HELD // len(one))
+        chunk = max(1, SETTINGS.distances_at_once // len(one))
         for start in range(0, len(theta), chunk):
             x, y, z = np.moveaxis(centers[start : start + chunk], 2, 0)
             squares = (x[:, one] - x[:, two]) ** 2 + (y[:, one] - y[:, two]) ** 2 + (z[:, one] - z[:, two]) ** 2

@@ -431,8 +431,8 @@ class SpatialArm(Robot):
         return tuple(dict.fromkeys((*(sphere.name for sphere in self.spheres), *covered)))
 
 
-POSTURES = 10_000
-ROUNDING = 1e-9  # N m
+RANDOM_POSTURES = 10_000
+TORQUE_ROUNDING = 1e-9  # N m
 SEED = 17  # of the postures: a robot has the same figures every time
 
 
@@ -445,6 +445,6 @@ def largest_holding_torques(arm: SpatialArm) -> FloatArray | None:
     if chain is None or ranges is None:
         return None
     low, high = np.array(ranges).T
-    postures = np.random.default_rng(SEED).uniform(low, high, (POSTURES, arm.dof))
+    postures = np.random.default_rng(SEED).uniform(low, high, (RANDOM_POSTURES, arm.dof))
     held = np.abs(as_array(chain.gravitational(ca.DM(postures)))).max(axis=0)
-    return np.where(held < ROUNDING, 0.0, held)
+    return np.where(held < TORQUE_ROUNDING, 0.0, held)

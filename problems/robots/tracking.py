@@ -11,7 +11,7 @@ import scipy  # whose parts are loaded when they are used
 from problems.base import FloatArray, InvalidProblem, Operand, check_within
 
 MOST = 0.5  # rad or m, s or s^2: what is larger is no robot that follows
-TINY = 1e-12  # of what does not move
+LEAST_MOTION = 1e-12  # of what does not move
 ROWS, ROUNDS, TOLERANCE = 100, 50, 1e-9  # that join a program at a time; programs; relative
 MOST_TOGETHER = 1.0  # rad, of all joints that turn: farther than that bounds by levers say little
 
@@ -85,7 +85,7 @@ def least_tracking_error(
 def _least(error: FloatArray, speed: FloatArray, acceleration: FloatArray, constant_alone: bool) -> FloatArray:
     if constant_alone or not error.any():
         return np.array([error.max(), 0.0, 0.0])
-    scale = np.array([1.0, max(speed.max(), TINY), max(acceleration.max(), TINY)])
+    scale = np.array([1.0, max(speed.max(), LEAST_MOTION), max(acceleration.max(), LEAST_MOTION)])
     rows = np.column_stack([np.ones_like(error), speed, acceleration]) / scale
     most, cost, shares = error.max(), rows.mean(axis=0), np.zeros(3)
     wanted, kept = error / most, np.empty(0, dtype=np.intp)

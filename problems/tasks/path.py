@@ -200,12 +200,30 @@ def closed_curve(
     return Path.through(fine).resampled(count)
 
 
-SPACING_RADIUS = 0.2  # of the reach: the radius of curvature that a joint-space curve between two knots may have
-MOST_SPACING = 0.06  # of the reach
-MOST_KNOTS = 400  # that are inserted; given points are knots anyway
-STOPPING_ANGLE = np.pi / 3.0  # from this change of direction on a stop costs less than the way round it
-OVERSHOOT = 0.15  # of the distance of knots times the angle: by how much a spline overshoots a bend, about
-MOST_TURN = 0.2  # rad, by which the tool turns from one knot to the next
+@dataclass(frozen=True, kw_only=True)
+class KnotSettings:
+    """Settings of the choice of knots along a path.
+
+    Values are chosen.
+
+    Attributes:
+        spacing_radius: share of the reach: radius of curvature of a joint-space curve between two knots.
+        most_spacing: share of the reach: largest distance of two knots.
+        most_knots: knots that are inserted; given points are knots anyway.
+        stopping_angle: change of direction, rad, from which on a stop costs less than the path around it.
+        overshoot: share of knot distance times angle by which a spline overshoots a bend, approximately.
+        most_turn: angle, rad, by which the tool turns from one knot to the next.
+    """
+
+    spacing_radius: float = 0.2
+    most_spacing: float = 0.06
+    most_knots: int = 400
+    stopping_angle: float = np.pi / 3.0
+    overshoot: float = 0.15
+    most_turn: float = 0.2
+
+
+SETTINGS = KnotSettings()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,8 +258,8 @@ def knots_of(path: Path, accuracy: float, reach: float, angular_accuracy: float 
     """
     vertices, orientations = path.array, path.orientations
     lengths = np.hypot.reduce(np.diff(vertices, axis=0), axis=1)
-    spacing = min(np.sqrt(2.0 * accuracy * SPACING_RADIUS * reach), MOST_SPACING * reach)
-    counts = np.ceil(lengths / max(spacing, lengths.sum() / MOST_KNOTS)).astype(int)
+    spacing = min(np.sqrt(2.0 * accuracy * SETTINGS.spacing_radius * reach), SETTINGS.most_spacing * reach)
+    counts = np.ceil(lengths / max(spacing, lengths.sum() / SETTINGS.most_knots)).astype(int)
     if orientations is not None:
         counts = np.maximum(counts, _counts_by_turn(orientations.angles, angular_accuracy))
     segments = np.repeat(np.arange(len(lengths)), counts)
@@ -265,8 +283,8 @@ def knots_of(path: Path, accuracy: float, reach: float, angular_accuracy: float 
 
 def _counts_by_turn(angles: FloatArray, accuracy: float) -> NDArray[np.intp]:
     """Numbers of knots on each line, so that the tool turns little from one to the next."""
-    spacing = min(np.sqrt(2.0 * accuracy * SPACING_RADIUS), MOST_TURN)
-    return np.asarray(np.ceil(angles / max(spacing, angles.sum() / MOST_KNOTS)), dtype=np.intp)
+    spacing = min(np.sqrt(2.0 * accuracy * SETTINGS.spacing_radius), SETTINGS.most_turn)
+    return np.asarray(np.ceil(angles / max(spacing, angles.sum() / SETTINGS.most_knots)), dtype=np.intp)
 
 
 def _rotations(orientations: Orientations, segments: NDArray[np.intp], shares: FloatArray) -> FloatArray:
@@ -284,7 +302,7 @@ def _sharply_turning(
     rates = orientations.turns / lengths[:, None]
     change = np.linalg.norm(np.diff(rates, axis=0), axis=1)
     spacings = lengths / counts
-    overshoot = OVERSHOOT * np.maximum(spacings[1:], spacings[:-1]) * change
+    overshoot = SETTINGS.overshoot * np.maximum(spacings[1:], spacings[:-1]) * change
     return np.flatnonzero(overshoot > accuracy / 2.0) + 1
 
 
@@ -293,5 +311,5 @@ def _sharp(vertices: FloatArray, spacings: FloatArray, accuracy: float) -> NDArr
     steps = np.diff(vertices, axis=0)
     unit = steps / np.hypot.reduce(steps, axis=1)[:, None]
     angles = np.arccos(np.clip(np.einsum("nd,nd->n", unit[1:], unit[:-1]), -1.0, 1.0))
-    overshoot = OVERSHOOT * np.maximum(spacings[1:], spacings[:-1]) * angles
-    return np.flatnonzero((angles >= STOPPING_ANGLE) | (overshoot > accuracy / 2.0)) + 1
+    overshoot = SETTINGS.overshoot * np.maximum(spacings[1:], spacings[:-1]) * angles
+    return np.flatnonzero((angles >= SETTINGS.stopping_angle) | (overshoot > accuracy / 2.0)) + 1

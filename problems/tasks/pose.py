@@ -30,7 +30,7 @@ from problems.tasks.checks import check_length_one, least_clearances, overloaded
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
 
 ASIDE = 1e-9  # rad, added to a turn whose axis is not known
-TINY = 1e-60  # keeps a root's derivative finite
+LEAST_SQUARE = 1e-60  # keeps a root's derivative finite
 
 
 def rotation_rows(quaternion: tuple[Operand, ...]) -> Matrix:
@@ -50,7 +50,7 @@ def turn_between(wanted: Matrix, rotation: Matrix) -> Matrix:
     sine = ca.horzcat(*crossed) / 2.0
     within_quarter = _dot(x, u) + _dot(y, v) + _dot(z, w) >= 1.0
     aside = ca.horzcat(sine[:, 0] + ASIDE, sine[:, 1:])  # for half a turn any axis will do
-    size = ca.sqrt(ca.sum2(aside**2) + TINY)
+    size = ca.sqrt(ca.sum2(aside**2) + LEAST_SQUARE)
     factor = ca.repmat((2.0 - size) / size, 1, 3)
     return ca.if_else(ca.repmat(within_quarter, 1, 3), sine, factor * aside)
 
@@ -59,13 +59,32 @@ def _dot(first: list[Matrix], second: list[Matrix]) -> Matrix:
     return sum((a * b for a, b in zip(first, second, strict=True)), ca.DM(0.0))
 
 
-OFFSET = 0.8  # rad or m: how far from a branch's posture a joint is put before it is projected onto the pose
-STARTS = 400  # of inverse kinematics
-SEED = 16  # of its starts: a pose has the same branches in every plan
-STEPS = 10  # of the projection, with which all but a few candidates arrive
-KEPT = 2.0 * SAMPLING_MARGIN  # of a joint's range, at both ends: what a search keeps at its samples, and more
-ROUNDING = 1e-6  # of the entries of a matrix
-APART = 0.5  # rad or m: two branches differ by more than that in some joint
+@dataclass(frozen=True, kw_only=True)
+class BranchSettings:
+    """Settings of the branches of inverse kinematics at a pose.
+
+    Values are chosen.
+
+    Attributes:
+        offset: rad or m by which a joint is put beside a branch's posture before it is projected onto the pose.
+        starts: starts of inverse kinematics.
+        seed: of these starts, so that a pose has the same branches in every plan.
+        projection_steps: steps of the projection, with which all but a few candidates arrive.
+        least_difference: rad or m by which two branches differ in some joint.
+    """
+
+    offset: float = 0.8
+    starts: int = 400
+    seed: int = 16
+    projection_steps: int = 10
+    least_difference: float = 0.5
+
+
+SETTINGS = BranchSettings()
+
+
+RANGE_MARGIN = 2.0 * SAMPLING_MARGIN  # of a joint's range, at both ends: what a search keeps at its samples, and more
+MATRIX_TOLERANCE = 1e-6  # of the entries of a matrix
 
 
 @dataclass(frozen=True)
@@ -105,10 +124,12 @@ class Pose(Place):
             given = np.asarray(matrix, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise InvalidProblem("matrix", "4 x 4 numbers are needed") from error
-        if given.shape != (4, 4) or not np.allclose(given[3], (0.0, 0.0, 0.0, 1.0), atol=ROUNDING):
+        if given.shape != (4, 4) or not np.allclose(given[3], (0.0, 0.0, 0.0, 1.0), atol=MATRIX_TOLERANCE):
             raise InvalidProblem("matrix", "a homogeneous matrix is needed: 4 x 4, the last row 0, 0, 0, 1")
         rotation = given[:3, :3]
-        is_rotation = np.allclose(rotation @ rotation.T, np.eye(3), atol=ROUNDING) and np.linalg.det(rotation) > 0.0
+        is_rotation = (
+            np.allclose(rotation @ rotation.T, np.eye(3), atol=MATRIX_TOLERANCE) and np.linalg.det(rotation) > 0.0
+        )
         if not is_rotation:
             raise InvalidProblem("matrix", "its 3 x 3 part is no rotation")
         quaternion = scipy.spatial.transform.Rotation.from_matrix(rotation).as_quat()
@@ -147,10 +168,12 @@ class Pose(Place):
             InvalidProblem: it finds none, or none that is clear and held.
         """
         arm = _in_space(robot, field)
-        found = postures(arm, self.point, self.rotation, np.random.default_rng(SEED), STARTS, near, steps_of(arm))
+        found = postures(
+            arm, self.point, self.rotation, np.random.default_rng(SETTINGS.seed), SETTINGS.starts, near, steps_of(arm)
+        )
         what = f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
         if not len(found):
-            raise InvalidProblem(field, f"no posture of {STARTS} searches for one has the tool at {what}")
+            raise InvalidProblem(field, f"no posture of {SETTINGS.starts} searches for one has the tool at {what}")
         nearest = least_clearances(robot, obstacles, found)
         clear = found[nearest >= robot.margin]
         if not len(clear):
@@ -163,7 +186,7 @@ class Pose(Place):
         apart: list[FloatArray] = []
         middle = _middle(robot) if near is None else near
         for theta in sorted(held, key=lambda each: float(np.abs(each - middle).max())):
-            if all(np.abs(theta - other).max() > APART for other in apart):
+            if all(np.abs(theta - other).max() > SETTINGS.least_difference for other in apart):
                 apart.append(theta)
         return tuple(map(self.on_branch, apart))
 
@@ -178,15 +201,17 @@ class Pose(Place):
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
         """The posture at which joints are put, projected onto the pose; and its miss relative to the tolerance."""
-        theta = self._onto(robot, ca.horzcat(*self.branch) + OFFSET * chosen.T)
+        theta = self._onto(robot, ca.horzcat(*self.branch) + SETTINGS.offset * chosen.T)
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
     def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         arm = _in_space(robot)
-        starts = np.array(self.branch) + OFFSET * chosen
-        ends = [as_array(end).ravel() for end in joint_bounds(arm, KEPT, ca.DM(self.branch).T)]
+        starts = np.array(self.branch) + SETTINGS.offset * chosen
+        ends = [as_array(end).ravel() for end in joint_bounds(arm, RANGE_MARGIN, ca.DM(self.branch).T)]
         low, high = ends or (np.full(robot.dof, end) for end in (-np.inf, np.inf))
-        theta, missing = steps_of(arm)(starts, self.position(robot), self.rotation, (low, high), STEPS)
+        theta, missing = steps_of(arm)(
+            starts, self.position(robot), self.rotation, (low, high), SETTINGS.projection_steps
+        )
         return theta, missing <= self.tolerance(robot)
 
     @property
@@ -204,7 +229,9 @@ class Pose(Place):
     def _onto(self, robot: Robot, theta: Matrix) -> Matrix:
         rotation = None if self.quaternion is None else ca.reshape(rotation_rows(self.quaternion), 3, 3).T
         known = ca.horzcat(*self.branch) if self.branch else None
-        return project(_in_space(robot), theta, ca.vertcat(*self.point), rotation, STEPS, KEPT, known)
+        return project(
+            _in_space(robot), theta, ca.vertcat(*self.point), rotation, SETTINGS.projection_steps, RANGE_MARGIN, known
+        )
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """Vectors from the point to the tool, m, and its turns about the axes outside, rad if small; (n, 3 or 6).

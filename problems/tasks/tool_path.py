@@ -19,9 +19,30 @@ from problems.tasks.place import Place, Position
 from problems.tasks.pose import Pose
 
 STRAIGHT = 1e-7  # sine of an angle between lines, below which they are one
-FIRST_POINTS, MOST_POINTS = 9, 513  # of a way that is followed
-SHARE = 0.1  # of the accuracy: what a spline through followed points may use up
-FARTHEST = 0.3  # rad or m: joints that go farther from one point to the next have jumped
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowingSettings:
+    """Settings of joints that follow a curve of the tool.
+
+    Values are chosen.
+
+    Attributes:
+        first_points: points of the curve at the beginning.
+        most_points: points of the curve after all halvings.
+        spline_share: share of the accuracy that a spline through followed points may use.
+        farthest: rad or m: joints that go farther from one point to the next have jumped.
+    """
+
+    first_points: int = 9
+    most_points: int = 513
+    spline_share: float = 0.1
+    farthest: float = 0.3
+
+
+SETTINGS = FollowingSettings()
+
+
 ALIKE = 1e-9  # rad: rotations that differ by less are the same
 TURNED_BACK = -0.99  # cosine of an angle between two lines, beyond which a corner is not rounded
 PARABOLA = 17  # points of one
@@ -312,10 +333,10 @@ class ToolPath:
         Raises:
             InvalidProblem: a point cannot be reached from the one before, or not so nearly.
         """
-        count = FIRST_POINTS
-        while count <= MOST_POINTS:
+        count, share = SETTINGS.first_points, SETTINGS.spline_share
+        while count <= SETTINGS.most_points:
             path = JointPath.through(self._postures(robot, start, count, toward))
-            if self._is_near(robot, path, SHARE * accuracy + self.way.slack, SHARE * angular_accuracy):
+            if self._is_near(robot, path, share * accuracy + self.way.slack, share * angular_accuracy):
                 return path
             count = 2 * count - 1
         raise InvalidProblem("accuracy", f"{accuracy:g} m, or {angular_accuracy:g} rad, needs too many points")
@@ -328,7 +349,7 @@ class ToolPath:
             before = found[-1]
             guess = before if toward is None else before + (toward - before) / (count - number + 1)
             theta, reached = place.near(robot, guess)
-            jumped = float(np.abs(theta - before).max()) > FARTHEST * max(1.0, 64 / count)
+            jumped = float(np.abs(theta - before).max()) > SETTINGS.farthest * max(1.0, 64 / count)
             if not reached or jumped:
                 raise InvalidProblem("goal", self._why(robot, theta, place, shares[number], reached))
             found.append(theta)

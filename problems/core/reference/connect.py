@@ -16,7 +16,7 @@ from problems.core.reference.clearance import any_below
 from problems.core.reference.model import Model
 from problems.core.reference.postures import Postures, Side
 
-AT_ONCE = 64  # postures along an edge
+POSTURES_AT_ONCE = 64  # postures along an edge
 FIRST_NODES = 64  # for which a tree has room; twice as many whenever that is not enough
 
 
@@ -136,7 +136,7 @@ class Connect:
         """Whether all postures between two, the first excluded, have larger margins than given."""
         way = end - start
         count = max(1, math.ceil(float(np.abs(way).max()) / self._search.step))
-        batches = -(-count // AT_ONCE)
+        batches = -(-count // POSTURES_AT_ONCE)
         for batch in range(batches):  # postures far apart at once: contact is found early
             shares = np.arange(batch + 1, count + 1, batches) / count
             theta = start + shares[:, None] * way

@@ -28,7 +28,7 @@ from problems.core.reference.proof import Motion, Prover
 from problems.core.rows import ProgramData
 from problems.robots import NewtonSteps, SpatialArm, Steps
 
-AT_ONCE = 512  # postures
+POSTURES_AT_ONCE = 512  # postures
 
 
 class ReferenceCore(Core):
@@ -67,8 +67,8 @@ class ReferenceWorld(CoreWorld):
         self, theta: FloatArray, moving: MovingSolids | None, errors: FloatArray | None
     ) -> Iterator[tuple[slice, Postures]]:
         """Postures in chunks that are not too large."""
-        for begin in range(0, max(len(theta), 1), AT_ONCE):
-            part = slice(begin, begin + AT_ONCE)
+        for begin in range(0, max(len(theta), 1), POSTURES_AT_ONCE):
+            part = slice(begin, begin + POSTURES_AT_ONCE)
             seen, off = None if moving is None else moving.part(part), None if errors is None else errors[part]
             yield part, Postures(self._model, theta[part], seen, off)
 

@@ -17,19 +17,51 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.core.rows import ProgramData
 
-MOST_ITERATIONS = 60
-ERROR = 1e-8  # of rows and of stationarity
-GAP = 1e-7  # against the cost, which counts as 0.1 to 1
-INSIDE = 1e-10  # share of a width that solutions keep from bounds
-FIRST_SLACK, FIRST_MU = 0.3, 0.1
-NEARLY_ALL = 0.995  # of the way to the nearest bound
-CORRECTORS = 2
-NEAREST, FARTHEST = 0.1, 10.0  # products, against mu
-LONG = 0.95  # a step that needs no corrector
-LONGER, WORTHWHILE = 0.2, 0.02  # what a corrector aims to gain, what it has to
-NO_WIDTH = 1e-12  # of a box: the unknown is a constant
-NO_PIVOT = 1e-15  # share of a pivot that cannot be told from zero
-STIFFER = (0.0, 1e-13, 1e-10)  # share that is added to the diagonal until there is a factor
+
+@dataclass(frozen=True, kw_only=True)
+class InteriorPointSettings:
+    """Settings of the interior-point method, equal to those of the compiled core.
+
+    Values are chosen.
+
+    Attributes:
+        most_iterations: steps.
+        tolerance: error of rows and of stationarity.
+        gap: duality gap against the cost, which counts as 0.1 to 1.
+        inside: share of a width that solutions keep from bounds.
+        first_slack: smallest slack at the beginning.
+        first_mu: mean product of slack and multiplier at the beginning.
+        boundary_share: share of the way to the nearest bound that a step takes.
+        correctors: Gondzio's correctors of a step.
+        least_product: smallest product that is not corrected, against mu.
+        largest_product: largest product that is not corrected, against mu.
+        long_step: share of a step that needs no corrector.
+        aimed_gain: gain of a step that a corrector aims at.
+        least_gain: gain of a step that a corrector must have.
+        least_width: width of a box below which an unknown is a constant.
+        least_pivot: share of a pivot that cannot be distinguished from zero.
+        diagonal_shares: shares that are added to the diagonal until there is a factor.
+    """
+
+    most_iterations: int = 60
+    tolerance: float = 1e-8
+    gap: float = 1e-7
+    inside: float = 1e-10
+    first_slack: float = 0.3
+    first_mu: float = 0.1
+    boundary_share: float = 0.995
+    correctors: int = 2
+    least_product: float = 0.1
+    largest_product: float = 10.0
+    long_step: float = 0.95
+    aimed_gain: float = 0.2
+    least_gain: float = 0.02
+    least_width: float = 1e-12
+    least_pivot: float = 1e-15
+    diagonal_shares: tuple[float, float, float] = (0.0, 1e-13, 1e-10)
+
+
+SETTINGS = InteriorPointSettings()
 
 
 def solve_program(program: ProgramData) -> tuple[FloatArray, float] | None:
@@ -41,7 +73,7 @@ def solve_program(program: ProgramData) -> tuple[FloatArray, float] | None:
         y = Solver(program, box).solution()
     if y is None:
         return None
-    y = box.inside(y, INSIDE)
+    y = box.inside(y, SETTINGS.inside)
     return y[:-1].reshape(program.lower.shape), float(y[-1])
 
 
@@ -66,7 +98,7 @@ class Unknowns:
     @cached_property
     def fixed(self) -> NDArray[np.bool_]:
         """Whether each unknown is a constant."""
-        return np.asarray(self.high - self.low <= NO_WIDTH)
+        return np.asarray(self.high - self.low <= SETTINGS.least_width)
 
     def inside(self, values: FloatArray, share: float) -> FloatArray:
         """The point nearest to values that keeps a share of each width from both bounds."""
@@ -296,14 +328,14 @@ class Bordered:
     @classmethod
     def of(cls, band: FloatArray, border: FloatArray, corner: float) -> Bordered | None:
         """The factored matrix, or None where it is not positive definite to rounding."""
-        for share in STIFFER:
+        for share in SETTINGS.diagonal_shares:
             stiffer = band.copy()
             stiffer[0] *= 1.0 + share
             factor, wrong = scipy.linalg.lapack.dpbtrf(stiffer, lower=1, overwrite_ab=1)
             if wrong == 0:
                 solved = scipy.linalg.lapack.dpbtrs(factor, border, lower=1)[0]
                 pivot = corner - _sum(border, solved)
-                return cls(factor, border, solved, 1.0 / pivot if pivot > NO_PIVOT * abs(corner) else 0.0)
+                return cls(factor, border, solved, 1.0 / pivot if pivot > SETTINGS.least_pivot * abs(corner) else 0.0)
         return None
 
     def solve(self, right: FloatArray) -> FloatArray:
@@ -348,7 +380,8 @@ def _share(step: FloatArray, values: FloatArray) -> float:
 
 
 def _correction(product: FloatArray, mu: float) -> FloatArray:
-    return np.maximum(np.clip(product, NEAREST * mu, FARTHEST * mu) - product, -FARTHEST * mu)
+    low, high = SETTINGS.least_product * mu, SETTINGS.largest_product * mu
+    return np.maximum(np.clip(product, low, high) - product, -high)
 
 
 class Solver:
@@ -363,25 +396,25 @@ class Solver:
         rows, soft = self.rows, self.rows.soft
         self.y = box.inside(np.zeros(len(cost)), 0.1)
         self.excess = rows.apply(np.where(box.fixed, 0.0, self.y)) - rows.bound
-        self.s = np.maximum(-self.excess, np.where(np.arange(len(rows.bound)) < rows.bounds, FIRST_SLACK, 0.0))
+        self.s = np.maximum(-self.excess, np.where(np.arange(len(rows.bound)) < rows.bounds, SETTINGS.first_slack, 0.0))
         # s - sigma = room, s z = sigma (price - z) = mu
-        least, room = FIRST_MU / rows.price, -self.excess[:soft]
+        least, room = SETTINGS.first_mu / rows.price, -self.excess[:soft]
         root = np.sqrt(0.25 * room * room + least * least)
         above = np.where(room > 0.0, root + 0.5 * room, least * least / (root - 0.5 * room))
         self.s[:soft] = least + above
-        self.z = FIRST_MU / self.s
+        self.z = SETTINGS.first_mu / self.s
         self.v = rows.price * above / self.s[:soft]
-        self.sigma = FIRST_MU / self.v
+        self.sigma = SETTINGS.first_mu / self.v
 
     def solution(self) -> FloatArray | None:
         """The unknowns, or None where the method did not converge."""
         rows, products = self.rows, len(self.s) + len(self.sigma)
-        for _ in range(MOST_ITERATIONS):
+        for _ in range(SETTINGS.most_iterations):
             dual = rows.transpose(self.z) + self._free_cost + self._squares.gradient(self.y)
             error, gap = self._error(dual), _sum(self.s, self.z) + _sum(self.sigma, self.v)
             if not (error < 1e100 and gap < 1e100):
                 return None
-            if error <= ERROR and gap <= GAP * max(0.1, min(abs(self._value()), 1.0)):
+            if error <= SETTINGS.tolerance and gap <= SETTINGS.gap * max(0.1, min(abs(self._value()), 1.0)):
                 return self.y
             soft = rows.soft
             weight = self.z / self.s
@@ -412,20 +445,20 @@ class Solver:
 
     def _corrected(self, newton: Newton, step: Step, q: FloatArray, p: FloatArray, mu: float) -> Step:
         """Gondzio's correctors, which aim products that a longer step would leave far from mu at the edge of near."""
-        for _ in range(CORRECTORS):
-            if min(step.primal, step.dual) >= LONG:
+        for _ in range(SETTINGS.correctors):
+            if min(step.primal, step.dual) >= SETTINGS.long_step:
                 break
-            primal, dual = min(1.0, step.primal + LONGER), min(1.0, step.dual + LONGER)
+            primal, dual = min(1.0, step.primal + SETTINGS.aimed_gain), min(1.0, step.dual + SETTINGS.aimed_gain)
             q = q + _correction((self.s + primal * step.s) * (self.z + dual * step.z), mu)
             p = p + _correction((self.sigma + primal * step.sigma) * (self.v + dual * step.v), mu)
             trial = newton(q, p)
-            if trial.primal + trial.dual < step.primal + step.dual + WORTHWHILE:
+            if trial.primal + trial.dual < step.primal + step.dual + SETTINGS.least_gain:
                 break
             step = trial
         return step
 
     def _advance(self, step: Step) -> None:
-        primal, dual = (min(1.0, NEARLY_ALL * share) for share in (step.primal, step.dual))
+        primal, dual = (min(1.0, SETTINGS.boundary_share * share) for share in (step.primal, step.dual))
         if not self._squares.none:  # which keeps the error of the stationarity shrinking
             primal = dual = min(primal, dual)
         self.y = self.y + primal * step.y

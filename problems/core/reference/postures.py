@@ -137,8 +137,8 @@ def concatenated(parts: Sequence[Items]) -> Items:
 
 A_LITTLE_MORE = 1.0 + 1e-12  # than rounding takes away
 STEP = 1e-6  # m, of differences of distances
-SHORTEST = 1e-12  # what ways are divided by
-NEARLY = 1e-8  # m, more than distances are off by
+LEAST_LENGTH = 1e-12  # what ways are divided by
+DISTANCE_ERROR = 1e-8  # m, more than distances are off by
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,7 +264,7 @@ class FromSolids(Side):
 
     def most(self, postures: Postures, items: Items, margins: FloatArray) -> FloatArray:
         """Bounds by the far side of nodes; bounds of distances from ellipsoids say less."""
-        found = margins + postures.sides * self.model.nodes.radii[items.one] + NEARLY
+        found = margins + postures.sides * self.model.nodes.radii[items.one] + DISTANCE_ERROR
         return np.where(self.model.solids.is_exact[items.two], found, np.inf)
 
     def outward(self, postures: Postures, items: Items) -> FloatArray:
@@ -367,7 +367,9 @@ class FromEachOther(Side):
 
     def most(self, postures: Postures, items: Items, margins: FloatArray) -> FloatArray:
         return (
-            margins + postures.sides * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two]) + NEARLY
+            margins
+            + postures.sides * (self.model.nodes.radii[items.one] + self.model.nodes.radii[items.two])
+            + DISTANCE_ERROR
         )
 
     def outward(self, postures: Postures, items: Items) -> FloatArray:
@@ -384,7 +386,7 @@ class FromEachOther(Side):
 
 
 def _unit(displacements: FloatArray) -> FloatArray:
-    return np.asarray(displacements / np.maximum(_length(displacements), SHORTEST))
+    return np.asarray(displacements / np.maximum(_length(displacements), LEAST_LENGTH))
 
 
 def _length(apart: FloatArray) -> FloatArray:

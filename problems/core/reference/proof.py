@@ -19,7 +19,7 @@ from problems.core.reference.model import Model, Numbers
 from problems.core.reference.postures import A_LITTLE_MORE, Items, Postures, Side, concatenated
 
 OF_SUMS = 1e-14  # rounding of a polynomial, of the sum of the sizes of its terms
-AT_ONCE = 100_000  # items
+ITEMS_AT_ONCE = 100_000  # items
 
 
 class Cells(NamedTuple):
@@ -192,7 +192,7 @@ class Prover:
         waiting = [(cells, side, _all_of(side, len(cells.piece))) for side in self._sides]
         while waiting:
             cells, side, items = waiting.pop()
-            if len(items.row) > AT_ONCE:
+            if len(items.row) > ITEMS_AT_ONCE:
                 parts = np.array_split(np.arange(len(items.row)), 2)
                 waiting += [(cells, side, items.taken(part)) for part in parts]
                 continue

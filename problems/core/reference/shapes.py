@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from problems.base import FloatArray
 from problems.scene import Shape
 
-TINY = 1e-30
+LEAST_SQUARE = 1e-30
 ELLIPSOID_STEPS = 4
 ON_FACE = 1e-9  # m
 
@@ -62,14 +62,18 @@ def from_ellipsoid(x: FloatArray, y: FloatArray, z: FloatArray, sizes: FloatArra
     for i, p in enumerate(coordinates):
         t = np.maximum(t, a[i] * np.abs(p) - a[i] * a[i])
     for _ in range(ELLIPSOID_STEPS):
-        square, slope = np.full(t.shape, TINY), np.full(t.shape, TINY)
+        square, slope = np.full(t.shape, LEAST_SQUARE), np.full(t.shape, LEAST_SQUARE)
         for i, p in enumerate(coordinates):
             w = a[i] * p / (t + a[i] * a[i])
             square += w * w
             slope += w * w / (t + a[i] * a[i])
         t = np.maximum(0.0, t + (np.sqrt(square) - 1.0) * square / slope)
     shortest = np.minimum(a[0], np.minimum(a[1], a[2]))
-    beyond, extent, norm = np.zeros(t.shape), np.full(t.shape, TINY), TINY / (shortest * shortest) + np.zeros(t.shape)
+    beyond, extent, norm = (
+        np.zeros(t.shape),
+        np.full(t.shape, LEAST_SQUARE),
+        LEAST_SQUARE / (shortest * shortest) + np.zeros(t.shape),
+    )
     for i, p in enumerate(coordinates):
         n = p / (t + a[i] * a[i])
         beyond += n * p

@@ -23,7 +23,7 @@ DEEPEST = 100  # nodes in nodes
 LEFT_OUT = {"asset", "extra", "instance_camera", "instance_light"}
 UNREAD_TRANSFORMS = {"lookat", "skew"}
 PLACED = {"node", "instance_node", "instance_geometry"}
-SHORTEST = 1e-100  # axis whose direction is computed without underflow
+LEAST_AXIS = 1e-100  # axis whose direction is computed without underflow
 WHITE = "#ffffff"  # of a material without a plain colour, as of a picture
 
 
@@ -139,7 +139,7 @@ def _rotation(element: Element) -> FloatArray:
     """The pose of a turn about an axis by an angle in degrees (Rodrigues)."""
     *axis, degrees = numbers(element, float, 4)
     length = float(np.linalg.norm(axis))
-    if not SHORTEST < length < np.inf or not np.isfinite(degrees):
+    if not LEAST_AXIS < length < np.inf or not np.isfinite(degrees):
         raise refused(f"{shown(element)}: its axis has no length, or its angle is none")
     x, y, z = np.array(axis) / length
     across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 from problems.base import FloatArray, cache
 from problems.evaluation import EvaluationOptions, InvalidEvaluation, PopulationFunction, Program, population
-from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE
+from problems.evaluation.batches import SETTINGS
 from problems.evaluation.interpreter import BINARY, UNARY, UnsupportedOperation
 from problems.evaluation.kernel import angle, portable, sine_cosine
 from problems.evaluation.native import find_library, name_of
@@ -109,7 +109,7 @@ def test_logic_reads_numbers_and_numbers_read_logic() -> None:
 def test_costs_without_operations(expression: object) -> None:
     x = ca.SX.sym("x", 2)
     function = ca.Function("plain", [x], [expression(x)])  # type: ignore[operator]
-    candidates = points(BATCH_AFTER_CANDIDATES + BATCH_SIZE, 2)
+    candidates = points(SETTINGS.batch_after + SETTINGS.batch_size, 2)
     expected = [float(function(row)) for row in candidates]
     for backend in ("vm", "native"):
         evaluate = PopulationFunction(function, EvaluationOptions(backend))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 from itertools import product
 from typing import Any
@@ -20,7 +21,7 @@ from benchmarks.array_cost import array_cost
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, InvalidProgram, Loop, PopulationFunction, Program, Step, codegen
 from problems.evaluation import batches as virtual_machine_module
-from problems.evaluation.batches import BATCH_AFTER_CANDIDATES, BATCH_SIZE, MAX_UNBATCHED
+from problems.evaluation.batches import SETTINGS
 from problems.evaluation.codegen import cpp
 from problems.evaluation.compiler import Compiler
 from problems.evaluation.kernel import kernels
@@ -38,7 +39,7 @@ def by_virtual_machine(program: Program, candidates: FloatArray) -> list[FloatAr
     alone, together = np.empty(len(candidates)), np.empty(len(candidates))
     for k in range(len(candidates)):
         machine(candidates[k : k + 1], alone[k : k + 1])
-    machine._evaluations = BATCH_AFTER_CANDIDATES
+    machine._evaluations = SETTINGS.batch_after
     machine(candidates, together)
     assert machine._batch is not None
     return [alone, together]
@@ -54,9 +55,9 @@ def source(program: Program) -> str:
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("limit", [0, 10**9], ids=["called", "unrolled"])
 def test_virtual_machine_against_plain_calls(name: str, limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(virtual_machine_module, "UNROLLED_OPERATIONS", limit)
+    monkeypatch.setattr(virtual_machine_module, "SETTINGS", dataclasses.replace(SETTINGS, unrolled_operations=limit))
     program = PROGRAMS[name]()
-    candidates = points(BATCH_SIZE + 20, program.dimension)
+    candidates = points(SETTINGS.batch_size + 20, program.dimension)
     alone, together = by_virtual_machine(program, candidates)
     assert same_bits(alone, together)
     np.testing.assert_allclose(alone, interpreted(program, candidates), rtol=1e-12)
@@ -90,7 +91,7 @@ def with_values(program: Program) -> Program:
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("limit", [0, 10**9], ids=["called", "unrolled"])
 def test_several_values_of_one_candidate(name: str, limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(virtual_machine_module, "UNROLLED_OPERATIONS", limit)
+    monkeypatch.setattr(virtual_machine_module, "SETTINGS", dataclasses.replace(SETTINGS, unrolled_operations=limit))
     program = PROGRAMS[name]()
     candidates = points(2000, program.dimension)
     costs = PopulationFunction(program, EvaluationOptions("vm"))(candidates)
@@ -105,7 +106,7 @@ def test_several_values_of_one_candidate(name: str, limit: int, monkeypatch: pyt
 @needs_compiler
 @pytest.mark.parametrize("limit", [0, 10**9], ids=["called", "unrolled"])
 def test_nothing_is_simplified_across_steps(limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(virtual_machine_module, "UNROLLED_OPERATIONS", limit)
+    monkeypatch.setattr(virtual_machine_module, "SETTINGS", dataclasses.replace(SETTINGS, unrolled_operations=limit))
     inputs = sym(x=3)
     [x] = inputs.values()
     constants = {"zero": ca.SX(0), "one": ca.SX(1), "inverse": 1 / x[1], "same": x[1]}
@@ -157,7 +158,7 @@ def random_programs(draw: st.DrawFn) -> Program:
 @given(random_programs())
 @settings(max_examples=20, deadline=None)
 def test_random_programs(program: Program) -> None:
-    candidates = points(BATCH_SIZE, 2)
+    candidates = points(SETTINGS.batch_size, 2)
     alone, together = by_virtual_machine(program, candidates)
     assert same_bits(alone, together)
     np.testing.assert_allclose(alone, interpreted(program, candidates), rtol=1e-9, atol=1e-9)
@@ -355,11 +356,13 @@ QUICK = {
 def test_population_equals_a_loop(case: str) -> None:
     problem = builtin(case)
     lower, upper = problem.bounds
-    points = np.random.default_rng(0).uniform(lower, upper, (BATCH_AFTER_CANDIDATES + 2 * BATCH_SIZE + 3, lower.size))
+    size = SETTINGS.batch_size
+    points = np.random.default_rng(0).uniform(lower, upper, (SETTINGS.batch_after + 2 * size + 3, lower.size))
     alone = np.array([problem.cost(x[None])[0] for x in points])
     np.testing.assert_allclose(alone[:20], [float(problem.cost_function(x)) for x in points[:20]], rtol=1e-11)
-    for size in (0, 1, MAX_UNBATCHED, MAX_UNBATCHED + 1, BATCH_SIZE - 1, BATCH_SIZE, BATCH_SIZE + 1, len(points)):
-        assert (problem.cost(points[:size]) == alone[:size]).all()
+    one_by_one = SETTINGS.most_unbatched
+    for count in (0, 1, one_by_one, one_by_one + 1, size - 1, size, size + 1, len(points)):
+        assert (problem.cost(points[:count]) == alone[:count]).all()
     assert (problem.cost(points[::-1]) == alone[::-1]).all()
     assert (problem.cost(np.asfortranarray(points)) == alone).all()
 

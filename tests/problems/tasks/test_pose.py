@@ -15,7 +15,7 @@ from problems.base import Arguments, FloatArray, as_array
 from problems.families.splines.branches import branch_posture, branched, least_time, on_postures
 from problems.robots import SpatialArm, Sphere
 from problems.tasks import Pose
-from problems.tasks.pose import APART, OFFSET
+from problems.tasks.pose import SETTINGS
 from problems.timing.free_space import least_durations
 
 ARM = small_arm()
@@ -82,7 +82,7 @@ def test_candidates_around_a_branch_arrive(turned: bool) -> None:
         assert not turned or (rotation.inv() * found).magnitude() < 4e-9
     assert np.abs(theta).max() <= 2.8
     spread = np.ptp(theta[arrived], axis=0)
-    assert spread.max() > OFFSET  # its freedom is made use of
+    assert spread.max() > SETTINGS.offset  # its freedom is made use of
 
 
 def test_the_middle_of_the_choices_is_the_branch() -> None:
@@ -111,7 +111,7 @@ def test_branches_are_there_and_apart_the_nearest_comes_first_and_they_keep_clea
     found = np.array([each.branch for each in branches if isinstance(each, Pose)])
     assert len(found) > 3
     assert max(np.abs(miss(place, theta)).max() for theta in found) < 1e-8
-    assert (np.abs(found[:, None] - found).max(axis=2) + np.eye(len(found))).min() > APART
+    assert (np.abs(found[:, None] - found).max(axis=2) + np.eye(len(found))).min() > SETTINGS.least_difference
     assert (np.diff(np.abs(found - BENT).max(axis=1)) >= 0.0).all()
     elbow = as_array(arm.positions(ca.DM(BENT).T)[8]).ravel()
     kept = place.branches(arm, (Box(center=tuple(elbow.tolist()), size=(0.1, 0.1, 0.1)),), BENT, "goal")

@@ -14,7 +14,7 @@ from problems.geometry import Cover
 from problems.limits import touching_links
 from problems.robots import (
     BUILT_IN,
-    POSTURES,
+    RANDOM_POSTURES,
     ChainJoint,
     OwnContacts,
     RobotDescription,
@@ -60,7 +60,7 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     console.say("")
     console.print_table("masses that they move", _masses(chain.joints))
     console.say("")
-    title = f"motors, N m, N m s (N, N s/m); held: the most at {POSTURES} random postures"
+    title = f"motors, N m, N m s (N, N s/m); held: the most at {RANDOM_POSTURES} random postures"
     console.print_table(title, _motors(robot))
     if robot.spheres:
         console.say("")
