@@ -115,7 +115,7 @@ class Kind(NamedTuple):
 
 @cache
 def kind_of(hint: Any) -> Kind:
-    """What a type asks for: number, word, ``Literal``, table, list of such, with marks where it is ``Annotated``."""
+    """The kind of a type: number, word, ``Literal``, table, list of such, with marks where it is ``Annotated``."""
     if isinstance(hint, type) and hasattr(hint, FROM_TABLE):
         return Kind(lambda value: isinstance(value, hint | Mapping), getattr(hint, FROM_TABLE))
     if isinstance(hint, type) and issubclass(hint, Enum):

@@ -57,7 +57,7 @@ def prove_covers(
     margin, travel = limit.margin, Travel(limit.robot, trajectory)
     edges = np.union1d(trajectory.times(settings.initial_cells), trajectory.breakpoints)
     cells = CoverCells(travel, np.column_stack([edges[:-1], edges[1:]]))
-    times = trajectory.times(limit.looks)
+    times = trajectory.times(limit.sample_count)
     start = limit.nearest(trajectory.at(times), times, each=False)
     least = _LeastClearance(limit, float(start.clearance[0]), float(times[start.items.row[0]]), start.items)
     waiting, count = [(cells, limit.roots(len(cells.edges)))], 0

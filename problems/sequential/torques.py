@@ -12,7 +12,7 @@ import numpy as np
 from problems.base import FloatArray, Matrix, as_array
 from problems.core import Dynamics
 from problems.limits import Limit, TorqueLimit
-from problems.motions import LEAST_ROOM, Samples, Trajectory
+from problems.motions import LEAST_TORQUE_SHARE, Samples, Trajectory
 from problems.robots import time_scales_of_arrays
 
 CACHED_LIMITS = 16
@@ -122,7 +122,7 @@ class CoreTorques(JointTorques):
 
     def time_scale(self, state: FloatArray) -> float:
         (inertial, holding), viscous, bounds = self._torques(state), self._viscous(state), self._bounds
-        least = LEAST_ROOM * bounds
+        least = LEAST_TORQUE_SHARE * bounds
         above = time_scales_of_arrays(inertial, viscous, np.maximum(bounds - holding, least))
         below = time_scales_of_arrays(-inertial, -viscous, np.maximum(bounds + holding, least))
         return float(np.maximum(above, below).max())
