@@ -33,7 +33,7 @@ class Nearby:
     Attributes:
         samples: numbers of the postures, (m,).
         is_link: whether it is another link, (m,).
-        clearance_margins: how much more is kept than must be, (m,), m.
+        clearance_margins: distances less those that must be kept, (m,), m.
         rates: how that changes with the time, (m,), m/s; zero where nothing moves.
         gradients: how it changes with the joints, (m, dof), m/rad.
     """
@@ -103,8 +103,8 @@ class PathSearch:
 
     Attributes:
         box: lower and upper bounds of what is tried, (2, dof), rad.
-        step: of looks along an edge, rad of the joint that turns most.
-        extra_margin: what is kept where it is looked at on top of what must be, m.
+        step: between tested postures of an edge, rad of the joint that turns most.
+        extra_margin: clearance margin of the postures that are tested, m.
         reach: longest edge of a tree, rad.
         extensions: of the trees, at most.
         shortcuts: that are tried.
@@ -133,7 +133,7 @@ class ProofRequest(NamedTuple):
         breaks: where polynomials begin and end, (pieces + 1,), s.
         coefficients: of the joints, the highest power first, of the time since a piece began, (order, pieces, dof).
         which: what has to keep a distance.
-        gap: by which share of the smallest room the proven one may be smaller.
+        gap: by which share of the least margin that was seen the proven one may be smaller.
         cells: of time, at least, at the beginning.
         most_items: that are looked at.
         drifts: how solids move, (solids, 7); None where none does.
@@ -157,8 +157,8 @@ class ProofResult(NamedTuple):
 
     Attributes:
         status: 1 where it is proven, 0 where something is too near at some time, -1 where that is not known.
-        proven: room at all times, m; -inf where none is proven.
-        smallest: room that was seen, m; infinite where nothing was looked at.
+        proven: clearance margin at all times, m; -inf where none is proven.
+        smallest: least clearance margin that was seen, m; infinite where nothing was looked at.
         time: of that, s.
         one: node of that; negative where there is none.
         two: solid or other node.

@@ -26,10 +26,28 @@ from problems.scene import Obstacle, standing
 
 MOST_ITEMS = 200_000_000  # that a proof looks at
 LEAST_CELLS = 48  # of time, at the beginning of a proof
-EDGE_STEP = 0.05  # rad, of the joint that turns most between two postures that are looked at
-REACH = 1.0  # rad, longest edge of a tree
-EXTENSIONS = 5_000
-SHORTCUTS = 60
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConnectSettings:
+    """Settings of the search for paths between two postures.
+
+    Values are chosen.
+
+    Attributes:
+        edge_step: rad of the joint that turns most between two postures of an edge that are tested.
+        longest_edge: rad, of an edge of a tree.
+        extensions: of the trees, at most.
+        shortcuts: that are tried.
+    """
+
+    edge_step: float = 0.05
+    longest_edge: float = 1.0
+    extensions: int = 5_000
+    shortcuts: int = 60
+
+
+CONNECT = ConnectSettings()
 
 
 @dataclass(frozen=True)
@@ -51,8 +69,8 @@ class Proof:
 
     Attributes:
         status: whether it is proven; None where that is not known.
-        proven: room at all times, m; -inf where none is proven.
-        smallest: room that was seen, m; infinite where nothing was looked at.
+        proven: clearance margin at all times, m; -inf where none is proven.
+        smallest: least clearance margin that was seen, m; infinite where nothing was looked at.
         time: of that, s.
         where: of that; None where nothing was.
         cell: start and end, s, of a cell of time in which it is not known; None where there is none.
@@ -69,9 +87,8 @@ class Proof:
 class World:
     """A robot among obstacles that stand still or move at constant velocities, in the core.
 
-    Where some move, it matters when postures are looked at: at the beginning where nothing is said. Of a robot whose
-    joints are off what is planned, room is what all postures within their errors have: those of joints at rest, where
-    nothing else is said.
+    Where some move, it matters when postures are tested: at the beginning where nothing is said. Of a robot whose joints
+    are off what is planned, margins are those of all postures within their errors, by default those of joints at rest.
 
     Args:
         robot: with its margins; where it has a cover, that is what counts, else its spheres.
@@ -202,7 +219,7 @@ class World:
         Args:
             trajectory: of the joints; its clock is that of the obstacles.
             which: what has to keep a distance.
-            gap: by which share of the smallest room the proven one may be smaller; with 1 no more than none is proven.
+            gap: share by which the proven margin may be below the least that was seen; 1 asks for no positive margin.
             most_items: that are looked at; nothing is known where that is not enough.
         """
         breaks = np.ascontiguousarray(trajectory.breakpoints, dtype=np.float64)
@@ -229,7 +246,7 @@ class World:
         box: FloatArray,
         seed: int,
         extra_margin: float = 0.0,
-        extensions: int = EXTENSIONS,
+        extensions: int = CONNECT.extensions,
         schedule: Schedule | None = None,
     ) -> FloatArray | None:
         """A path between two postures (dof,), rad, by RRT-Connect and shortcuts; None where none was found.
@@ -239,7 +256,7 @@ class World:
             goal: its end.
             box: lower and upper bounds of what is tried, (2, dof), rad.
             seed: of what is drawn.
-            extra_margin: what is kept where it is looked at on top of what must be, m.
+            extra_margin: clearance margin of the postures that are tested, m.
             extensions: of the trees, at most.
             schedule: when postures are passed, about; that of the beginning where obstacles move and None is given.
 
@@ -253,7 +270,16 @@ class World:
             raise ValueError("start, goal, box: a number is not finite")
         errors = None if self._tracking is None else self._tracking[0]
         search = PathSearch(
-            box, EDGE_STEP, extra_margin, REACH, extensions, SHORTCUTS, seed, self._drifts, schedule, errors
+            box,
+            CONNECT.edge_step,
+            extra_margin,
+            CONNECT.longest_edge,
+            extensions,
+            CONNECT.shortcuts,
+            seed,
+            self._drifts,
+            schedule,
+            errors,
         )
         path = self._world.connect(start, goal, search)
         return path if len(path) else None

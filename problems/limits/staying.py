@@ -18,10 +18,28 @@ from problems.limits.limit import Constraint, Limit, Repetition
 from problems.motions import Samples
 from problems.robots import Robot
 
-RATE_SHARE = 0.02  # of the bound of a limit that a longer duration restores: margin for what is between samples
-PLACE_SHARE = 4e-3  # of the reach or of a joint's range: the same for limits on postures
-PLACE_EASING = 0.15  # of the duration, from either end: margins of postures are complete in between
-RATE_EASING = 0.03  # of the duration, from the start: those of rates, which all vanish at the end, are complete then
+
+@dataclass(frozen=True, kw_only=True)
+class TaperSettings:
+    """Settings of the margins at samples for what lies between them.
+
+    Values are chosen.
+
+    Attributes:
+        rate_share: of the bound of a limit that a longer duration restores.
+        place_share: of the reach or of a joint's range, for limits on postures.
+        place_easing: share of the duration, from either end, within which margins of postures grow.
+        rate_easing: share of the duration, from the start, within which margins of rates grow; all rates vanish
+            at the end.
+    """
+
+    rate_share: float = 0.02
+    place_share: float = 4e-3
+    place_easing: float = 0.15
+    rate_easing: float = 0.03
+
+
+TAPER = TaperSettings()
 
 
 @dataclass(frozen=True)
@@ -45,11 +63,11 @@ class TaperedMargin(Limit):
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit's constraints on one sample, with bounds between those without margin and those with all of it."""
         return self._between_bounds(
-            self.limit.constraints_at(samples, 0.0), self.limit.constraints_at(samples, PLACE_SHARE), samples
+            self.limit.constraints_at(samples, 0.0), self.limit.constraints_at(samples, TAPER.place_share), samples
         )
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
-        loose, tight = (self.limit.between(before, after, share) for share in (0.0, PLACE_SHARE))
+        loose, tight = (self.limit.between(before, after, share) for share in (0.0, TAPER.place_share))
         return self._between_bounds(loose, tight, after)
 
     def repetitions(self, symbolic_copy: TaperedMargin) -> list[Repetition]:
@@ -62,14 +80,14 @@ class TaperedMargin(Limit):
         return self.limit.repeated_numbers()
 
     def may_break(self, samples: Samples, margin: float = 0.0) -> Matrix | None:
-        return self.limit.may_break(samples, PLACE_SHARE)
+        return self.limit.may_break(samples, TAPER.place_share)
 
     def _between_bounds(
         self, loose: Sequence[Constraint], tight: Sequence[Constraint], samples: Samples
     ) -> list[Constraint]:
         past, left = _shares(samples)
-        share = ca.fmin(1.0, ca.fmin(past, left) / PLACE_EASING)
-        rate = RATE_SHARE * ca.fmin(1.0, past / RATE_EASING) if self.limit.scales_with_time else 0.0
+        share = ca.fmin(1.0, ca.fmin(past, left) / TAPER.place_easing)
+        rate = TAPER.rate_share * ca.fmin(1.0, past / TAPER.rate_easing) if self.limit.scales_with_time else 0.0
         return [
             replace(
                 one,

@@ -13,8 +13,7 @@ from problems.robots.carried import Carried
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
 from problems.robots.inertia import Payload
 from problems.robots.link_covers import (
-    COARSE_OVERHANG,
-    COARSE_SHARE,
+    SETTINGS,
     LinkCover,
     MeshNote,
     ReadFile,
@@ -213,7 +212,7 @@ class RobotDescription:
         )
         if not self.covers:
             return held
-        covers = [cover_link(part.name, part.shapes, _no_file, COARSE_OVERHANG)[0] for part in carried]
+        covers = [cover_link(part.name, part.shapes, _no_file, SETTINGS.coarse_overhang)[0] for part in carried]
         shapes = [(part.name, part.shapes) for part in carried]
         return replace(held, shapes=(*self.shapes, *shapes), covers=(*self.covers, *covers))
 
@@ -237,7 +236,7 @@ class RobotDescription:
             InvalidProblem: ``urdf`` names a mesh of a link that a joint moves and that cannot be read or covered, with
                 the reason in one line.
         """
-        used = min(COARSE_OVERHANG, COARSE_SHARE * self.reach) if overhang is None else overhang
+        used = min(SETTINGS.coarse_overhang, SETTINGS.coarse_share * self.reach) if overhang is None else overhang
         covers, notes, frames = {}, [], {frame.name: frame for frame in self.links}
         for link, shapes in self.shapes:
             if link not in ignored and any(shape.mesh is not None or len(shape.triangles) for shape in shapes):

@@ -199,15 +199,38 @@ def tool_jacobian(robot: SpatialArm, theta: Matrix) -> Matrix:
     return ca.horzcat(*(as_rows(column, 1).T for column in found))
 
 
-STEPS = 80
-LARGEST_STEP = 0.6  # rad or m, of any joint
-DAMPING = 0.05  # times the square of the error
-LEAST_DAMPING = 1e-12
-SOLVED = 1e-9  # m and rad
-CONVERGED = 1e-12  # the error of a posture that is stepped no further
-PATIENCE = 10  # steps in which the error has to fall
-LEAST_GAIN = 0.2  # by this part
-APART = 1e-3  # rad or m, in some joint
+@dataclass(frozen=True, kw_only=True)
+class NewtonSettings:
+    """Settings of damped Newton steps in NumPy from many starts.
+
+    Values are chosen.
+
+    Attributes:
+        steps: of each start, at most.
+        longest_step: rad or m, of any joint.
+        damping: times the square of the error.
+        least_damping: added to that.
+        tolerance: m and rad, of a posture that reaches its pose.
+        converged: error of a posture that is stepped no further.
+        patience: steps in which the error has to fall.
+        least_gain: share by which it has to.
+        least_difference: rad or m, in some joint, of two postures.
+    """
+
+    steps: int = 80
+    longest_step: float = 0.6
+    damping: float = 0.05
+    least_damping: float = 1e-12
+    tolerance: float = 1e-9
+    converged: float = 1e-12
+    patience: int = 10
+    least_gain: float = 0.2
+    least_difference: float = 1e-3
+
+
+NEWTON = NewtonSettings()
+
+
 TURN = 2.0 * np.pi
 
 
@@ -244,7 +267,7 @@ def postures(
     begun = search.starts(rng, starts)
     if near is not None:  # what is nearest, of a redundant arm, no random start may lead to
         begun = np.vstack([search.within(middle), begun])
-    theta, _ = (steps or search.steps)(begun, search.position, search.rotation, search.bounds, STEPS)
+    theta, _ = (steps or search.steps)(begun, search.position, search.rotation, search.bounds, NEWTON.steps)
     theta = search.wrapped(theta[search.arrived(theta)], middle)
     # wrapping rounds an angle of several turns; what is returned has been checked as it is
     return search.distinct(theta[search.arrived(theta)])
@@ -302,7 +325,7 @@ class _Search:
             return np.zeros(0, dtype=bool)
         error, _, size = self.steps.error(theta, self.position, self.rotation)
         parts = np.max(np.linalg.norm(error.reshape(len(theta), -1, 3), axis=2), axis=1)
-        reached = (parts <= SOLVED) & (size < HALF_A_TURN)
+        reached = (parts <= NEWTON.tolerance) & (size < HALF_A_TURN)
         within = np.all(self.winding | ((theta >= self.low) & (theta <= self.high)), axis=1)
         return np.asarray(reached & within)
 
@@ -319,7 +342,7 @@ class _Search:
         for posture in theta:
             apart = np.abs(np.array(kept).reshape(-1, self.robot.dof) - posture)
             apart = np.where(self.winding, np.abs(apart - TURN * np.round(apart / TURN)), apart)
-            if np.all(np.max(apart, axis=1) > APART):
+            if np.all(np.max(apart, axis=1) > NEWTON.least_difference):
                 kept.append(posture)
         return np.array(kept).reshape(-1, self.robot.dof)
 
@@ -353,9 +376,9 @@ class NewtonSteps:
         error, jacobian, size = self.error(theta, position, rotation)
         last, unsolved = np.full(len(theta), np.inf), np.arange(len(theta))
         for number in range(steps):
-            going = size[unsolved] > CONVERGED
-            if number % PATIENCE == 0:
-                going &= size[unsolved] < (1.0 - LEAST_GAIN) * last[unsolved]
+            going = size[unsolved] > NEWTON.converged
+            if number % NEWTON.patience == 0:
+                going &= size[unsolved] < (1.0 - NEWTON.least_gain) * last[unsolved]
                 last = size.copy()
             unsolved, error, jacobian = unsolved[going], error[going], jacobian[going]
             if not len(unsolved):
@@ -400,12 +423,12 @@ def _stepped(theta: FloatArray, error: FloatArray, jacobian: FloatArray, bounds:
     stuck = ((theta >= high) & (step > 0.0)) | ((theta <= low) & (step < 0.0))
     if np.any(stuck):
         step = _damped(np.where(stuck[:, None, :], 0.0, jacobian), error)
-    step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.max(np.abs(step), axis=1, keepdims=True), 1e-300))
+    step *= np.minimum(1.0, NEWTON.longest_step / np.maximum(np.max(np.abs(step), axis=1, keepdims=True), 1e-300))
     return np.asarray(np.clip(theta + step, low, high))
 
 
 def _damped(jacobian: FloatArray, error: FloatArray) -> FloatArray:
     """The step that lessens an error (n, m), damped by its square: (n, dof)."""
-    damping = DAMPING * np.sum(error**2, axis=1) + LEAST_DAMPING
+    damping = NEWTON.damping * np.sum(error**2, axis=1) + NEWTON.least_damping
     square = jacobian @ jacobian.transpose(0, 2, 1) + damping[:, None, None] * np.eye(error.shape[1])
     return np.asarray((jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, error[:, :, None]))[:, :, 0])

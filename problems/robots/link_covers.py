@@ -16,10 +16,29 @@ from problems.robots.shapes import NO_TRIANGLES, MeshShape, Shape
 from problems.robots.spheres import Ball
 from problems.robots.transform import as_point
 
-COARSE_OVERHANG = 0.02  # m, of the balls for searches, or
-COARSE_SHARE = 0.03  # of the reach, where that is less
-FINE_OVERHANG = 0.002  # m, of the balls for proofs
-STANDING_SHARE = 0.01  # of the size of what no joint moves, if that is more: mobile bases are large
+
+@dataclass(frozen=True, kw_only=True)
+class LinkCoverSettings:
+    """Settings of the covers of links.
+
+    Values are chosen.
+
+    Attributes:
+        coarse_overhang: overhang, m, of the balls for searches.
+        coarse_share: the same as a share of the reach, where that is less.
+        fine_overhang: overhang, m, of the balls for proofs.
+        standing_share: overhang as a share of the size of what no joint moves, if that is more, as mobile bases
+            are large.
+    """
+
+    coarse_overhang: float = 0.02
+    coarse_share: float = 0.03
+    fine_overhang: float = 0.002
+    standing_share: float = 0.01
+
+
+SETTINGS = LinkCoverSettings()
+
 
 ReadFile = Callable[[MeshShape], bytes]
 
@@ -91,13 +110,13 @@ def cover_link(
         body, exact = (np.concatenate([NO_TRIANGLES, *parts]) for parts in (meshes, triangles))
         overhang = _overhang(body, overhang, stands) if meshes else overhang
         coarse = cover_of(body, overhang) if meshes else None
-        fine = cover_of(exact, _overhang(exact, FINE_OVERHANG, stands)) if triangles else None
+        fine = cover_of(exact, _overhang(exact, SETTINGS.fine_overhang, stands)) if triangles else None
     return LinkCover(link, overhang, coarse, fine), notes
 
 
 def _overhang(triangles: FloatArray, least: float, stands: bool) -> float:
     size = float(np.linalg.norm(np.ptp(triangles, axis=(0, 1))))
-    return max(least, STANDING_SHARE * least / FINE_OVERHANG * size) if stands else least
+    return max(least, SETTINGS.standing_share * least / SETTINGS.fine_overhang * size) if stands else least
 
 
 @contextmanager
@@ -135,7 +154,7 @@ def _stated(shapes: Iterable[Shape], cover: LinkCover | None) -> list[Ball]:
         ball.seen_from(shape.pose)
         for shape in shapes
         if shape.mesh is None and not (cover is not None and len(shape.triangles))
-        for ball in shape.balls(FINE_OVERHANG)
+        for ball in shape.balls(SETTINGS.fine_overhang)
     ]
 
 
@@ -143,7 +162,7 @@ def overhang_of(shapes: Iterable[Shape], cover: LinkCover | None) -> float:
     """The distance by which balls of a link for proofs may stick out of it, m: the measured one, and a little."""
     measured = 0.0 if cover is None or cover.fine is None else cover.fine.largest_overhang
     stated = (ball.radius - (ball.inner or 0.0) for ball in _stated(shapes, cover))
-    return FINE_OVERHANG + max((measured, *stated))
+    return SETTINGS.fine_overhang + max((measured, *stated))
 
 
 def covers_text(covers: Iterable[LinkCover]) -> str:

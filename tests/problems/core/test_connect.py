@@ -10,7 +10,7 @@ import pytest
 from helpers.space import small_arm
 
 from problems.core import World
-from problems.core.world import EDGE_STEP
+from problems.core.world import CONNECT
 from problems.robots import ChainJoint, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
 from problems.scene import Ball, Box, Obstacle
@@ -52,14 +52,14 @@ def missed(robot: SpatialArm) -> float:
     ball moves by more than that times its distance from the axis, of all joints together. What is cut off an edge by
     a shortcut ends between two looks, and so this holds at bends too.
     """
-    return float(robot.levers.sum(axis=1).max()) * EDGE_STEP / 2.0
+    return float(robot.levers.sum(axis=1).max()) * CONNECT.edge_step / 2.0
 
 
 def finely(path: np.ndarray) -> np.ndarray:
     """Postures along the edges of a way, a twentieth of the step of looks apart, (n, dof)."""
     parts = []
     for one, two in pairwise(path):
-        count = max(1, int(np.ceil(FINER * np.abs(two - one).max() / EDGE_STEP)))
+        count = max(1, int(np.ceil(FINER * np.abs(two - one).max() / CONNECT.edge_step)))
         parts.append(one + np.linspace(0.0, 1.0, count + 1)[:, None] * (two - one))
     return np.concatenate(parts)
 

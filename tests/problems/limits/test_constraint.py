@@ -16,7 +16,7 @@ from problems.base import Arguments, as_array
 from problems.certify import verdict
 from problems.limits import AngularAccuracy, Clearance, TaperedMargin, limits_of, shares_along
 from problems.limits.joint_limits import JointRange, SpeedLimit
-from problems.limits.staying import PLACE_EASING, PLACE_SHARE, RATE_EASING, RATE_SHARE
+from problems.limits.staying import TAPER
 from problems.motions import Samples
 from problems.robots import Orientations
 
@@ -102,25 +102,25 @@ def at(limit: Limit, share: float) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
-@pytest.mark.parametrize(("share", "part"), [(0.0, 0.0), (RATE_EASING / 2.0, 0.5), (RATE_EASING, 1.0), (1.0, 1.0)])
+@pytest.mark.parametrize(("share", "part"), [(0.0, 0.0), (0.5, 0.5), (1.0, 1.0), (1.0 / TAPER.rate_easing, 1.0)])
 def test_rates_keep_a_margin_soon_after_the_start(share: float, part: float) -> None:
-    lower, upper = at(SpeedLimit(ARM), share)
-    assert upper == pytest.approx([4.0 * (1.0 - part * RATE_SHARE)] * 2)
+    lower, upper = at(SpeedLimit(ARM), share * TAPER.rate_easing)
+    assert upper == pytest.approx([4.0 * (1.0 - part * TAPER.rate_share)] * 2)
     assert lower == pytest.approx(-upper)
 
 
 @pytest.mark.parametrize(
     ("share", "part"),
-    [(0.0, 0.0), (PLACE_EASING / 3.0, 1.0 / 3.0), (0.5, 1.0), (1.0 - PLACE_EASING / 4.0, 0.25), (1.0, 0.0)],
+    [(0.0, 0.0), (TAPER.place_easing / 3.0, 1.0 / 3.0), (0.5, 1.0), (1.0 - TAPER.place_easing / 4.0, 0.25), (1.0, 0.0)],
 )
 def test_postures_keep_a_margin_in_the_middle(share: float, part: float) -> None:
     lower, upper = at(JointRange(ARM), share)
-    assert upper == pytest.approx(np.array([1.0, 2.0]) - part * PLACE_SHARE * np.array([2.0, 4.0]))
+    assert upper == pytest.approx(np.array([1.0, 2.0]) - part * TAPER.place_share * np.array([2.0, 4.0]))
     assert lower == pytest.approx(-upper)
     clearance = Clearance.for_robot(ARM, (OBSTACLE,))
     assert clearance is not None
     lower, upper = at(clearance, share)
-    assert lower == pytest.approx([part * PLACE_SHARE * ARM.radius] * len(clearance.pairs))
+    assert lower == pytest.approx([part * TAPER.place_share * ARM.radius] * len(clearance.pairs))
     assert not upper.size
 
 
@@ -132,7 +132,7 @@ def test_steps_keep_it_too() -> None:
     )
     [swept] = TaperedMargin(clearance).between(before, after)
     assert swept.lower is not None
-    assert as_array(swept.lower) == pytest.approx(np.full((1, len(clearance.pairs)), PLACE_SHARE * ARM.radius))
+    assert as_array(swept.lower) == pytest.approx(np.full((1, len(clearance.pairs)), TAPER.place_share * ARM.radius))
 
 
 def test_the_twin_has_the_numbers_of_the_limit() -> None:
