@@ -26,11 +26,13 @@ POINTING = re.compile(
 CHECKER = ROOT / "problems" / "certify" / "check_certificate.py"  # stands alone, with words of its own
 LONGEST, SHORTEST = 25, 4  # words of a first line
 UNREVISED = {  # folders whose first lines are not all sentences that stand alone
-    *("problems/robots", "problems/core"),
-    *("problems/limits", "problems/motions", "problems/scene", "problems/tasks"),
-    *("problems/evaluation", "problems/geometry", "problems/objectives"),
-    *("problems/base", "solvers", "tpbso_casadi/scenario"),
-    *("tpbso_casadi/facade", "tpbso_casadi/figures", "tpbso_casadi/cli", "tpbso_casadi/animation"),
+    *(
+        "tpbso_casadi/scenario",
+        "tpbso_casadi/facade",
+        "tpbso_casadi/figures",
+        "tpbso_casadi/cli",
+        "tpbso_casadi/animation",
+    ),
     *("tpbso_casadi/display", "tpbso_casadi"),
 }
 

@@ -87,8 +87,8 @@ class Proof:
 class World:
     """A robot among obstacles that stand still or move at constant velocities, in the core.
 
-    Where some move, it matters when postures are tested: at the beginning where nothing is said. Of a robot whose joints
-    are off what is planned, margins are those of all postures within their errors, by default those of joints at rest.
+    Where some move, it matters when postures are tested: at the beginning by default. Of a robot whose joints are off
+    what is planned, margins are those of all postures within their errors, by default those of joints at rest.
 
     Args:
         robot: with its margins; where it has a cover, that is what counts, else its spheres.

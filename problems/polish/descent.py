@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, joined
+from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, stacked
 from problems.polish.deviation import Deviations, JointRows
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import PolishObjective, QuadraticModel
@@ -191,7 +191,7 @@ class DeviationPolish:
         least, padded = settings.proof_share * self.proof_margin.min(), self.motions.padded(x, duration)
         theta = self.motions.postures(u).values(padded)
         errors = self.samples.errors([self.motions.postures(u, order) for order in (1, 2)], padded, duration)
-        dips = [self._dips(self.world.rooms(theta, least, times=u * duration, errors=errors), least)]
+        dips = [self._dips(self.world.clearance_margins(theta, least, times=u * duration, errors=errors), least)]
         if self.samples.ranges is not None:
             low, high = np.array(self.motions.limits.position).T
             dips.append(self._dips(np.minimum(theta - low, high - theta).min(axis=1), -ANGLE_ROUNDING))
@@ -228,8 +228,8 @@ class DeviationPolish:
         below, times = self.proof_margin.max() + self.samples.reach(trust), self.samples.times(duration)
         errors = self.samples.errors(self.samples.rates, padded, duration)
         nearby = self.world.nearby(self.samples.postures.values(padded), below, times, errors)
-        margins = self.proof_margin[nearby.own.astype(int)]
-        lacking, outside = margins - nearby.rooms, self._outside(padded)
+        margins = self.proof_margin[nearby.is_link.astype(int)]
+        lacking, outside = margins - nearby.clearance_margins, self._outside(padded)
         share = 1.0 - settings.enough_margin
         is_clear = outside == 0.0 and bool((lacking <= share * margins).all())
         is_clear = is_clear and self.objective.in_time(duration)
@@ -289,7 +289,7 @@ class DeviationPolish:
         least = max(-faster, motions.bound - around.duration - 1e-12)
         whole = [self._clearance_rows(around, trust), *self._torque_rows(padded, around.duration)]
         whole += [rows for rows in (model.expressions, model.places) if rows is not None]
-        single, every = motions.with_ends(joined(parts)), motions.with_ends(joined(whole))
+        single, every = motions.with_ends(stacked(parts)), motions.with_ends(stacked(whole))
         squares = None if model.objective.squares is None else motions.with_ends(model.objective.squares)
         cost, time_cost = motions.cost_with_ends(model.objective.cost, model.objective.time_cost)
         return LinearProgram(single, every, -box, box, (least, slower), cost, time_cost, squares)
@@ -301,8 +301,8 @@ class DeviationPolish:
         by_joints = np.einsum(
             "ma,mak->mk", moved.weights[near.samples], changed[moved.first[near.samples][:, None] + np.arange(4)]
         )
-        margins = self.proof_margin[near.own.astype(int)]
-        left = margins - near.rooms - np.einsum("mk,mk->m", near.gradients, by_joints)
+        margins = self.proof_margin[near.is_link.astype(int)]
+        left = margins - near.clearance_margins - np.einsum("mk,mk->m", near.gradients, by_joints)
         left += near.rates * self.samples.passed[near.samples] * saved
         gained = -model.objective.change(changed, -saved)
         gained += self.settings.clearance_price * (around.missing - float(np.maximum(left, 0.0).sum()))
@@ -328,7 +328,7 @@ class DeviationPolish:
             by_time = np.full(chosen.size, -rows.order / duration)
             first, left = rows.first[chosen] - AT_REST, 1.0 - sign * shares[chosen]
             parts.append(SingleRows(rows.joint[chosen], first, sign * weights[chosen], by_time, left))
-        return joined(parts)
+        return stacked(parts)
 
     def _range_rows(self, padded: FloatArray, trust: float) -> list[SingleRows]:
         """Rows of the joints' ranges, where they may matter."""
@@ -350,7 +350,7 @@ class DeviationPolish:
     def _clearance_rows(self, around: Iterate, trust: float) -> WholeRows:
         """Rows of the clearances of bodies that come near."""
         near, rows = around.nearby, self.samples.postures
-        left = near.rooms - self.proof_margin[near.own.astype(int)]
+        left = near.clearance_margins - self.proof_margin[near.is_link.astype(int)]
         reach = np.abs(near.gradients).sum(axis=1) * trust
         if self.world.moves:
             reach += np.abs(near.rates) * self.samples.longest_change(trust)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core import World
-from problems.limits import looks
+from problems.limits import stay_shares
 from problems.polish.deviation import Deviations, JointRows, PostureRows
 from problems.polish.settings import DEFAULT_POLISH, PolishSettings
 
@@ -43,7 +43,7 @@ class PolishSamples:
         """Times after the arrival at which the goal is examined, (m,), s: none where obstacles stand still."""
         if not self.world.moves:
             return np.empty(0)
-        return looks(self.stay) * self.stay if self.stay else np.zeros(1)
+        return stay_shares(self.stay) * self.stay if self.stay else np.zeros(1)
 
     @cached_property
     def passed(self) -> FloatArray:

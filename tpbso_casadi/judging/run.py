@@ -16,7 +16,7 @@ import numpy as np
 from problems import Problem
 from problems.base import FloatArray, reader
 from problems.evaluation import EvaluationOptions
-from solvers import Box
+from solvers import SearchBox
 from tpbso_casadi.judging.targets import PLANS, Measure
 from tpbso_casadi.plain import one_line, settings_of, versions, visible
 from tpbso_casadi.planning import INFEASIBLE_MERIT, PlannedMotion
@@ -163,7 +163,7 @@ class AnyRun(ABC):
 
     @property
     @abstractmethod
-    def box(self) -> Box:
+    def box(self) -> SearchBox:
         """The box that is searched."""
 
     @abstractmethod
@@ -241,8 +241,8 @@ class Run(AnyRun):
         return PLAN_SECONDS + (1 if polished else self.section.polish_starts) * descent
 
     @property
-    def box(self) -> Box:
-        return Box(*problem_of(self.scenario).bounds)
+    def box(self) -> SearchBox:
+        return SearchBox(*problem_of(self.scenario).bounds)
 
     def evaluator(self, backend: str | None) -> Callable[[FloatArray], object]:
         options = EvaluationOptions() if backend is None else EvaluationOptions(backend)

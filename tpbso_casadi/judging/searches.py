@@ -16,11 +16,11 @@ from problems.base import FloatArray, InvalidTable, Table
 from solvers import (
     NO_SEARCH,
     BenchmarkFunction,
-    Box,
     Budget,
     InvalidFunction,
     Iterations,
     Result,
+    SearchBox,
     Solver,
     StopReason,
     benchmark_function,
@@ -78,7 +78,7 @@ class FunctionRun(AnyRun):
         return PREFIX + self.case
 
     @property
-    def box(self) -> Box:
+    def box(self) -> SearchBox:
         return find_function(self.case).box
 
     def evaluator(self, backend: str | None) -> Callable[[FloatArray], object]:
@@ -110,8 +110,8 @@ class SuiteRun(FunctionRun):
         return self.case
 
     @property
-    def box(self) -> Box:
-        return Box(*find_problem(self.case).bounds)
+    def box(self) -> SearchBox:
+        return SearchBox(*find_problem(self.case).bounds)
 
     def evaluator(self, backend: str | None) -> Callable[[FloatArray], object]:
         return find_problem(self.case).merit
@@ -239,7 +239,7 @@ def search_text(statement: Mapping[str, Any]) -> str:
 
 
 def _searched(
-    f: Callable[[FloatArray], FloatArray], box: Box, section: SolverSection, shown: Callable[[Any], Any]
+    f: Callable[[FloatArray], FloatArray], box: SearchBox, section: SolverSection, shown: Callable[[Any], Any]
 ) -> tuple[Result, dict[str, Any]]:
     """The result of the solver of a section in a box, and what is stored of any such search.
 
@@ -302,7 +302,7 @@ def suite_text(statement: Mapping[str, Any]) -> str:
 
 def _merit_searched(recording: Recording, section: SolverSection) -> dict[str, Any]:
     """The stored keys of a search with one objective."""
-    result, common = _searched(recording.of_population, Box(*recording.problem.bounds), section, plain)
+    result, common = _searched(recording.of_population, SearchBox(*recording.problem.bounds), section, plain)
     [(objective, unit)] = recording.problem.objectives
     return {**common, "objective": {"name": objective, "value": result.cost, "unit": unit}}
 
@@ -343,12 +343,12 @@ def search_front(
     Raises:
         InterruptedError: Ctrl-C.
     """
-    box = Box(*recording.problem.bounds).with_known(known)
+    box = SearchBox(*recording.problem.bounds).with_known(known)
     search = _ranked if solver.takes_several_costs else _weighted
     search(recording, box, solver, evaluations, np.random.default_rng(seed))
 
 
-def _ranked(recording: Recording, box: Box, solver: Solver, evaluations: int, rng: np.random.Generator) -> None:
+def _ranked(recording: Recording, box: SearchBox, solver: Solver, evaluations: int, rng: np.random.Generator) -> None:
     """Search by a solver that is told both merits of each candidate."""
     search = solver.search(box, rng, Iterations(repeat(0.0), evaluations))
     candidates = checked_candidates(next(search), box, solver)
@@ -360,7 +360,7 @@ def _ranked(recording: Recording, box: Box, solver: Solver, evaluations: int, rn
     recording.of_population(candidates[: evaluations - recording.done])
 
 
-def _weighted(recording: Recording, box: Box, solver: Solver, evaluations: int, rng: np.random.Generator) -> None:
+def _weighted(recording: Recording, box: SearchBox, solver: Solver, evaluations: int, rng: np.random.Generator) -> None:
     """Search for the least weighted sum of merits, one sum after the other; sums keep feasibility first.
 
     First each objective by itself; then sums, in which an objective counts by how much it differs between these two

@@ -19,7 +19,7 @@ import numpy as np
 
 from problems import Problem
 from problems.base import FloatArray
-from solvers import IPOPT, Archive, Box, Budget, Result, Solver, minimize
+from solvers import IPOPT, Archive, Budget, Result, SearchBox, Solver, minimize
 from tpbso_casadi.planning.finishing import (
     Polish,
     Refinement,
@@ -191,7 +191,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
     asked, progress = planning.settings, planning.progress
     assert asked.within is not None
     ends = time.perf_counter() + asked.within
-    box = Box(*problem.bounds)
+    box = SearchBox(*problem.bounds)
     evaluate = planning.evaluator(problem)
     improve = _descents(problem, planning) if has_descents(problem) else _programs(problem, progress)
     rounds: list[SearchRound] = []

@@ -17,10 +17,10 @@ from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import (
     AnySolver,
     Archive,
-    Box,
     Budget,
     Interruption,
     Result,
+    SearchBox,
     Solver,
     StopReason,
     best_so_far,
@@ -179,7 +179,7 @@ class Planning:
         earlier = None if self.shared is None else self.shared.known(key)
         if earlier is not None:
             return earlier
-        solver, box, evaluate = self.solver, Box(*problem.bounds), self.evaluator(problem)
+        solver, box, evaluate = self.solver, SearchBox(*problem.bounds), self.evaluator(problem)
         assert isinstance(solver, Solver)
         needed = self.settings.polish_starts > 1 if self.shared is None else self.shared.archived
         archive = Archive(box) if needed else None
