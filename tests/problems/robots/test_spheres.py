@@ -253,7 +253,7 @@ def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
 
 def test_what_random_postures_never_bring_together_is_judged_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small spheres that a random posture hardly ever brings together: a search leaves them out, a verdict does not."""
-    monkeypatch.setattr(own_pairs_module, "SAMPLES", 3)
+    monkeypatch.setattr(own_pairs_module, "SETTINGS", replace(own_pairs_module.SETTINGS, samples=3))
     closed = 2.0 * np.pi / 3.0  # where the end of the last link is back at the base
     start, goal = (0.0, closed - 0.1, closed + 0.1), (0.0, closed + 0.1, closed - 0.1)
     robot = arm(ball(1, 0.0, 0.005), ball(3, 1.0, 0.005))
