@@ -15,7 +15,7 @@ import numpy as np
 
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from solvers import SOLVERS, Box, Budget, Solver, minimize
+from solvers import SOLVERS, Budget, SearchBox, Solver, minimize
 from tpbso_casadi.reproduction.experiment import BASES, NAMES, Size, solver_section
 from tpbso_casadi.scenario import Scenario, builtin, parse_scenario
 
@@ -46,7 +46,7 @@ def measure_pace(
     for case in PACE_CASES:
         progress(case)
         problem = builtin(case).problem()
-        cost, box = problem.evaluator(options), Box(*problem.bounds)
+        cost, box = problem.evaluator(options), SearchBox(*problem.bounds)
         cost(box.sample(np.random.default_rng(0), WARM_UP))
         for basis in BASES:
             searches = {name: _pace_search(name, basis, size) for name in NAMES}
@@ -194,7 +194,7 @@ def _solver(name: str, population: int) -> Solver:
 
 
 def _search_seconds(
-    cost: Callable[[FloatArray], FloatArray], box: Box, solver: Solver, budget: Budget, seed: int = 1
+    cost: Callable[[FloatArray], FloatArray], box: SearchBox, solver: Solver, budget: Budget, seed: int = 1
 ) -> float:
     """Processor time of a search, s: what other processes do meanwhile does not count."""
     began = time.process_time()
@@ -202,17 +202,17 @@ def _search_seconds(
     return time.process_time() - began
 
 
-def _cost(point: ScalingPoint) -> tuple[Callable[[FloatArray], FloatArray], Box]:
+def _cost(point: ScalingPoint) -> tuple[Callable[[FloatArray], FloatArray], SearchBox]:
     """The cost of a size and its box; of the algorithm alone, a cost that takes no time."""
     if point.experiment == "algorithm":
-        return lambda x: x[:, 0], Box(np.zeros(point.n_d), np.ones(point.n_d))
+        return lambda x: x[:, 0], SearchBox(np.zeros(point.n_d), np.ones(point.n_d))
     return _problem(replace(point, solver="", n_i=0, n_p=0))
 
 
 @lru_cache(maxsize=8)
-def _problem(point: ScalingPoint) -> tuple[PopulationFunction, Box]:
+def _problem(point: ScalingPoint) -> tuple[PopulationFunction, SearchBox]:
     problem = _scenario(point).problem()
-    evaluate, box = problem.evaluator(EvaluationOptions("vm")), Box(*problem.bounds)
+    evaluate, box = problem.evaluator(EvaluationOptions("vm")), SearchBox(*problem.bounds)
     evaluate(box.sample(np.random.default_rng(0), WARM_UP))
     return evaluate, box
 
