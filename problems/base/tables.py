@@ -97,6 +97,17 @@ class Table:
         """The values of the keys as they are, by their names."""
         return {name: getattr(self, name) for name in self.schema()}
 
+    def with_keys(self, content: Mapping[str, Any]) -> Self:
+        """The table with some keys stated anew, all of them checked as those of a file.
+
+        Args:
+            content: values of keys, as plain data or as they are.
+
+        Raises:
+            InvalidTable: naming the first wrong key.
+        """
+        return self.from_table({name: getattr(self, name) for name in self.stated_keys} | dict(content))
+
     def replaced(self, **values: Any) -> Self:
         """The table with other values of some keys, which are stated from then on; the values are believed."""
         made = self.filled_in(**values)
@@ -113,7 +124,7 @@ class Table:
 
 def plain_value(value: Any) -> Any:
     """A value as plain data: tables and dataclasses as mappings, tuples as lists, members of enumerations as values."""
-    if isinstance(value, Table):
+    if hasattr(value, "table"):  # what states itself
         return value.table()
     if isinstance(value, Mapping):
         return {name: plain_value(entry) for name, entry in value.items()}

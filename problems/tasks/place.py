@@ -6,13 +6,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import ANGLES, FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, check_within
+from problems.base import ANGLES, Angle, FloatArray, InvalidProblem, Matrix, Operand, Parametric, as_array, check_within
 from problems.robots import Robot
 from problems.scene import Obstacle
 from problems.tasks.checks import check_holding, check_point, check_posture
@@ -234,6 +234,18 @@ class Place(Parametric, ABC):
     def position(self, robot: Robot) -> FloatArray:
         """The position of the tool, (dim,), m."""
 
+    def table(self) -> Any:
+        """The place as a file states it, plain data.
+
+        Raises:
+            InvalidProblem: a file cannot state places of this class.
+        """
+        raise InvalidProblem("place", f"no table states {type(self).__name__}")
+
+    def _with_tolerance(self, table: dict[str, Any]) -> dict[str, Any]:
+        """The table with how far from the place a motion may pass, where that is stated."""
+        return table | ({"within": self.within} if self.within else {})
+
 
 @dataclass(frozen=True)
 class Joints(Place):
@@ -247,7 +259,7 @@ class Joints(Place):
     numbers: ClassVar[tuple[str, ...]] = ("values",)
     chosen_by_inverse_kinematics: ClassVar[bool] = False
 
-    values: tuple[float, ...]
+    values: tuple[Angle, ...]
     within: float = 0.0
 
     @property
@@ -284,6 +296,9 @@ class Joints(Place):
 
     def position(self, robot: Robot) -> FloatArray:
         return as_array(robot.tool(ca.DM([self.values]))).ravel()
+
+    def table(self) -> dict[str, Any]:
+        return self._with_tolerance({"joints": list(self.values)})
 
 
 @dataclass(frozen=True)
@@ -338,3 +353,6 @@ class Position(Place):
 
     def position(self, robot: Robot) -> FloatArray:
         return np.array(self.point)
+
+    def table(self) -> list[float] | dict[str, Any]:
+        return self._with_tolerance({"position": list(self.point)}) if self.within else list(self.point)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -249,6 +249,10 @@ class Pose(Place):
 
     def position(self, robot: Robot) -> FloatArray:
         return np.array(self.point)
+
+    def table(self) -> dict[str, Any]:
+        turned = {} if self.quaternion is None else {"quaternion": list(self.quaternion)}
+        return self._with_tolerance({"position": list(self.point), **turned})
 
 
 def _in_space(robot: Robot, field: str = "goal", name: str = "") -> SpatialArm:

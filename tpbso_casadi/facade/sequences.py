@@ -14,7 +14,7 @@ from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
-from tpbso_casadi.facade.statement import AROUND, goals_table, obstacle_table_of, place_table, places_table
+from tpbso_casadi.facade.statement import AROUND, goals_of, obstacle_table_of, place_of, places_of
 from tpbso_casadi.planning import SILENT, Progress
 from tpbso_casadi.scenario import InputFolder, ScenarioError, parse_scenario, plain
 
@@ -39,7 +39,7 @@ class StatedStage:
         given = {key: value for key, value in stated.items() if value is not None}
         if "constraints" in given:
             given["constraints"] = _own_constraints(given["constraints"], arm, name)
-        readers = {"goal": goals_table, "via": places_table}
+        readers = {"goal": goals_of, "via": places_of}
         for key, read in readers.items():
             if key in given:
                 given[key] = read(given[key], arm.dof, arm.model.dim, f"{name}.{key}")
@@ -266,7 +266,7 @@ def sequence(
         tables = [_stage_table(stage, stated, f"stages[{number}]") for number, stage in enumerate(listed)]
         task = {
             "kind": "sequence",
-            "start": place_table(start, stated.dof, stated.model.dim, "start"),
+            "start": place_of(start, stated.dof, stated.model.dim, "start"),
             "stages": tables,
             "cyclic": cyclic,
             "order": order,

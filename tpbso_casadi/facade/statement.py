@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from problems import InvalidProblem, Obstacle, Place, Robot
+from problems import InvalidProblem, Joints, Obstacle, Place, Position, Robot
 from problems import Path as PathOfPoints
 from problems.base import shown_value
 from problems.tasks import Pose, Task
@@ -34,7 +34,6 @@ from tpbso_casadi.scenario import (
     plain,
     points_table,
     read_scene,
-    stated_place,
     task_tables,
 )
 
@@ -175,13 +174,13 @@ def _task_keys(scenario: Scenario, task: dict[str, Any]) -> dict[str, Any]:
 def _read(task: dict[str, Any], dof: int, dim: int) -> dict[str, Any]:
     """Arguments as keys of [task]: places, and points to trace."""
     readers: dict[str, Callable[[Any, int, int, str], Any]] = {
-        "start": place_table, "goal": goals_table, "via": places_table
+        "start": place_of, "goal": goals_of, "via": places_of
     }  # fmt: skip
 
     def read(key: str, value: Any) -> Any:
         if key in readers:
             return readers[key](value, dof, dim, key)
-        return stated_place(value, key) if isinstance(value, Place) else value
+        return value
 
     table = {key: read(key, value) for key, value in task.items()}
     path = table.pop("path", None)
@@ -229,8 +228,8 @@ def obstacle_table_of(obstacle: Obstacle | Mapping[str, Any], name: str = "obsta
     raise ScenarioError(f"{name}: {shown_value(obstacle)} is none; say tp.Box(...) and the like, or a dict")
 
 
-def place_table(place: Any, dof: int, dim: int, name: str) -> Any:
-    """A place of a [task] table.
+def place_of(place: Any, dof: int, dim: int, name: str) -> Any:
+    """A place that an argument states.
 
     Args:
         place: :class:`Joints`, :class:`Position`, :class:`Pose`, a table, a homogeneous matrix (4, 4), or numbers: a
@@ -243,21 +242,21 @@ def place_table(place: Any, dof: int, dim: int, name: str) -> Any:
         ScenarioError: it is none of these.
     """
     if isinstance(place, Place):
-        return stated_place(place, name)
+        return place
     given = plain(place)
     if isinstance(given, dict):
         return given
     if _is_matrix(place):
-        return stated_place(_pose(place, name), name)
+        return _pose(place, name)
     if not isinstance(given, list) or not all(map(_is_number, given)):
         raise ScenarioError(f"{name}: {shown_value(given)} is no place; {_forms(dof, dim)}")
     if len(given) == dim == dof and dim > 2:
         raise ScenarioError(f"{name}: {given} may be a point or joint values: say tp.Pose(...) or tp.Joints(...)")
     if len(given) == dim:
-        return given if dim == 2 else {"position": given}
+        return Position(tuple(given)) if dim == 2 else Pose(tuple(given))
     if len(given) != dof:
         raise ScenarioError(f"{name}: {len(given)} numbers; {_forms(dof, dim)}")
-    return {"joints": given}
+    return Joints(tuple(given))
 
 
 def _forms(dof: int, dim: int) -> str:
@@ -272,14 +271,14 @@ def _pose(matrix: Any, name: str) -> Pose:
         raise ScenarioError(f"{name}: {error.reason}") from error
 
 
-def goals_table(goal: Any, dof: int, dim: int, name: str) -> Any:
+def goals_of(goal: Any, dof: int, dim: int, name: str) -> Any:
     """A goal, or a list of goals of which any will do."""
     listed = isinstance(goal, list | tuple) or (isinstance(goal, np.ndarray) and goal.ndim > 1)
     several = listed and len(goal) > 0 and not _is_matrix(goal) and not _is_number(goal[0])
-    return places_table(goal, dof, dim, name) if several else place_table(goal, dof, dim, name)
+    return places_of(goal, dof, dim, name) if several else place_of(goal, dof, dim, name)
 
 
-def places_table(places: Any, dof: int, dim: int, name: str) -> list[Any]:
+def places_of(places: Any, dof: int, dim: int, name: str) -> list[Any]:
     """A list of places; each may be anything that a place may be.
 
     Raises:
@@ -288,7 +287,7 @@ def places_table(places: Any, dof: int, dim: int, name: str) -> list[Any]:
     listed = isinstance(places, list | tuple | np.ndarray)
     if not listed or _is_matrix(places) or (len(places) and _is_number(places[0])):
         raise ScenarioError(f"{name}: a list of places is needed, not {shown_value(plain(places))}")
-    return [place_table(place, dof, dim, f"{name}[{number}]") for number, place in enumerate(places)]
+    return [place_of(place, dof, dim, f"{name}[{number}]") for number, place in enumerate(places)]
 
 
 def _is_matrix(value: Any) -> bool:

@@ -37,7 +37,6 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     SequenceTask,
     StageSection,
-    built,
     judged_by_stage,
     walked,
 )
@@ -175,7 +174,7 @@ class SequencePlanner:
         try:
             cell = Cell.at_first(self.scenario)
             robot = self.scenario.model.kept_by(cell.robot)
-            start = self._postures(robot, (), [built(self.task.start)], None, "start")
+            start = self._postures(robot, (), [self.task.start], None, "start")
         except InvalidProblem as error:
             raise ScenarioError(f"task.{error.field}: {error.reason}") from error
         stops = [SequenceStop.free(start)]

@@ -19,7 +19,7 @@ from tpbso_casadi.scenario.named_solvers import NamedSolver, each_of, named_solv
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
-from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection, built, stated_place
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection
 from tpbso_casadi.scenario.recorded_rows import RecordedRows, joint_order
 from tpbso_casadi.scenario.recorded_tasks import motion_table, read_motion, rows_table
 from tpbso_casadi.scenario.robots import (
@@ -125,7 +125,6 @@ __all__ = [
     "TrackingLog",
     "arm_table",
     "best_known",
-    "built",
     "builtin",
     "current_name",
     "each_of",
@@ -160,7 +159,6 @@ __all__ = [
     "read_tracking_log",
     "rows_table",
     "settings_table",
-    "stated_place",
     "task_tables",
     "walked",
 ]

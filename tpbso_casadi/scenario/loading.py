@@ -7,10 +7,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from problems.base import InvalidTable, at
 from tpbso_casadi.plain import visible
 from tpbso_casadi.scenario.cases import TITLES, builtin
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario, read_scenario
+from tpbso_casadi.scenario.robots import AnyRobotTable, ArmSection
+from tpbso_casadi.scenario.scenario import Scenario, SolverSection, read_scenario, with_files_read
+from tpbso_casadi.scenario.tasks import task_with_keys
 from tpbso_casadi.scenario.validation import ScenarioError
 
 Table = Mapping[str, Any]
@@ -20,7 +23,7 @@ NOTHING: Table = {}
 def overridden(
     scenario: Scenario,
     *,
-    arm: Table | None = None,
+    arm: ArmSection | None = None,
     task: Table = NOTHING,
     model: Table = NOTHING,
     solver: Table = NOTHING,
@@ -31,7 +34,7 @@ def overridden(
 
     Args:
         scenario: to start from.
-        arm: the whole [arm] table; None to leave it.
+        arm: another [arm] table; None to leave it.
         task: keys of [task].
         model: keys of [model].
         solver: keys of [solver]; another solver's name drops the settings of the one before.
@@ -42,29 +45,49 @@ def overridden(
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    content = scenario.table()
-    content["model"] = scenario.model.stated() | dict(model)
-    content["task"] |= task
-    if arm is not None:
-        content["arm"] = dict(arm)
-    content |= around
-    if polish and not content["solver"]["polish_starts"]:
-        content["solver"]["polish_starts"] = 1
-    if solver.get("name", scenario.solver.name) != scenario.solver.name:
-        content["solver"]["settings"] = {}
-    content["solver"] |= solver
-    named = {*scenario.solver.stated_keys, *solver}
-    if scenario.task.has_solver and "name" not in named:
-        own = bool(content["model"].get("constraints") or content["task"].get("objectives"))
-        table = scenario.robot_table
-        content["solver"] = with_default(content["solver"], named, table.usual_solver, table.usual_descents or int(own))
-    return parse_scenario(content, InputFolder(Path(), outside_allowed=True) if around else None)
+    tables: dict[str, Any] = dict(around)
+    try:
+        if arm is not None:
+            tables["arm"] = arm
+        if task:
+            with at("task"):
+                tables["task"] = task_with_keys(scenario.task, task)
+        if model:
+            with at("model"):
+                tables["model"] = scenario.model.with_keys(model)
+        stated = scenario.with_keys(tables) if tables else scenario
+        with at("solver"):
+            changed = stated.replaced(solver=_solver(stated, solver, polish))
+    except InvalidTable as error:
+        raise ScenarioError(str(error)) from error
+    return with_files_read(changed, InputFolder(Path(), outside_allowed=True)) if around else changed
 
 
-def with_default(solver: dict[str, Any], stated: set[str], usual: str, descents: int) -> dict[str, Any]:
-    """The [solver] table of a scenario that names no solver: the usual one, polished unless it says otherwise."""
-    polished_anyway = solver["polish_starts"] or solver["within"] is not None or "polish_starts" in stated
-    return solver | {"name": usual} | ({} if polished_anyway else {"polish_starts": descents})
+def _solver(scenario: Scenario, keys: Table, polish: bool) -> SolverSection:
+    """The solver of a scenario with some keys stated anew; where none is named, the usual one of the robot."""
+    before = scenario.solver
+    if keys.get("name", before.name) != before.name:
+        keys = {"settings": {}, **keys}
+    if polish and not before.polish_starts:
+        keys = {"polish_starts": 1, **keys}
+    table = before.with_keys(keys)
+    if not scenario.task.has_solver or "name" in table.stated_keys:
+        return table
+    own = bool(scenario.model.constraints or scenario.task.own_objectives)
+    return table.with_keys(usual_solver(table, scenario.robot_table, own))
+
+
+def usual_solver(stated: SolverSection, robot: AnyRobotTable, own: bool) -> Table:
+    """Keys of [solver] where no solver is named: the robot's usual one, polished unless the table says otherwise.
+
+    Args:
+        stated: keys that the table states.
+        robot: the table of the robot.
+        own: whether there are constraints or objectives of a user's own.
+    """
+    polished_anyway = stated.polish_starts or stated.within is not None or "polish_starts" in stated.stated_keys
+    starts = {} if polished_anyway else {"polish_starts": robot.usual_descents or int(own)}
+    return {"name": robot.usual_solver, **starts}
 
 
 def load(name: str, outside_allowed: bool = False) -> Scenario:

@@ -7,14 +7,26 @@ from dataclasses import field
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
-from problems import InvalidProblem, Move, Obstacle, PointToPoint, Problem, Robot, move, point_to_point, time_move
+from problems import (
+    InvalidProblem,
+    Move,
+    Obstacle,
+    Place,
+    PointToPoint,
+    Position,
+    Problem,
+    Robot,
+    move,
+    point_to_point,
+    time_move,
+)
 from problems.assembly import Criteria, objective_named
 from problems.base import Count
 from problems.limits import limits_of
 from problems.tasks import Elbow
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
-from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, built
+from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces
 from tpbso_casadi.scenario.validation import ANGULAR, MOST_LINKS, NotNegative, Number, Positive, ScenarioError
 
 Velocities = Annotated[list[Number], Count(1, MOST_LINKS)]
@@ -49,7 +61,11 @@ class PointToPointTask(TaskSection):
     def foreign_keys(self, motion: str) -> Iterator[str]:
         yield from super().foreign_keys(motion)
         if motion not in POSTURES_ALLOWED:
-            yield from (key for key in ("start", "goal") if not isinstance(getattr(self, key), tuple))
+            yield from (
+                key
+                for key in ("start", "goal")
+                if not (isinstance(place := getattr(self, key), Position) and not place.within)
+            )
 
     def rest_places(self) -> tuple[Any, Any]:
         for key in ("via", "start_velocity", "goal_velocity", "start_acceleration"):
@@ -68,13 +84,18 @@ class PointToPointTask(TaskSection):
         return Criteria(task=_move(self, robot, obstacles), objective=objective, limits=limits).at_free_times()
 
 
+def _is_point(place: Place | list[Place]) -> bool:
+    """Whether a place is a point that is reached exactly."""
+    return isinstance(place, Position) and not place.within
+
+
 def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
     """The paper's statement: from rest at a point to rest at another."""
     if robot.dim != 2:
         raise InvalidProblem("motion", "'paper' is for robots in the plane; leave it out, or say 'spline'")
-    assert isinstance(table.start, tuple)
-    assert isinstance(table.goal, tuple)
-    task = PointToPoint(robot, table.start, table.goal, table.elbow, obstacles, table.segment_time)
+    assert isinstance(table.start, Position)
+    assert isinstance(table.goal, Position)
+    task = PointToPoint(robot, table.start.point, table.goal.point, table.elbow, obstacles, table.segment_time)
     objective = find_objective(table.objective, table.own_objectives)
     return point_to_point(task, objective, model.formulation, model.samples, model.further_limits)
 
@@ -84,9 +105,9 @@ def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]
     goals = table.goal if isinstance(table.goal, list) else [table.goal]
     return Move(
         robot,
-        built(table.start),
-        tuple(map(built, goals)),
-        tuple(map(built, table.via or ())),
+        table.start,
+        tuple(goals),
+        tuple(table.via or ()),
         table.elbow,
         obstacles,
         tuple(table.start_velocity or ()),

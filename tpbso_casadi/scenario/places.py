@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, Any
 
-from problems import Joints, Place, Position
+from problems import InvalidProblem, Joints, Place, Position
 from problems.base import Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.tasks import Pose
 from tpbso_casadi.scenario.validation import (
-    ANGULAR,
     MOST_EVALUATIONS,
     MOST_LINKS,
     NotNegative,
@@ -18,97 +15,71 @@ from tpbso_casadi.scenario.validation import (
     PlanarPoint,
     Positive,
     Quaternion,
-    ScenarioError,
     Section,
     SpacePoint,
-    in_tuples,
-    plain,
 )
 
 MOST_PLACES = 100  # goals, or vias
 FORMS = "[x, y], { joints = [...] } or { position = [...] }"
 
 
-class PlaceTable(Section):
-    """A place by its kind.
-
-    Attributes:
-        of: its class.
-        fields: of that class, by the keys that state them.
-        within: of a via: how far from it a motion may pass, m of the tool or rad of all joints together.
-    """
-
-    of: ClassVar[type[Place]]
-    fields: ClassVar[Mapping[str, str]]
-
-    within: NotNegative = 0.0
-
-    def build(self) -> Place:
-        """The place itself."""
-        return self.of(**{field: in_tuples(getattr(self, key)) for key, field in self.fields.items()})
-
-    @classmethod
-    def stating(cls, place: Place) -> dict[str, Any]:
-        """The table of a place of its class; plain data."""
-        stated = {key: plain(getattr(place, field)) for key, field in cls.fields.items()}
-        return {key: value for key, value in stated.items() if value is not None and value != 0.0}
-
-    def table(self) -> dict[str, Any]:
-        return {key: value for key, value in super().table().items() if value is not None and value != 0.0}
-
-
-class JointsTable(PlaceTable):
+class JointsTable(Section):
     """A posture: one angle a joint, rad."""
 
-    of = Joints
-    fields = MappingProxyType({"joints": "values", "within": "within"})
+    joints: Annotated[list[Number], Count(1, MOST_LINKS)]
+    within: NotNegative = 0.0
 
-    joints: Annotated[list[Number], ANGULAR, Count(1, MOST_LINKS)]
+    def built(self) -> Joints:
+        """The place itself."""
+        return Joints(tuple(self.joints), self.within)
 
 
-class PositionTable(PlaceTable):
+class PositionTable(Section):
     """The tool at a point in the plane, m."""
 
-    of = Position
-    fields = MappingProxyType({"position": "point", "within": "within"})
-
     position: PlanarPoint
+    within: NotNegative = 0.0
+
+    def built(self) -> Position:
+        """The place itself."""
+        return Position(self.position, self.within)
 
 
-class PoseTable(PlaceTable):
+class PoseTable(Section):
     """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w)."""
-
-    of = Pose
-    fields = MappingProxyType({"position": "point", "quaternion": "quaternion", "within": "within"})
 
     position: SpacePoint
     quaternion: Quaternion | None = None
+    within: NotNegative = 0.0
+
+    def built(self) -> Pose:
+        """The place itself."""
+        return Pose(self.position, self.quaternion, within=self.within)
 
 
-PLACES: tuple[type[PlaceTable], ...] = (JointsTable, PositionTable, PoseTable)
-PLACE_TABLES: dict[str, type[PlaceTable]] = {"joints": JointsTable, "position": PositionTable}  # by the key they need
-PlaceValue: TypeAlias = PlanarPoint | PlaceTable
-
-
-def read_place(value: Any) -> PlaceValue:
-    """A point, or a table with the one key that says what it is.
+def read_place(value: Any) -> Place:
+    """The place of a point, or of a table with the one key that says what it is; or of a place, as its table states it.
 
     Raises:
         ValueError: it is neither.
     """
-    if isinstance(value, PlaceTable):
-        return value
-    kinds = [kind for key, kind in PLACE_TABLES.items() if isinstance(value, dict) and key in value]
-    if kinds == [PositionTable] and _in_space(value):
-        kinds = [PoseTable]
-    if not isinstance(value, (list, tuple)) and len(kinds) != 1:
+    if isinstance(value, Place):
+        try:
+            value = value.table()
+        except InvalidProblem as error:
+            raise ValueError(error.reason) from error
+    kinds = [key for key in ("joints", "position") if isinstance(value, dict) and key in value]
+    if not isinstance(value, list | tuple) and len(kinds) != 1:
         raise ValueError(f"{FORMS} is needed, not {shown_value(value)}")
-    return kinds[0].from_table(value) if kinds else _point(value)
+    if not kinds:
+        return Position(_point(value))
+    in_plane = JointsTable if kinds == ["joints"] else PositionTable
+    return (PoseTable if kinds == ["position"] and _in_space(value) else in_plane).from_table(value).built()
 
 
 def _in_space(table: dict[str, Any]) -> bool:
     position = table["position"]
-    return "quaternion" in table or (isinstance(position, (list, tuple)) and len(position) > 2)
+    return "quaternion" in table or (isinstance(position, list | tuple) and len(position) > 2)
 
 
 def _point(value: Any) -> PlanarPoint:
@@ -117,7 +88,7 @@ def _point(value: Any) -> PlanarPoint:
     return reader(PlanarPoint)(value)  # type: ignore[no-any-return]
 
 
-def read_places(value: Any) -> list[PlaceValue]:
+def read_places(value: Any) -> list[Place]:
     """A list of places.
 
     Raises:
@@ -134,33 +105,15 @@ def read_places(value: Any) -> list[PlaceValue]:
     return places
 
 
-def read_goals(value: Any) -> PlaceValue | list[PlaceValue]:
+def read_goals(value: Any) -> Place | list[Place]:
     """A place, or a list of places of which any will do: a list that begins with a table or a list is one."""
-    several = isinstance(value, list) and bool(value) and not isinstance(value[0], (int, float, str, bool))
+    several = isinstance(value, list) and bool(value) and not isinstance(value[0], int | float | str | bool)
     return read_places(value) if several else read_place(value)
 
 
-def built(value: PlaceValue) -> Place:
-    """The place that a value of a table stands for."""
-    return Position(value) if isinstance(value, tuple) else value.build()
-
-
-def stated_place(place: Place, name: str) -> dict[str, Any]:
-    """The table that states a place.
-
-    Raises:
-        ScenarioError: none does; it begins with the name of the argument.
-    """
-    table = next((table for table in PLACES if table.of is type(place)), None)
-    if table is None:
-        raise ScenarioError(f"{name}: no table states {type(place).__name__}")
-    return table.stating(place)
-
-
-# a PlaceValue, one or a list of them, a list of them; Any is how a tuple or a table is written back as it was
-AnyPlace = Annotated[Any, ReadBy(read_place)]
-AnyGoals = Annotated[Any, ReadBy(read_goals)]
-AnyPlaces = Annotated[Any, ReadBy(read_places)]
+AnyPlace = Annotated[Place, ReadBy(read_place)]
+AnyGoals = Annotated[Place | list[Place], ReadBy(read_goals)]
+AnyPlaces = Annotated[list[Place], ReadBy(read_places)]
 
 
 MOST_TICKS = 100_000

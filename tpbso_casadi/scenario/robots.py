@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import field
 from math import radians
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 from problems import InvalidProblem, PlanarArm, Robot
 from problems.base import Count, ReadBy, shown_value
@@ -248,4 +248,5 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
     return read_section(RobotSection, table, "model", str(table["model"]))
 
 
+AnyRobotTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
 AnyRobot = Annotated[RobotSection | SpatialRobotSection, ReadBy(read_robot)]

@@ -409,10 +409,19 @@ def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -
         ScenarioError: naming the first wrong key.
     """
     scenario = _validated(content)
-    return (scenario if folder is None else _with_files(scenario, folder)).normalised()
+    return (scenario if folder is None else with_files_read(scenario, folder)).normalised()
 
 
-def _with_files(scenario: Scenario, folder: InputFolder) -> Scenario:
+def with_files_read(scenario: Scenario, folder: InputFolder) -> Scenario:
+    """The scenario with the content of the files that it names.
+
+    Args:
+        scenario: as it is stated.
+        folder: where the files lie.
+
+    Raises:
+        ScenarioError: a file cannot be read, or may not be.
+    """
     with failures_named(scenario.plugins, "task"):
         obstacles = with_files(scenario.obstacles, folder, "obstacles")
         if scenario.scene is not None:

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import scipy  # whose parts are loaded when they are used
 
-from problems import InvalidProblem, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
+from problems import InvalidProblem, Joints, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
 from problems.assembly import Criteria, MotionStage, SequenceCriteria
 from problems.base import Count, FloatArray, InvalidTable, as_array, did_you_mean, in_words
 from problems.objectives import OBJECTIVES
@@ -22,7 +22,7 @@ from tpbso_casadi.scenario.model import ModelSection, TaskSection
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles, with_files
-from tpbso_casadi.scenario.places import AnyPlace, JointsTable
+from tpbso_casadi.scenario.places import AnyPlace
 from tpbso_casadi.scenario.stages import AnyStage, MoveStage, MovingStage, OutputStage, StageSection, tool_frames
 from tpbso_casadi.scenario.validation import ScenarioError
 
@@ -248,8 +248,8 @@ class Cell:
             InvalidProblem: the stage cannot begin there.
         """
         scenario, robot = self.scenario, self.robot
-        goals = stage.goals_from(robot, posture) if goal is None else JointsTable(joints=list(map(float, goal)))
-        start = JointsTable(joints=list(map(float, posture)))
+        goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)))
+        start = Joints(tuple(map(float, posture)))
         task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias)
         further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
         margin = scenario.model.margin if stage.margin is None else stage.margin

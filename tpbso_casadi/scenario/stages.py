@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 import casadi as ca
 import numpy as np
 
-from problems import InvalidProblem, Robot
+from problems import InvalidProblem, Place, Robot
 from problems.base import Count, FloatArray, InvalidTable, Range, ReadBy, as_array, did_you_mean, flat, in_words
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, StraightLine, ToolCurve, ToolPath
@@ -20,13 +20,9 @@ from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_poin
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.places import (
     AnyGoals,
+    AnyPlace,
     AnyPlaces,
     Coordinates,
-    PlaceValue,
-    PositionTable,
-    built,
-    read_place,
-    stated_place,
 )
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
 from tpbso_casadi.scenario.validation import (
@@ -99,11 +95,11 @@ class MovingStage(StageSection):
         return {key: value for key, value in stated.items() if value is not None}
 
     @property
-    def vias(self) -> list[PlaceValue] | None:
+    def vias(self) -> list[Place] | None:
         """Places that are passed; none by default."""
         return None
 
-    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
+    def goals_from(self, robot: Robot, posture: FloatArray) -> Place | list[Place]:
         """Where it ends, if it begins in a posture (dof,)."""
         raise NotImplementedError
 
@@ -142,16 +138,17 @@ class MoveStage(MovingStage):
 
     def blended(self, following: MoveStage) -> MoveStage:
         """Both as one: a move past the goal of the first."""
-        place = PositionTable(position=self.goal) if isinstance(self.goal, tuple) else self.goal
-        corner = place.replaced(within=self.blend)
+        assert not isinstance(self.goal, list)  # of several goals none is blended
+        corner: Any = self.goal
+        corner = replace(corner, within=self.blend)
         return following.replaced(via=[*(self.via or ()), corner, *(following.via or ())])
 
     @property
-    def vias(self) -> list[PlaceValue] | None:
+    def vias(self) -> list[Place] | None:
         return self.via
 
-    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
-        return self.goal  # type: ignore[no-any-return]
+    def goals_from(self, robot: Robot, posture: FloatArray) -> Place | list[Place]:
+        return self.goal
 
 
 class LedStage(MovingStage):
@@ -169,8 +166,8 @@ class LedStage(MovingStage):
         """The way from a point (dim,), m, to another."""
         raise NotImplementedError
 
-    def goals_from(self, robot: Robot, posture: FloatArray) -> PlaceValue | list[PlaceValue]:
-        return read_place(stated_place(self.end(robot, posture), "goal"))
+    def goals_from(self, robot: Robot, posture: FloatArray) -> Place | list[Place]:
+        return self.end(robot, posture)
 
     def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
         (start, turned), end = _tool(robot, posture), self.end(robot, posture)
@@ -196,21 +193,22 @@ class LineStage(LedStage):
     """
 
     kind: Literal["line"]
-    goal: Annotated[Any, ReadBy(read_place)] = None
+    goal: AnyPlace | None = None
     by: Coordinates | None = None
     through: Coordinates | None = None
 
     def check(self) -> None:
         if (self.goal is None) == (self.by is None):
             raise InvalidTable("one of goal and by is needed, not both", "goal")
-        if self.goal is not None and not isinstance(built(self.goal), (Pose, Position)):
+        if self.goal is not None and not isinstance(self.goal, Pose | Position):
             raise InvalidTable("a line ends at a position or pose; joints are reached by kind = 'move'", "goal")
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
         start, turned = _tool(robot, posture)
         if self.by is not None:
             return _standing(start + _numbers(robot, self.by, "by"), turned)
-        goal = built(self.goal)
+        goal = self.goal
+        assert goal is not None
         if isinstance(goal, Pose) and goal.quaternion is not None:
             return goal
         return _standing(_numbers(robot, goal.position(robot), "goal"), turned)

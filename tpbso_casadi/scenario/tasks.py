@@ -25,7 +25,6 @@ from tpbso_casadi.scenario.path_tasks import (
     pieces_table,
     points_table,
 )
-from tpbso_casadi.scenario.places import stated_place
 from tpbso_casadi.scenario.recorded_tasks import MotionPiecesTask, MotionRowsTask, motion_table
 from tpbso_casadi.scenario.sequence import SequenceTask
 from tpbso_casadi.scenario.validation import ScenarioError, plain, read_section
@@ -61,10 +60,8 @@ class Statement(NamedTuple):
 
 def _stated_places(task: Move) -> dict[str, Any]:
     """The places of a move as tables."""
-    goals = [stated_place(goal, f"goal[{k}]" if len(task.goals) > 1 else "goal") for k, goal in enumerate(task.goals)]
-    vias = [stated_place(via, f"via[{k}]") for k, via in enumerate(task.vias)]
-    via = {"via": vias} if vias else {}
-    return {"start": stated_place(task.start, "start"), "goal": goals if len(goals) > 1 else goals[0], **via}
+    goals = list(task.goals)
+    return {"start": task.start, "goal": goals if len(goals) > 1 else goals[0], "via": list(task.vias) or None}
 
 
 def _stated_points(task: PathFollowing | PathTracing | SpaceTracing) -> dict[str, Any]:
@@ -143,6 +140,18 @@ def read_task(table: Any) -> TaskSection:
     except PluginError as error:
         raise InvalidTable(str(error)) from error
     return read_section(section, table, "kind", name)
+
+
+def task_with_keys(task: TaskSection, keys: Mapping[str, Any]) -> TaskSection:
+    """A task with some keys stated anew; another kind or shape makes it a task of another class.
+
+    Raises:
+        InvalidTable: naming the first wrong key.
+    """
+    if not keys.keys().isdisjoint(("kind", "shape")):
+        return read_task(task.table() | dict(keys))
+    stated = {key: getattr(task, key) for key in task.stated_keys}
+    return read_section(type(task), stated | dict(keys), "kind", task.kind)
 
 
 AnyTask = Annotated[TaskSection, ReadBy(read_task)]

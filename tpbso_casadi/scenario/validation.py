@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import MISSING, InitVar, field, fields
+from dataclasses import MISSING, InitVar, field, fields, is_dataclass, replace
 from math import radians
 from pathlib import Path
 from types import UnionType
@@ -25,6 +25,7 @@ from problems.base import (
     Range,
     Table,
     at,
+    keys_of_fields,
     not_among,
     quantities_in,
 )
@@ -157,7 +158,9 @@ class Section(Table):
 
 def _is_angular(hint: Any) -> bool:
     """Whether the numbers of a key are angles, wherever in its type that is said."""
-    return ANGULAR in getattr(hint, "__metadata__", ()) or any(map(_is_angular, get_args(hint)))
+    marks = getattr(hint, "__metadata__", ())
+    in_rad = any(isinstance(mark, Quantity) and mark.unit.startswith("rad") for mark in marks)
+    return ANGULAR in marks or in_rad or any(map(_is_angular, get_args(hint)))
 
 
 def keys_of(kind: type[Any]) -> dict[str, Key]:
@@ -252,6 +255,11 @@ def in_radians(value: Any, angular: bool) -> Any:
     """A value of a table in degrees: tables in it are converted, and its numbers where they are angles."""
     if isinstance(value, Section):
         return value.in_radians()
+    if is_dataclass(value) and not isinstance(value, type):
+        keys = {
+            name: getattr(value, name) for name, key in keys_of_fields(type(value)).items() if _is_angular(key.hint)
+        }
+        return replace(value, **{name: in_radians(angles, angular=True) for name, angles in keys.items()})
     if isinstance(value, (list, tuple)):
         return type(value)(in_radians(entry, angular) for entry in value)
     return radians(value) if angular and isinstance(value, (int, float)) else value

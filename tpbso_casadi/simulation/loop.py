@@ -16,7 +16,7 @@ from problems.scene import standing
 from problems.tasks import least_clearances
 from solvers import Interruption
 from tpbso_casadi.replanning import Step
-from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, built, parse_scenario
+from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, parse_scenario
 from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit, joined, jumps_between, part, rest_time
 from tpbso_casadi.simulation.world import SimulatedWorld
 
@@ -145,7 +145,7 @@ def _places(scenario: Scenario, settings: SimulationSection) -> tuple[Any, list[
 
 def _posture(key: str, place: Any, robot: Robot, obstacles: tuple[Obstacle, ...], near: FloatArray | None) -> Joints:
     try:
-        return posture_at(built(place), robot, obstacles, near, key)
+        return posture_at(place, robot, obstacles, near, key)
     except InvalidProblem as error:
         raise ScenarioError(f"{key}: {error.reason}") from error
 

@@ -17,8 +17,7 @@ import tpbso_casadi as tp
 from problems.base import Coordinate, FloatArray
 from problems.scene import SOLIDS
 from problems.tasks import JointFollowing, Place, RecordedMotion, Task
-from tpbso_casadi.facade.statement import goals_table, place_table
-from tpbso_casadi.scenario import built
+from tpbso_casadi.facade.statement import goals_of, place_of
 from tpbso_casadi.scenario.obstacles import obstacle_table, read_obstacle
 from tpbso_casadi.scenario.places import read_place
 from tpbso_casadi.scenario.tasks import STATED
@@ -127,15 +126,15 @@ def test_a_motion_without_a_table_is_refused(motion: Any, reason: str) -> None:
         obstacle_table(tp.MovingObstacle(OBSTACLES[0], motion))
 
 
-def place_of(value: Any, dof: int, dim: int) -> Place:
-    return built(read_place(place_table(value, dof, dim, "goal")))
+def place_read(value: Any, dof: int, dim: int) -> Place:
+    return read_place(place_of(value, dof, dim, "goal"))
 
 
 @pytest.mark.parametrize("kind", [list, tuple, np.array, lambda v: [np.float32(x) for x in v]])
 def test_as_many_numbers_as_joints_are_a_posture_as_many_as_dimensions_a_point(kind: Any) -> None:
-    assert place_of(kind([0.25, 0.5, 0.75]), 3, 2) == tp.Joints((0.25, 0.5, 0.75))
-    assert place_of(kind([0.25, 0.5]), 3, 2) == tp.Position((0.25, 0.5))
-    assert place_of(kind([0.25, 0.5, 0.75]), 7, 3) == tp.Pose((0.25, 0.5, 0.75))
+    assert place_read(kind([0.25, 0.5, 0.75]), 3, 2) == tp.Joints((0.25, 0.5, 0.75))
+    assert place_read(kind([0.25, 0.5]), 3, 2) == tp.Position((0.25, 0.5))
+    assert place_read(kind([0.25, 0.5, 0.75]), 7, 3) == tp.Pose((0.25, 0.5, 0.75))
 
 
 @given(angles=st.tuples(*[st.floats(-3.0, 3.0)] * 3), point=st.tuples(*[st.floats(-1.0, 1.0)] * 3))
@@ -143,7 +142,7 @@ def test_as_many_numbers_as_joints_are_a_posture_as_many_as_dimensions_a_point(k
 def test_a_homogeneous_matrix_is_a_pose(angles: tuple[float, float, float], point: tuple[float, float, float]) -> None:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = Rotation.from_euler("xyz", angles).as_matrix(), point
-    pose = place_of(matrix, 7, 3)
+    pose = place_read(matrix, 7, 3)
     assert isinstance(pose, tp.Pose)
     assert pose.point == point
     np.testing.assert_allclose(Rotation.from_quat(pose.quaternion).as_matrix(), matrix[:3, :3], atol=1e-12)
@@ -166,11 +165,11 @@ def test_what_is_no_frame_is_said(matrix: Any, reason: str) -> None:
 
 def test_a_list_of_places_is_any_of_them() -> None:
     postures = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
-    expected = [{"joints": row} for row in postures.tolist()]
-    assert goals_table(postures, 3, 2, "goal") == expected
-    assert goals_table([tp.Joints(tuple(row)) for row in postures.tolist()], 3, 2, "goal") == expected
-    assert goals_table(postures[0], 3, 2, "goal") == expected[0]
-    assert goals_table([np.eye(4), np.eye(4)], 7, 3, "goal")[1]["quaternion"] == [0.0, 0.0, 0.0, 1.0]
+    expected = [tp.Joints(tuple(row)) for row in postures.tolist()]
+    assert goals_of(postures, 3, 2, "goal") == expected
+    assert goals_of([tp.Joints(tuple(row)) for row in postures.tolist()], 3, 2, "goal") == expected
+    assert goals_of(postures[0], 3, 2, "goal") == expected[0]
+    assert goals_of([np.eye(4), np.eye(4)], 7, 3, "goal")[1].quaternion == (0.0, 0.0, 0.0, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -186,7 +185,7 @@ def test_a_list_of_places_is_any_of_them() -> None:
 )
 def test_what_is_no_place_is_said(value: Any, dim: int, reason: str) -> None:
     with pytest.raises(tp.ScenarioError, match=reason):
-        goals_table(value, 3, dim, "goal")
+        goals_of(value, 3, dim, "goal")
 
 
 ARM = tp.robot([0.7, 0.7, 0.6], max_speed=4.0, max_acceleration=20.0).model

@@ -12,7 +12,6 @@ from helpers.running import line_of, scenario_error
 from problems.tasks import Joints, Position
 from tpbso_casadi import ScenarioError, builtin, parse_scenario
 from tpbso_casadi.cli.commands.solve import parser, with_options
-from tpbso_casadi.scenario import built
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 POINTS = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.0]}
@@ -149,7 +148,7 @@ def test_a_spline_over_time_keeps_its_timing() -> None:
 def test_places_of_all_kinds_are_read_and_written_back() -> None:
     task = POINTS | {
         "start": {"joints": [0.1, 0.2, 0.3]},
-        "goal": [[0.5, 1.0], {"position": [0.4, 1.0]}, {"joints": [0.0, 0.5, 0.5]}],
+        "goal": [[0.5, 1.0], {"position": [0.4, 1.0], "within": 0.1}, {"joints": [0.0, 0.5, 0.5]}],
         "via": [[0.9, 0.2], {"joints": [0.2, 0.3, 0.4]}],
     }
     scenario = parsed(task)
@@ -158,21 +157,21 @@ def test_places_of_all_kinds_are_read_and_written_back() -> None:
         key: task[key] for key in ("start", "goal", "via")
     }
     assert parse_scenario(content) == scenario
-    assert built(scenario.task.start) == Joints((0.1, 0.2, 0.3))
-    assert [built(goal) for goal in scenario.task.goal[:2]] == [Position((0.5, 1.0)), Position((0.4, 1.0))]
+    assert scenario.task.start == Joints((0.1, 0.2, 0.3))
+    assert scenario.task.goal[:2] == [Position((0.5, 1.0)), Position((0.4, 1.0), 0.1)]
 
 
 def test_two_plain_numbers_are_a_point_and_a_list_of_points_are_goals() -> None:
-    assert parsed(POINTS).task.goal == (0.5, 1.0)
-    assert parsed(POINTS | {"goal": [[0.5, 1.0]]}).task.goal == [(0.5, 1.0)]
+    assert parsed(POINTS).task.goal == Position((0.5, 1.0))
+    assert parsed(POINTS | {"goal": [[0.5, 1.0]]}).task.goal == [Position((0.5, 1.0))]
 
 
 def test_degrees_are_read_in_places_and_velocities() -> None:
     task = POINTS | {"start": {"joints": [180.0, 0.0, 0.0]}, "goal": [{"joints": [90.0, 0.0, 0.0]}]}
     task |= {"goal_velocity": [90.0, 0.0, 0.0]}
     scenario = parse_scenario({"unit": "deg", "arm": ARM, "task": task})
-    assert scenario.task.start.joints[0] == pytest.approx(3.141592653589793)
-    assert scenario.task.goal[0].joints[0] == pytest.approx(1.5707963267948966)
+    assert scenario.task.start.values[0] == pytest.approx(3.141592653589793)
+    assert scenario.task.goal[0].values[0] == pytest.approx(1.5707963267948966)
     assert scenario.task.goal_velocity[0] == pytest.approx(1.5707963267948966)
 
 

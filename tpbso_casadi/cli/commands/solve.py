@@ -290,7 +290,7 @@ def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     if options.links is not None:
         if scenario.arm is None:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
-        arm = scenario.arm.with_links(options.links).table()
+        arm = scenario.arm.with_links(options.links)
     search = stated(
         options, "population", "iterations", "evaluations", "time_limit", "within", "first", "seed", "polish_starts"
     )
