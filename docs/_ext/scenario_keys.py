@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import inspect
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from importlib import import_module
 from types import UnionType
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
@@ -22,8 +22,9 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
-from problems.base import Key, Range, Table
-from tpbso_casadi.scenario.obstacles import name_of, section_of
+from problems.base import Key, Quantity, Range, Table
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.obstacles import keys_of_shape
 
 LOGGER = logging.getLogger(__name__)
 WIDTHS = {"key": 15, "values": 20, "default": 15, "what it is": 50}
@@ -41,9 +42,9 @@ class Keys(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """The table."""
         module, _, name = self.arguments[0].partition(":")
-        section = section_named(getattr(import_module(module), name))
-        said = of_docstring(section) | descriptions(self.content.data)
-        fields = {key: field for key, field in section.schema().items() if key not in self.options.get("but", ())}
+        known = keys_of(named := getattr(import_module(module), name))
+        said = of_docstring(named, known) | descriptions(self.content.data)
+        fields = {key: field for key, field in known.items() if key not in self.options.get("but", ())}
         for key in fields.keys() ^ said.keys():
             LOGGER.warning("%s: key %r is not described, or is none", name, key, location=self.get_location())
         rows = [self._row(key, field, said.get(key, "")) for key, field in fields.items()]
@@ -61,9 +62,11 @@ class Keys(SphinxDirective):
         return nodes.row("", *(nodes.entry("", nodes.paragraph("", "", *cell)) for cell in cells))
 
 
-def section_named(named: type[Any]) -> type[Table]:
-    """The section itself, or that of a shape by its class."""
-    return named if issubclass(named, Table) else section_of(named, name_of(named))
+def keys_of(named: type[Any]) -> dict[str, Key]:
+    """The keys of a section, or those of a table that states an obstacle of a class."""
+    if issubclass(named, Table):
+        return named.schema()
+    return ObstacleSection.schema() | keys_of_shape(named)
 
 
 def descriptions(lines: list[str]) -> dict[str, str]:
@@ -78,11 +81,11 @@ def descriptions(lines: list[str]) -> dict[str, str]:
     return said
 
 
-def of_docstring(section: type[Table]) -> dict[str, str]:
+def of_docstring(section: type[Any], known: Collection[str]) -> dict[str, str]:
     """What the docstring of a section says of its keys."""
     _, _, attributes = (inspect.getdoc(section) or "").partition("Attributes:\n")
-    said = descriptions(textwrap.dedent(attributes).splitlines())
-    return {key: text for key, text in said.items() if key in section.schema()}
+    said = descriptions(textwrap.dedent(attributes).splitlines()) if issubclass(section, Table) else {}
+    return {key: text for key, text in said.items() if key in known}
 
 
 def table_of(rows: list[nodes.row], widths: dict[str, int]) -> nodes.table:
@@ -111,6 +114,8 @@ def values_of(field: Key) -> str:
 def range_of(marks: Any) -> str:
     """The limits among the marks of a number, in words; what only guards against absurd numbers is left out."""
     ranges = [mark for mark in marks if isinstance(mark, Range)]
+    ranges += [Range(above=0.0) for mark in marks if isinstance(mark, Quantity) and mark.bounds[0] > 0.0]
+    ranges += [Range(least=0.0) for mark in marks if isinstance(mark, Quantity) and mark.bounds[0] == 0.0]
     lower = [f"> {each.above:g}" for each in ranges if each.above is not None]
     lower += [f"≥ {each.least:g}" for each in ranges if each.least is not None and each.least > -ABSURD]
     upper = [f"< {each.below:g}" for each in ranges if each.below is not None]

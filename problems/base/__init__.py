@@ -58,7 +58,7 @@ from problems.base.polynomials import (
     product,
     unproven_part,
 )
-from problems.base.readers import Checked, Key, Range, ReadBy, keys_of_fields, reader
+from problems.base.readers import Checked, Key, Range, ReadBy, check_keys, keys_of_fields, read_arguments, reader
 from problems.base.refusals import InvalidTable, at, did_you_mean, flat, in_words, nearest_word, not_among, shown_value
 from problems.base.relaxation import STEP, Relaxation, entry_changed
 from problems.base.structure_cache import CACHE_SIZE, NoStructure, cached_function, cached_text, structure_key
@@ -108,6 +108,7 @@ __all__ = [
     "cached_function",
     "cached_text",
     "check_fields",
+    "check_keys",
     "check_within",
     "columns",
     "composition",
@@ -130,6 +131,7 @@ __all__ = [
     "plain_value",
     "product",
     "quantities_in",
+    "read_arguments",
     "reader",
     "real_roots",
     "repeated",

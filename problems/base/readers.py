@@ -5,8 +5,9 @@ Types are not guessed: a number is a number, a word is a word.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, InitVar, is_dataclass
 from enum import Enum
 from functools import cache, partial, reduce
 from math import isfinite
@@ -14,7 +15,7 @@ from operator import ge, gt, le, lt
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
 
-from problems.base.fields import Count
+from problems.base.fields import Count, Quantity
 from problems.base.refusals import InvalidTable, at, did_you_mean, not_among, shown_value
 
 Reader = Callable[[Any], Any]
@@ -135,7 +136,7 @@ def _marked(hint: Any) -> Kind:
     inner, *marks = get_args(hint)
     own = next((Kind(lambda value: True, mark.function) for mark in marks if isinstance(mark, ReadBy)), None)
     kind = own or kind_of(inner)
-    bounds = [mark.checked for mark in marks if isinstance(mark, Range)]
+    bounds = [each.checked for mark in marks if (each := _range_of(mark)) is not None]
     checks = [check for mark in marks if (check := _check(mark)) is not None]
 
     def read(value: Any) -> Any:
@@ -145,6 +146,13 @@ def _marked(hint: Any) -> Kind:
         return reduce(lambda known, check: check(known), checks, found)
 
     return Kind(kind.fits, read) if bounds or checks else kind
+
+
+def _range_of(mark: Any) -> Range | None:
+    """The bounds that a mark sets: of a quantity its sign alone, as what is made of it checks the rest."""
+    if isinstance(mark, Quantity) and mark.bounds[0] >= 0.0:
+        return Range(above=0.0) if mark.bounds[0] > 0.0 else Range(least=0.0)
+    return mark if isinstance(mark, Range) else None
 
 
 def _check(mark: Any) -> Reader | None:
@@ -270,7 +278,7 @@ def _listed(hint: Any) -> Kind:
 def _are_numbers(values: Sequence[Any], hint: Any) -> bool:
     """Whether all entries of a list are finite floats within the bounds of a type; of others each one is read."""
     marks = getattr(hint, "__metadata__", ())
-    ranges = [mark for mark in marks if isinstance(mark, Range)]
+    ranges = [each for mark in marks if (each := _range_of(mark)) is not None]
     asks_more = any(isinstance(mark, Checked | ReadBy) for mark in marks)
     if asks_more or (get_args(hint)[0] if marks else hint) is not float or {*map(type, values)} != {float}:
         return False
@@ -299,23 +307,31 @@ KINDS: dict[Any, Callable[[Any], Kind]] = {
 # Dataclasses
 
 
+def keys_of_fields(kind: Any) -> dict[str, Key]:
+    """The keys of a dataclass: the arguments with which it is made, in their order."""
+    return dict(_keys(kind))
+
+
 @cache
-def keys_of_fields(kind: Any) -> Mapping[str, Key]:
-    """The keys of a dataclass: the fields with which it is made."""
+def _keys(kind: Any) -> Mapping[str, Key]:
     hints = get_type_hints(kind, include_extras=True)
-    made = [each for each in fields(kind) if each.init]
-    return {each.name: Key(hints[each.name], each.default, each.default_factory) for each in made}
+    known = {each.name: each for each in kind.__dataclass_fields__.values()}  # variables of its constructor included
+    names = [name for name in inspect.signature(kind).parameters if name in known]
+    return {name: Key(_of_variable(hints[name]), known[name].default, known[name].default_factory) for name in names}
 
 
-def check_keys(content: Any, kind: Any) -> None:
-    """Check that plain data are a table with the keys of a dataclass.
+def _of_variable(hint: Any) -> Any:
+    return hint.type if isinstance(hint, InitVar) else hint
+
+
+def check_keys(content: Any, known: Mapping[str, Key]) -> None:
+    """Check that plain data are a table with known keys.
 
     Raises:
         InvalidTable: they are none, a key is unknown, or one is missing.
     """
     if not isinstance(content, Mapping):
         raise InvalidTable(f"{NEEDED[dict]}, not {shown_value(content)}")
-    known = keys_of_fields(kind)
     unknown = {name: did_you_mean(name, known) for name in content if name not in known}
     missing = [name for name, key in known.items() if key.is_needed and name not in content]
     if missing and not any(unknown.values()):
@@ -325,15 +341,24 @@ def check_keys(content: Any, kind: Any) -> None:
         raise InvalidTable(f"unknown key{unknown[name]}", str(name))
 
 
-def _made(kind: Any, content: Any) -> Any:
-    """The object of a dataclass that plain data state; an object of it is returned as it is."""
-    if isinstance(content, kind):
-        return content
-    check_keys(content, kind)
+def read_arguments(kind: Any, content: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments with which an object of a dataclass is made, of plain data whose keys are known to be its own.
+
+    Raises:
+        InvalidTable: a value is of another type than its field.
+    """
     values = {}
     for name, key in keys_of_fields(kind).items():
         if name in content:
             with at(name):
                 values[name] = reader(key.hint)(content[name])
+    return values
+
+
+def _made(kind: Any, content: Any) -> Any:
+    if isinstance(content, kind):
+        return content
+    check_keys(content, keys_of_fields(kind))
+    values = read_arguments(kind, content)
     with at():
         return kind(**values)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Container, Mapping
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
 from typing import Any, ClassVar, Self, dataclass_transform
 
@@ -52,10 +52,9 @@ class Table:
         """
 
     @classmethod
-    def schema(cls) -> Mapping[str, Key]:
+    def schema(cls) -> dict[str, Key]:
         """The keys of the table, by their names."""
-        kind: Any = cls
-        return keys_of_fields(kind)
+        return keys_of_fields(cls)
 
     @classmethod
     def from_table(cls, content: Any) -> Self:
@@ -69,7 +68,7 @@ class Table:
         """
         if isinstance(content, cls):
             return content
-        check_keys(content, cls)
+        check_keys(content, cls.schema())
         return cls(**content)
 
     @classmethod
@@ -129,7 +128,7 @@ def plain_value(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: plain_value(entry) for name, entry in value.items()}
     if is_dataclass(value) and not isinstance(value, type):
-        return {name: plain_value(getattr(value, name)) for name in keys_of_fields(type(value))}
+        return {each.name: plain_value(getattr(value, each.name)) for each in fields(value) if each.init}
     if isinstance(value, Enum):
         return value.value
     return [plain_value(entry) for entry in value] if isinstance(value, list | tuple) else value

@@ -16,7 +16,7 @@ from tpbso_casadi.facade.foreign import exact_pieces
 from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.robots import AnyRobot
-from tpbso_casadi.facade.statement import obstacle_tables
+from tpbso_casadi.facade.statement import obstacles_of
 from tpbso_casadi.facade.surroundings import (
     AROUND_TABLES,
     OWN_TABLES,
@@ -97,7 +97,7 @@ def certify(
     with in_words_of_python():
         further = None if limits is None else several("limits", limits, "kinds of limits")
         model: Content = {"margin": margin, "self_collision": self_collision, "limits": further}
-        beside = {"obstacles": None if obstacles is None else obstacle_tables(obstacles)}
+        beside = {"obstacles": None if obstacles is None else obstacles_of(obstacles)}
         left_out = [without] if isinstance(without, str) else several("without", without, "names of limits")
         task: Content = {"interpolation": interpolation, "joint_names": joint_names, "without": left_out or None}
         task["message"] = None if message is None else whole("message", message)

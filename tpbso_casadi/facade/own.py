@@ -11,8 +11,8 @@ from problems import OBJECTIVES, InvalidProblem, Limit, Objective, Robot
 from problems.limits import HandConstraint
 from problems.motions import Stated, traced
 from tpbso_casadi.scenario import (
+    HandSection,
     ScenarioError,
-    hand_table,
     path_of,
     plain,
 )
@@ -116,8 +116,8 @@ def constraints_table(constraints: AnyConstraint | Iterable[AnyConstraint], robo
 WITH_TABLES = (StatedConstraint, HandConstraint)
 
 
-def _table(one: StatedConstraint | HandConstraint, robot: Robot) -> Table:
-    return hand_table(one) if isinstance(one, HandConstraint) else one.table(robot)
+def _table(one: StatedConstraint | HandConstraint, robot: Robot) -> Table | HandSection:
+    return HandSection.of(one) if isinstance(one, HandConstraint) else one.table(robot)
 
 
 def _limit(limit: Any, robot: Robot) -> str:

@@ -14,7 +14,7 @@ from problems.motions import JointPath
 from tpbso_casadi.facade.arguments import in_words_of_python, several
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.robots import AnyRobot
-from tpbso_casadi.facade.statement import obstacle_tables
+from tpbso_casadi.facade.statement import obstacles_of
 from tpbso_casadi.facade.surroundings import Content, around_tables, given_keys, scenario_around
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
@@ -76,7 +76,7 @@ def retime(
         }  # fmt: skip
         further = None if limits is None else several("limits", limits, "kinds of limits")
         model = {"margin": margin, "self_collision": self_collision, "limits": further}
-        around = None if obstacles is None else obstacle_tables(obstacles)
+        around = None if obstacles is None else obstacles_of(obstacles)
         return Plan(plan_scenario(retimed_scenario(path, robot, task, model, around)))
 
 

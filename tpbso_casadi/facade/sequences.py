@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,7 +14,7 @@ from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
-from tpbso_casadi.facade.statement import AROUND, goals_of, obstacle_table_of, place_of, places_of
+from tpbso_casadi.facade.statement import AROUND, goals_of, obstacle_of, place_of, places_of
 from tpbso_casadi.planning import SILENT, Progress
 from tpbso_casadi.scenario import InputFolder, ScenarioError, parse_scenario, plain
 
@@ -174,7 +174,10 @@ class Attach(StatedStage):
     def table(self, arm: StatedRobot, name: str) -> dict[str, Any]:
         own = {"kind": self.kind, "name": self.name}
         own |= {} if self.mass is None else {"mass": plain(self.mass)}
-        return own if self.body is None else obstacle_table_of(self.body, f"{name}.body") | own
+        body = None if self.body is None else obstacle_of(self.body, f"{name}.body")
+        if isinstance(body, Obstacle):
+            return own | {"body": replace(body, name=self.name)}
+        return own if body is None else body | own
 
 
 @dataclass(frozen=True, eq=False)

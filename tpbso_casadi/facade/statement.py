@@ -28,7 +28,6 @@ from tpbso_casadi.scenario import (
     Scenario,
     ScenarioError,
     load,
-    obstacle_table,
     overridden,
     parse_scenario,
     plain,
@@ -160,7 +159,7 @@ def task_scenario(task: Task) -> Scenario:
     """A scenario of a task that is given as an object."""
     (stated, model), content = task_tables(task), robot(task.robot).content
     content["model"] |= model
-    return parse_scenario(content | {"task": stated, "obstacles": obstacle_tables(task.obstacles)})
+    return parse_scenario(content | {"task": stated, "obstacles": obstacles_of(task.obstacles)})
 
 
 def _task_keys(scenario: Scenario, task: dict[str, Any]) -> dict[str, Any]:
@@ -189,40 +188,40 @@ def _read(task: dict[str, Any], dof: int, dim: int) -> dict[str, Any]:
     return dict(plain(table))
 
 
-def obstacle_tables(obstacles: Any) -> list[dict[str, Any]] | None:
+def obstacles_of(obstacles: Any) -> list[Any] | None:
     """The [[obstacles]] of anything that lists obstacles, or of a scene file; None where nothing is said of them.
 
     Raises:
-        ScenarioError: it is no list.
+        ScenarioError: it is no list, or an entry is none.
     """
     if obstacles is None:
         return None
     if isinstance(obstacles, str | Path) and Path(obstacles).suffix == SCENE:
-        return [table.table() for table in read_scene(str(obstacles), InputFolder(Path(), outside_allowed=True))]
+        return list(read_scene(str(obstacles), InputFolder(Path(), outside_allowed=True)))
     if isinstance(obstacles, str | Mapping) or not isinstance(obstacles, Iterable):
         raise ScenarioError("obstacles: a list is needed, [tp.Box(...)]")
-    return [obstacle_table_of(each) for each in obstacles]
+    return [obstacle_of(each) for each in obstacles]
 
 
-def _carried_tables(carried: Any) -> list[dict[str, Any]]:
+def _carried(carried: Any) -> list[Any]:
     if isinstance(carried, str | Mapping) or not isinstance(carried, Iterable):
         raise ScenarioError("carried: a list is needed, [tp.Box(...)] or tables with a shape and a mass")
-    return [obstacle_table_of(each) for each in carried]
+    return [obstacle_of(each) for each in carried]
 
 
 AROUND: dict[str, Callable[[Any], Any]] = {  # keys beside the tables
-    "obstacles": obstacle_tables, "carried": _carried_tables, "may_touch": plain,
+    "obstacles": obstacles_of, "carried": _carried, "may_touch": plain,
 }  # fmt: skip
 
 
-def obstacle_table_of(obstacle: Obstacle | Mapping[str, Any], name: str = "obstacles") -> dict[str, Any]:
-    """The table of an obstacle, which may be one already.
+def obstacle_of(obstacle: Obstacle | Mapping[str, Any], name: str = "obstacles") -> Any:
+    """An obstacle as one of the [[obstacles]]; a table is one already.
 
     Raises:
         ScenarioError: it is none; the message begins with the name of the argument.
     """
     if isinstance(obstacle, Obstacle):
-        return obstacle_table(obstacle)
+        return obstacle
     if isinstance(obstacle, dict):
         return dict(plain(obstacle))
     raise ScenarioError(f"{name}: {shown_value(obstacle)} is none; say tp.Box(...) and the like, or a dict")

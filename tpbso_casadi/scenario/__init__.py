@@ -2,7 +2,7 @@
 
 from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known, builtin
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, current_name, find_objective, find_solver
-from tpbso_casadi.scenario.constraints import hand_table
+from tpbso_casadi.scenario.constraints import HandSection
 from tpbso_casadi.scenario.input_files import (
     LARGEST_ANGLE,
     InputFolder,
@@ -17,7 +17,6 @@ from tpbso_casadi.scenario.motion_files import READERS, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.named_solvers import NamedSolver, each_of, named_solver
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
-from tpbso_casadi.scenario.obstacles import obstacle_table
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection
 from tpbso_casadi.scenario.recorded_rows import RecordedRows, joint_order
@@ -97,6 +96,7 @@ __all__ = [
     "ArmSection",
     "BuiltScene",
     "Cell",
+    "HandSection",
     "InputFolder",
     "Interpolation",
     "ModelSection",
@@ -130,7 +130,6 @@ __all__ = [
     "each_of",
     "find_objective",
     "find_solver",
-    "hand_table",
     "is_folder",
     "joint_order",
     "judged_by_stage",
@@ -140,7 +139,6 @@ __all__ = [
     "named",
     "named_solver",
     "new_covers",
-    "obstacle_table",
     "overridden",
     "parse_scenario",
     "path_of",

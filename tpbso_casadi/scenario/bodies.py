@@ -76,6 +76,13 @@ class ShapeInFile(ObstacleSection):
         return np.eye(3) if self.quaternion is None else np.array(matrix_of(self.quaternion))
 
     @property
+    def pose(self) -> tuple[SpacePoint, Quaternion | None]:
+        return self.center, self.quaternion
+
+    def posed(self, center: Point3, quaternion: Quaternion) -> Self:
+        return self.replaced(center=center, quaternion=quaternion)
+
+    @property
     def corners(self) -> int:
         return sum(part.complexity for part in self.parts())
 

@@ -33,7 +33,9 @@ class CarriedSection(Section):
 
     @classmethod
     def from_table(cls, content: Any) -> Self:
-        if isinstance(content, Mapping):
+        if isinstance(content, Obstacle):
+            content = {BODY: content}
+        elif isinstance(content, Mapping):
             own = {key: content[key] for key in OWN if key in content}
             content = own | {BODY: {key: value for key, value in content.items() if key not in OWN}}
         with flat(BODY):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Self
 
 from problems import ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle
 from problems.base import Checked, Count
+from problems.robots import Point3
 from problems.scene import ObstacleMotion
 from tpbso_casadi.scenario.input_files import (
     MOST_MOTION_ROWS,
@@ -16,7 +17,7 @@ from tpbso_casadi.scenario.input_files import (
     motion_through,
     read_motion_rows,
 )
-from tpbso_casadi.scenario.validation import NotNegative, Number, ScenarioError, Section, Word
+from tpbso_casadi.scenario.validation import NotNegative, Number, Quaternion, ScenarioError, Section, Word
 
 MOST_NUMBERS = 8  # of a row
 MotionRow = Annotated[list[Number], Count(0, MOST_NUMBERS)]
@@ -52,11 +53,6 @@ class ObstacleSection(Section):
             key: value for key, value in content.items() if key not in self.left_out or value not in (None, 0.0, "")
         }
 
-    @classmethod
-    def variant(cls, table: Mapping[str, Any]) -> type[ObstacleSection]:
-        """The class that reads a table of this shape: itself, unless the same word means two shapes."""
-        return cls
-
     @property
     def corners(self) -> int:
         """How much the shape adds to a model, in corners of a polygon."""
@@ -82,6 +78,19 @@ class ObstacleSection(Section):
             InvalidProblem: it cannot be.
         """
         return (self.build(),)
+
+    @property
+    def pose(self) -> tuple[Sequence[float], Sequence[float] | None]:
+        """Where a body in space is, m, and how it is turned, (x, y, z, w); None where it is not.
+
+        Raises:
+            ScenarioError: it has no pose.
+        """
+        raise ScenarioError(f"name: {self.name!r} is no solid in space")
+
+    def posed(self, center: Point3, quaternion: Quaternion) -> Self:
+        """The section of a body that has a pose, elsewhere."""
+        raise NotImplementedError
 
     @property
     def moves(self) -> bool:

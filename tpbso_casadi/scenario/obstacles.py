@@ -5,28 +5,36 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, replace
-from functools import cache
 from inspect import isabstract
-from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, TypeGuard, TypeVar
+from typing import Annotated, Any, Protocol, Self, TypeGuard, TypeVar
 
 import numpy as np
 
 from problems import OBSTACLES, ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle, Tabulated
-from problems.base import InvalidTable, Key, ReadBy, not_among, shown_value
-from problems.scene import SOLIDS, ObstacleMotion
+from problems.base import (
+    InvalidTable,
+    Key,
+    ReadBy,
+    check_keys,
+    keys_of_fields,
+    not_among,
+    plain_value,
+    shown_value,
+)
+from problems.robots import Point3
+from problems.scene import SOLIDS, ObstacleMotion, Solid
 from tpbso_casadi.scenario.bodies import MeshSection, PointsSection
-from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, failure
+from tpbso_casadi.scenario.catalogues import Catalogue, PluginError
 from tpbso_casadi.scenario.input_files import InputFolder, motion_through
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.validation import (
+    Arguments,
+    Quaternion,
     ScenarioError,
-    in_tuples,
-    keys_of,
+    Word,
     path_of,
     plain,
-    read_section,
-    section_of_keys,
-    stated_values,
+    plug_in_failures,
 )
 
 DEFAULT_SHAPE = "ellipse"
@@ -35,24 +43,77 @@ MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts o
 
 
 class ShapeSection(ObstacleSection):
-    """A shape whose keys are the fields of its class."""
+    """One of the [[obstacles]] whose keys are the fields of the obstacle's class.
 
-    of: ClassVar[type[Obstacle]]
+    Attributes:
+        of_class: the class.
+        arguments: with which the obstacle is made, as far as they are stated.
+    """
+
+    of_class: type[Obstacle]
+    arguments: Arguments
 
     @classmethod
-    def fields(cls) -> list[str]:
-        """The keys that are fields of its class."""
-        return [key for key in cls.schema() if key not in ObstacleSection.schema()]
+    def read(cls, kind: type[Obstacle], table: Mapping[str, Any]) -> Self:
+        """The section of a table.
+
+        Args:
+            kind: of the obstacle.
+            table: its keys, flat.
+
+        Raises:
+            InvalidTable: naming the first wrong key.
+        """
+        own = keys_of_shape(kind)
+        check_keys(table, ObstacleSection.schema() | {"shape": Key(Word, "", MISSING)} | own)
+        beside = {key: value for key, value in table.items() if key not in own}
+        return cls(**beside, of_class=kind, arguments=Arguments.read(kind, own, table))
+
+    @classmethod
+    def of(cls, obstacle: Obstacle) -> Self:
+        """The section that states an obstacle.
+
+        Raises:
+            ScenarioError: none does.
+        """
+        if isinstance(obstacle, MovingObstacle):
+            moving: dict[str, Any] = _motion_keys(obstacle.motion)
+            moving |= {"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {}
+            return cls.of(_still_at_start(obstacle)).replaced(**moving)
+        kind = type(obstacle)
+        if not states_a_shape(kind):
+            raise ScenarioError(f"obstacles: {kind.__name__} is not {SHAPE_CATALOGUE.requirement}")
+        arguments = Arguments.of(obstacle, keys_of_shape(kind))
+        return cls(shape=name_of(kind), name=obstacle.name, of_class=kind, arguments=arguments)
 
     @property
     def corners(self) -> int:
         return self.build().complexity
 
     def build(self) -> Obstacle:
-        return self.of(**{key: in_tuples(getattr(self, key)) for key in self.fields()})
+        return self.of_class(**self.arguments.values)
 
-    def __reduce__(self) -> Any:
-        return _unfilled, (self.of, self.shape), vars(self)
+    def table(self) -> dict[str, Any]:
+        beside = {key: value for key, value in super().table().items() if key not in ("of_class", "arguments")}
+        return {**beside, **plain_value(self.arguments.values)}
+
+    def in_radians(self) -> Self:
+        return super().in_radians().replaced(arguments=self.arguments.in_radians(self.of_class))
+
+    @property
+    def pose(self) -> tuple[Sequence[float], Sequence[float] | None]:
+        still = self.build()
+        return (still.center, still.quaternion) if isinstance(still, Solid) else super().pose
+
+    def posed(self, center: Point3, quaternion: Quaternion) -> Self:
+        pose = {"center": center, "quaternion": quaternion, "normal": None}  # which a quaternion replaces
+        values = self.arguments.values | {key: value for key, value in pose.items() if key in self.arguments.values}
+        return self.replaced(arguments=replace(self.arguments, values=values))
+
+
+def keys_of_shape(kind: type[Obstacle]) -> dict[str, Key]:
+    """The keys of a table that are fields of an obstacle's class."""
+    return {key: each for key, each in keys_of_fields(kind).items() if key not in (*kind.not_stated, *TAKEN)}
 
 
 def states_a_shape(candidate: object) -> TypeGuard[type[ObstacleSection | Obstacle]]:
@@ -65,10 +126,10 @@ def states_a_shape(candidate: object) -> TypeGuard[type[ObstacleSection | Obstac
     if parameters is None or not parameters.frozen:
         return False
     names = [field.name for field in fields(candidate) if field.init and field.name != "name"]
-    return not any(name.startswith("_") or hasattr(ShapeSection, name) or name in TAKEN for name in names)
+    return not any(name.startswith("_") or name in TAKEN for name in names)
 
 
-TAKEN = frozenset(ShapeSection.schema())  # keys that every shape has
+TAKEN = frozenset(ObstacleSection.schema())  # keys that every shape has
 IN_FILES: dict[str, type[ObstacleSection]] = {"mesh": MeshSection, "points": PointsSection}
 SHAPES: ChainMap[str, type[ObstacleSection | Obstacle]] = ChainMap(IN_FILES, SOLIDS, OBSTACLES)  # type: ignore[arg-type]
 SHAPE_CATALOGUE: Catalogue[type[ObstacleSection | Obstacle]] = Catalogue(
@@ -81,40 +142,18 @@ SHAPE_CATALOGUE: Catalogue[type[ObstacleSection | Obstacle]] = Catalogue(
 )
 
 
-@cache
-def section_of(kind: type[Obstacle], name: str) -> type[ShapeSection]:
-    """The section of a shape.
-
-    Args:
-        kind: its class, a dataclass.
-        name: of the shape in a scenario.
-    """
-    keys = {key: value for key, value in keys_of(kind).items() if key not in (*kind.not_stated, *TAKEN)}
-    keys["shape"] = Key(Literal[name], name if name == DEFAULT_SHAPE else MISSING, MISSING)
-    return section_of_keys(f"{kind.__name__}Section", ShapeSection, keys, of=kind)
-
-
-def _unfilled(kind: type[Obstacle], name: str) -> ShapeSection:
-    """A section whose state is set next, where it is unpickled."""
-    section = section_of(kind, name)
-    return section.__new__(section)
-
-
-def _section_for(name: str, table: Mapping[str, Any]) -> type[ObstacleSection]:
-    """The section that reads a table of a shape."""
-    kind = SHAPE_CATALOGUE.find(name)
-    if issubclass(kind, ObstacleSection):
-        return kind.variant(table)
+def _kind_for(name: str, table: Mapping[str, Any]) -> type[Obstacle | ObstacleSection]:
+    """The class of the obstacle, or of the section, that a table of a shape states."""
     if name in OBSTACLES and name in SOLIDS:
-        return _of_either(section_of(OBSTACLES[name], name), section_of(SOLIDS[name], name), table)
-    return section_of(kind, name)
+        return _of_either(OBSTACLES[name], SOLIDS[name], table)
+    return SHAPE_CATALOGUE.find(name)
 
 
-def _of_either(plane: type[ShapeSection], space: type[ShapeSection], table: Mapping[str, Any]) -> type[ShapeSection]:
+def _of_either(plane: type[Obstacle], space: type[Obstacle], table: Mapping[str, Any]) -> type[Obstacle]:
     """Of two shapes of one name that in space where something has three coordinates, or a key is there of it alone."""
-    own, others = set(space.fields()), set(plane.fields())
+    own, others = keys_of_shape(space).keys(), keys_of_shape(plane).keys()
     given = [table[key] for key in own & others if key in table]
-    spatial = any(isinstance(value, (list, tuple)) and len(value) == 3 for value in given)
+    spatial = any(isinstance(value, list | tuple) and len(value) == 3 for value in given)
     return space if spatial or not (own - others).isdisjoint(table) else plane
 
 
@@ -122,21 +161,6 @@ def name_of(kind: type[Obstacle]) -> str:
     """What a scenario calls a shape: its name, or the path of a class that is none of ours."""
     names = {known: name for registry in SHAPES.maps for name, known in registry.items()}
     return names.get(kind) or path_of(kind)
-
-
-def obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
-    """The table that states an obstacle.
-
-    Raises:
-        ScenarioError: none does.
-    """
-    if isinstance(obstacle, MovingObstacle):
-        table = obstacle_table(_still_at_start(obstacle)) | _motion_keys(obstacle.motion)
-        return table | ({"margin_rate": obstacle.margin_rate} if obstacle.margin_rate else {})
-    if not states_a_shape(type(obstacle)):
-        raise ScenarioError(f"obstacles: {type(obstacle).__name__} is not {SHAPE_CATALOGUE.requirement}")
-    stated = {"shape": name_of(type(obstacle)), **stated_values(obstacle)}
-    return {key: value for key, value in stated.items() if key != "name" or value}
 
 
 def _still_at_start(obstacle: MovingObstacle) -> Obstacle:
@@ -240,21 +264,24 @@ def with_files(tables: Sequence[N], folder: InputFolder, key: str) -> list[N]:
 
 
 def read_obstacle(table: Any) -> ObstacleSection:
-    """The section of one of the [[obstacles]], whose shape says which of ``SHAPES`` it is."""
+    """The section of one of the [[obstacles]], whose shape says which of ``SHAPES`` it is; or of an obstacle."""
     if isinstance(table, ObstacleSection):
         return table
-    if not isinstance(table, dict):
+    if isinstance(table, Obstacle):
+        return ShapeSection.of(table)
+    if not isinstance(table, Mapping):
         raise ValueError(f"a table is needed, not {shown_value(table)}")
     name = table.get("shape", DEFAULT_SHAPE)
     if not isinstance(name, str) or not (name in SHAPES or ":" in name or name in SHAPE_CATALOGUE.names()):
         raise InvalidTable(not_among(name, SHAPES).reason, "shape")
     try:
-        section = _section_for(name, table)
+        kind = _kind_for(name, table)
     except PluginError as error:
         raise InvalidTable(str(error), "shape") from error
-    except Exception as error:  # fields of a plug-in's class that are no keys
-        raise InvalidTable(f"plug-in {name} failed: {failure(error)}", "shape") from error
-    return read_section(section, table, "shape", name)
+    with plug_in_failures("shape", name):
+        if issubclass(kind, ObstacleSection):
+            return kind.from_table(table)
+        return ShapeSection.read(kind, {"shape": name, **table})
 
 
 AnyObstacle = Annotated[ObstacleSection, ReadBy(read_obstacle)]

@@ -34,7 +34,6 @@ from tpbso_casadi.scenario.validation import (
     in_tuples,
     path_of,
     plain,
-    read_section,
     stated_values,
 )
 
@@ -244,8 +243,8 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
         raise ValueError(f"a table is needed, not {shown_value(table)}")
     in_space = "model" not in table or "urdf" in table or str(table["model"]) in BUILT_IN
     if in_space:
-        return read_section(SpatialRobotSection, table, "model", "")
-    return read_section(RobotSection, table, "model", str(table["model"]))
+        return SpatialRobotSection.from_table(table)
+    return RobotSection.from_table(table)
 
 
 AnyRobotTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection

@@ -14,7 +14,7 @@ from problems import InvalidProblem, Joints, MovingObstacle, Obstacle, Robot, Ta
 from problems.assembly import Criteria, MotionStage, SequenceCriteria
 from problems.base import Count, FloatArray, InvalidTable, as_array, did_you_mean, in_words
 from problems.objectives import OBJECTIVES
-from problems.robots import SpatialArm, quaternions_of
+from problems.robots import SpatialArm, as_point, quaternions_of
 from problems.tasks import Sequence as StagedTask
 from tpbso_casadi.scenario.carried import CarriedSection
 from tpbso_casadi.scenario.input_files import InputFolder
@@ -200,7 +200,8 @@ class Cell:
         if body is not None:
             return replace(self, carried=(*self.carried, CarriedSection(mass=mass, body=body)))
         index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
-        body = _posed(self.obstacles[index], lambda pose: np.linalg.solve(self._tool(posture), pose))
+        taken = self.obstacles[index]
+        body = _posed(taken, np.linalg.solve(self._tool(posture), _pose_of(taken)))
         others, held = (*self.obstacles[:index], *self.obstacles[index + 1 :]), CarriedSection(mass=mass, body=body)
         held.build()  # which raises where it cannot be carried
         return replace(self, obstacles=others, carried=(*self.carried, held))
@@ -212,7 +213,8 @@ class Cell:
             ScenarioError: nothing of that name is carried.
         """
         index = self._index(name, [held.name for held in self.carried], "carried body")
-        body = _posed(self.carried[index].body, lambda pose: self._tool(posture) @ pose)
+        held = self.carried[index].body
+        body = _posed(held, self._tool(posture) @ _pose_of(held))
         others = (*self.carried[:index], *self.carried[index + 1 :])
         return replace(self, obstacles=(*self.obstacles, body), carried=others)
 
@@ -273,32 +275,26 @@ class Cell:
         return sum(name in [obstacle.name for obstacle in self.obstacles] for name in pair) < 2
 
 
-def _posed(body: ObstacleSection, moved: Any) -> ObstacleSection:
+def _posed(body: ObstacleSection, pose: Any) -> ObstacleSection:
     """A body elsewhere.
 
     Args:
-        body: with center and, unless it is a ball, a quaternion.
-        moved: gives its new frame (4, 4) of the old one.
+        body: a solid in space, or one of a file.
+        pose: its new frame, (4, 4).
 
     Raises:
         ScenarioError: it has no pose.
     """
-    if "center" not in body.schema() or len(body.center) != 3:  # type: ignore[attr-defined]
-        raise ScenarioError(f"name: {body.name!r} is no solid in space")
-    pose = moved(_pose_of(body))
-    update: dict[str, Any] = {"center": tuple(map(float, pose[:3, 3]))}
-    if "quaternion" in body.schema():
-        update["quaternion"] = tuple(map(float, scipy.spatial.transform.Rotation.from_matrix(pose[:3, :3]).as_quat()))
-    if getattr(body, "normal", None) is not None:
-        update["normal"] = None
-    return body.replaced(**update)
+    quaternion = scipy.spatial.transform.Rotation.from_matrix(pose[:3, :3]).as_quat()
+    x, y, z, w = map(float, quaternion)
+    return body.posed(as_point(pose[:3, 3]), (x, y, z, w))
 
 
 def _pose_of(body: ObstacleSection) -> FloatArray:
-    """The frame of a solid in space, (4, 4)."""
-    quaternion = getattr(body, "quaternion", None)
+    """The frame of a body in space, (4, 4)."""
+    center, quaternion = body.pose
     pose = np.eye(4)
-    pose[:3, 3] = body.center  # type: ignore[attr-defined]
+    pose[:3, 3] = center
     if quaternion is not None:
         pose[:3, :3] = scipy.spatial.transform.Rotation.from_quat(quaternion).as_matrix()
     return pose
@@ -368,7 +364,7 @@ def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArra
         moved = frames @ np.linalg.inv(frames[0])
         quaternions = quaternions_of(moved[:, :3, :3].reshape(-1, 9))
         motion = Tabulated.through(rows.tolist(), moved[:, :3, 3], quaternions)
-        still = _posed(held[name], lambda pose, first=frames[0]: first)
+        still = _posed(held[name], frames[0])
         shown += tuple(MovingObstacle(part, motion) for part in still.built(number))
     return shown
 

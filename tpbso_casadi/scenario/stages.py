@@ -33,7 +33,6 @@ from tpbso_casadi.scenario.validation import (
     ScenarioError,
     Section,
     Word,
-    read_section,
 )
 
 if TYPE_CHECKING:
@@ -327,7 +326,7 @@ def read_stage(table: Any) -> StageSection:
     if kind not in STAGES:
         options = in_words([f"kind = {name!r}" for name in STAGES])
         raise InvalidTable(f"needs {options}{did_you_mean(kind, STAGES)}")
-    return read_section(STAGES[kind], table, "kind", kind)
+    return STAGES[kind].from_table(table)
 
 
 AnyStage = Annotated[StageSection, ReadBy(read_stage)]

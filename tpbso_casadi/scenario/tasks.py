@@ -27,7 +27,7 @@ from tpbso_casadi.scenario.path_tasks import (
 )
 from tpbso_casadi.scenario.recorded_tasks import MotionPiecesTask, MotionRowsTask, motion_table
 from tpbso_casadi.scenario.sequence import SequenceTask
-from tpbso_casadi.scenario.validation import ScenarioError, plain, read_section
+from tpbso_casadi.scenario.validation import ScenarioError, plain, plug_in_failures
 
 TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "point-to-point": PointToPointTask,
@@ -139,7 +139,8 @@ def read_task(table: Any) -> TaskSection:
         section = TASK_CATALOGUE.find(name)
     except PluginError as error:
         raise InvalidTable(str(error)) from error
-    return read_section(section, table, "kind", name)
+    with plug_in_failures("kind", name):
+        return section.from_table(table)
 
 
 def task_with_keys(task: TaskSection, keys: Mapping[str, Any]) -> TaskSection:
@@ -151,7 +152,8 @@ def task_with_keys(task: TaskSection, keys: Mapping[str, Any]) -> TaskSection:
     if not keys.keys().isdisjoint(("kind", "shape")):
         return read_task(task.table() | dict(keys))
     stated = {key: getattr(task, key) for key in task.stated_keys}
-    return read_section(type(task), stated | dict(keys), "kind", task.kind)
+    with plug_in_failures("kind", task.kind):
+        return type(task).from_table(stated | dict(keys))
 
 
 AnyTask = Annotated[TaskSection, ReadBy(read_task)]

@@ -5,14 +5,12 @@ What is within these limits is built in less than a minute and computed without 
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import MISSING, InitVar, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from math import radians
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Self, TypeAlias, TypeVar, get_args
 
 import numpy as np
 
@@ -27,7 +25,7 @@ from problems.base import (
     at,
     keys_of_fields,
     not_among,
-    quantities_in,
+    read_arguments,
 )
 from tpbso_casadi.scenario.catalogues import failure
 
@@ -163,76 +161,44 @@ def _is_angular(hint: Any) -> bool:
     return ANGULAR in marks or in_rad or any(map(_is_angular, get_args(hint)))
 
 
-def keys_of(kind: type[Any]) -> dict[str, Key]:
-    """The keys of a table that states an object of a dataclass: the arguments of its constructor.
+@dataclass(frozen=True)
+class Arguments:
+    """The arguments with which an object of a dataclass is made, where a table states them.
 
-    Their types say which of them are angles, and which have to be positive.
+    Attributes:
+        values: by their names, the usual ones where the table leaves them out.
+        stated: names of those that it does not leave out.
     """
-    hints = get_type_hints(kind, include_extras=True)
-    made = {each.name: each.default_factory for each in fields(kind)}
-    return {
-        name: Key(
-            _key_type(hints[name]),
-            MISSING if each.default is each.empty or made.get(name, MISSING) is not MISSING else each.default,
-            made.get(name, MISSING),
-        )
-        for name, each in inspect.signature(kind).parameters.items()
-    }
 
+    values: dict[str, Any]
+    stated: frozenset[str] = field(compare=False)
 
-def section_of_keys(name: str, base: type[S], keys: Mapping[str, Key], **options: Any) -> type[S]:
-    """A section of keys that are known when it runs.
+    @classmethod
+    def read(cls, kind: type[Any], known: Mapping[str, Key], content: Mapping[str, Any]) -> Self:
+        """The arguments that plain data state, whose keys are known to be right.
 
-    Args:
-        name: of the class.
-        base: of which it is.
-        keys: by their names; those of the base are kept.
-        options: further members of the class, such as its module.
-    """
-    values: dict[str, Any] = {"__annotations__": {key: each.hint for key, each in keys.items()}, **options}
-    for key, each in keys.items():
-        if each.factory is not MISSING:
-            values[key] = field(default_factory=each.factory)
-        elif each.default is not MISSING:
-            values[key] = each.default
-    return type(name, (base,), values)
+        Raises:
+            InvalidTable: a value is of another type than its field.
+        """
+        stated = read_arguments(kind, {name: value for name, value in content.items() if name in known})
+        return cls({name: key.usual for name, key in known.items()} | stated, frozenset(stated))
 
+    @classmethod
+    def of(cls, thing: Any, known: Mapping[str, Key]) -> Self:
+        """The arguments that state an object."""
+        stated = {each.name: getattr(thing, each.name) for each in fields(thing) if each.init}
+        return cls({name: stated.get(name) for name in known}, frozenset(stated))
 
-def _key_type(hint: Any) -> Any:
-    """The type of a key for a field of that type."""
-    hint = hint.type if isinstance(hint, InitVar) else hint
-    return (
-        Annotated[_in_a_file(hint), ANGULAR]
-        if any(quantity.unit.startswith("rad") for quantity in quantities_in(hint))
-        else _in_a_file(hint)
-    )
-
-
-def _in_a_file(hint: Any) -> Any:
-    """A type with the limits that hold for what stands in a file, and a list in place of a tuple of any length."""
-    origin, parts = get_origin(hint), get_args(hint)
-    if origin is Annotated:
-        return _limited(_in_a_file(parts[0]), parts[1:])
-    if origin is tuple:
-        return list[_in_a_file(parts[0])] if parts[-1] is Ellipsis else tuple[tuple(map(_in_a_file, parts))]  # type: ignore[misc]
-    if origin in (Union, UnionType):
-        return Union[tuple(map(_in_a_file, parts))]  # noqa: UP007 (of parts that are known when it runs)
-    return {float: Number, str: Word}.get(hint, hint)
-
-
-def _limited(key: Any, marks: Sequence[Any]) -> Any:
-    for mark in marks:
-        if isinstance(mark, Quantity):
-            least = mark.bounds[0]
-            key = Positive if least > 0.0 else NotNegative if least == 0.0 else Number
-        elif isinstance(mark, Count):
-            key = Annotated[key, Count(mark.least, mark.most)]
-    return key
+    def in_radians(self, kind: type[Any]) -> Self:
+        """The arguments, read as those of a table in degrees."""
+        keys = keys_of_fields(kind)
+        changed = {name: in_radians(self.values[name], _is_angular(keys[name].hint)) for name in self.stated}
+        return replace(self, values=self.values | changed)
 
 
 def stated_values(thing: Any) -> dict[str, Any]:
     """The keys of the table that states an object of a dataclass, those without a value left out; plain data."""
-    values = {field.name: getattr(thing, field.name) for field in fields(thing) if field.init}
+    values = {each.name: getattr(thing, each.name) for each in fields(thing) if each.init}
     return {key: plain(value) for key, value in values.items() if value is not None}
 
 
@@ -265,20 +231,19 @@ def in_radians(value: Any, angular: bool) -> Any:
     return radians(value) if angular and isinstance(value, (int, float)) else value
 
 
-def read_section(section: type[S], table: Any, key: str, name: str) -> S:
-    """The table of a section whose class a key of the table chose, of a plug-in maybe.
+@contextmanager
+def plug_in_failures(key: str, name: str) -> Iterator[None]:
+    """Turn whatever a class of a plug-in raises into one line.
 
     Args:
-        section: the class.
-        table: plain data.
-        key: that chose it.
+        key: of the table that chose the class.
         name: what the key says.
 
     Raises:
-        InvalidTable: the table is not one, or the plug-in failed.
+        InvalidTable: errors of the table pass as they are, and so does Ctrl-C.
     """
     try:
-        return section.from_table(table)
+        yield
     except (InvalidTable, KeyboardInterrupt):
         raise
     except BaseException as error:

@@ -18,7 +18,7 @@ from problems.base import Coordinate, FloatArray
 from problems.scene import SOLIDS
 from problems.tasks import JointFollowing, Place, RecordedMotion, Task
 from tpbso_casadi.facade.statement import goals_of, place_of
-from tpbso_casadi.scenario.obstacles import obstacle_table, read_obstacle
+from tpbso_casadi.scenario.obstacles import ShapeSection, read_obstacle
 from tpbso_casadi.scenario.places import read_place
 from tpbso_casadi.scenario.tasks import STATED
 
@@ -47,13 +47,13 @@ MOTIONS = [
 def test_an_obstacle_is_what_its_table_builds() -> None:
     assert {type(obstacle) for obstacle in OBSTACLES} == {*problems.OBSTACLES.values(), *SOLIDS.values()}
     for obstacle in OBSTACLES:
-        assert read_obstacle(obstacle_table(obstacle)).built(1) == (obstacle,)
+        assert read_obstacle(ShapeSection.of(obstacle).table()).built(1) == (obstacle,)
 
 
 @pytest.mark.parametrize("motion", MOTIONS, ids=["velocity", "table", "turning"])
 def test_an_obstacle_that_moves_is_what_its_table_builds(motion: Any) -> None:
     moving = tp.MovingObstacle(OBSTACLES[0], motion, margin_rate=0.01)
-    (again,) = read_obstacle(obstacle_table(moving)).built(1)
+    (again,) = read_obstacle(ShapeSection.of(moving).table()).built(1)
     assert isinstance(again, tp.MovingObstacle)
     assert (again.still, again.margin_rate) == (moving.still, moving.margin_rate)
     times = np.linspace(-0.5, 3.0, 50)
@@ -66,7 +66,7 @@ def test_where_the_frame_of_a_motion_begins_is_kept(still: tp.Obstacle) -> None:
     dim, time = still.dim, 0.5
     origin, velocity = (1.3, -0.1, 0.4)[:dim], (-0.5, 0.2, 0.1)[:dim]
     moving = tp.MovingObstacle(still, tp.ConstantVelocity(velocity, origin), margin_rate=0.01)
-    (again,) = read_obstacle(obstacle_table(moving)).built(1)
+    (again,) = read_obstacle(ShapeSection.of(moving).table()).built(1)
     points = np.random.default_rng(1).uniform(-0.25, 0.25, (400, dim)) + still.place
     within = [still.contains(tuple(point)) for point in points]
     world = points + origin + time * np.array(velocity)
@@ -101,13 +101,13 @@ class Wall(tp.Obstacle):
 def test_a_shape_without_a_centre_whose_frame_begins_elsewhere_is_refused() -> None:
     moving = tp.MovingObstacle(Wall(), tp.ConstantVelocity((0.0, -0.1), (0.0, 0.5)))
     with pytest.raises(tp.ScenarioError, match="no table states where a Wall begins to move"):
-        obstacle_table(moving)
+        ShapeSection.of(moving)
 
 
 def test_what_moves_in_a_frame_that_moves_is_refused() -> None:
     moving = tp.MovingObstacle(OBSTACLES[0], MOTIONS[0])
     with pytest.raises(tp.ScenarioError, match="no table states what moves in a frame that moves"):
-        obstacle_table(tp.MovingObstacle(moving, MOTIONS[0]))
+        ShapeSection.of(tp.MovingObstacle(moving, MOTIONS[0]))
 
 
 class Stranger(tp.ConstantVelocity):
@@ -123,7 +123,7 @@ class Stranger(tp.ConstantVelocity):
 )
 def test_a_motion_without_a_table_is_refused(motion: Any, reason: str) -> None:
     with pytest.raises(tp.ScenarioError, match=reason):
-        obstacle_table(tp.MovingObstacle(OBSTACLES[0], motion))
+        ShapeSection.of(tp.MovingObstacle(OBSTACLES[0], motion))
 
 
 def place_read(value: Any, dof: int, dim: int) -> Place:
