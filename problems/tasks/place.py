@@ -244,7 +244,7 @@ class Place(Parametric, ABC):
 
     def _with_tolerance(self, table: dict[str, Any]) -> dict[str, Any]:
         """The table with how far from the place a motion may pass, where that is stated."""
-        return table | ({"within": self.within} if self.within else {})
+        return table | ({"within": float(self.within)} if self.within else {})
 
 
 @dataclass(frozen=True)
@@ -298,7 +298,7 @@ class Joints(Place):
         return as_array(robot.tool(ca.DM([self.values]))).ravel()
 
     def table(self) -> dict[str, Any]:
-        return self._with_tolerance({"joints": list(self.values)})
+        return self._with_tolerance({"joints": [*map(float, self.values)]})
 
 
 @dataclass(frozen=True)
@@ -355,4 +355,5 @@ class Position(Place):
         return np.array(self.point)
 
     def table(self) -> list[float] | dict[str, Any]:
-        return self._with_tolerance({"position": list(self.point)}) if self.within else list(self.point)
+        point = [*map(float, self.point)]
+        return point if len(point) == 2 and not self.within else self._with_tolerance({"position": point})

@@ -251,8 +251,8 @@ class Pose(Place):
         return np.array(self.point)
 
     def table(self) -> dict[str, Any]:
-        turned = {} if self.quaternion is None else {"quaternion": list(self.quaternion)}
-        return self._with_tolerance({"position": list(self.point), **turned})
+        turned = {} if self.quaternion is None else {"quaternion": [*map(float, self.quaternion)]}
+        return self._with_tolerance({"position": [*map(float, self.point)], **turned})
 
 
 def _in_space(robot: Robot, field: str = "goal", name: str = "") -> SpatialArm:
