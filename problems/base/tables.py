@@ -6,7 +6,6 @@ line, with the path of the key.
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
@@ -115,8 +114,8 @@ class Table:
 
     def filled_in(self, **values: Any) -> Self:
         """The table with values of keys that nobody stated, or that stand elsewhere; the values are believed."""
-        made = copy.copy(self)
-        for name, value in values.items():
+        made = object.__new__(type(self))  # without what was computed of the other keys
+        for name, value in {**self.values(), **values, "stated_keys": self.stated_keys}.items():
             object.__setattr__(made, name, value)
         return made
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -18,14 +19,14 @@ from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.statement import obstacles_of
 from tpbso_casadi.facade.surroundings import (
-    AROUND_TABLES,
-    OWN_TABLES,
+    STANDS,
     Content,
-    around_tables,
+    carrying,
+    changed,
+    file_of,
     given_keys,
-    scenario_around,
-    scene_tables,
-    stated_tables,
+    in_scene,
+    surroundings,
 )
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
@@ -42,7 +43,6 @@ from tpbso_casadi.storage import StoredRun, read_run
 
 Rows: TypeAlias = Sequence[Any] | Mapping[str, Any]  # times, positions and, where there are, rates
 AnyMotion: TypeAlias = Trajectory | Plan | Rows | str | Path | Any
-STANDS = {"kind": "recorded-motion"}  # a [task] without rows: what is around a motion is read before it is
 KEYS = {"times": ("t", "times"), "positions": ("q", "positions"), "velocities": ("qd", "velocities"),
         "accelerations": ("qdd", "accelerations"), "joint_names": ("joint_names",)}  # fmt: skip
 
@@ -135,47 +135,43 @@ def certified_scenario(
         InvalidRun: a folder is no run.
     """
     motion, around = motion_content(trajectory, given_keys(task))
-    if scene is not None:
-        around, robot = _in_scene(Path(scene), around, robot), None
-    stated = dict(model or {})
-    if constraints is not None or stated.get("limits"):
-        arm = scenario_around(STANDS, around, robot, payload=payload)
-        known = arm.table()["model"]
-        own: dict[str, list[Any]] = {"constraints": [], "limits": []}
-        if constraints is not None:
-            own = constraints_table(constraints, arm.robot_table.build())
-        further = [*(known.get("limits") or []), *(stated.get("limits") or []), *own["limits"]]
-        stated |= {
-            "constraints": [*(known.get("constraints") or []), *own["constraints"]] or None,
-            "limits": list(dict.fromkeys(further)) or None,
-        }
-    surroundings = scenario_around(STANDS, around, robot, model=stated, beside=beside, payload=payload)
-    return surroundings.replaced(task=read_motion(motion))
+    file = None if scene is not None else file_of(robot)
+    with nullcontext() if file is None else named(file):
+        known = surrounding_scenario(robot, scene, payload, around)
+        stated = dict(model or {})
+        if constraints is not None or stated.get("limits"):
+            stated |= _further(known, constraints, stated.get("limits"))
+        return changed(known, stated, beside, file).replaced(task=read_motion(motion))
 
 
-def surrounding_scenario(robot: AnyRobot | None, scene: str | Path | None, payload: float | None) -> Scenario:
-    """What motions are judged by, without any of them; as :func:`certified_scenario`."""
-    if scene is None:
-        return scenario_around(STANDS, {}, robot, payload=payload)
-    return scenario_around(STANDS, _in_scene(Path(scene), {}, robot), None, payload=payload)
+def _further(known: Scenario, constraints: Any, limits: Any) -> Content:
+    """Keys of [model] for constraints and kinds of limits besides those of a scenario."""
+    own: dict[str, list[Any]] = {"constraints": [], "limits": []}
+    if constraints is not None:
+        own = constraints_table(constraints, known.robot_table.build())
+    return {
+        "constraints": [*known.model.constraints, *own["constraints"]] or None,
+        "limits": list(dict.fromkeys([*known.model.limits, *(limits or []), *own["limits"]])) or None,
+    }
 
 
-def _in_scene(file: Path, around: Content, robot: AnyRobot | None) -> Content:
-    """The tables of a scene with its robot: the one that is given, else its own, else that of the motion."""
-    tables = scene_tables(file)
-    if robot is None and any(key in tables for key in OWN_TABLES):
-        return tables
-    known = stated_tables(scenario_around(STANDS, around, robot))
-    others = {key: tables[key] for key in AROUND_TABLES if tables.get(key)}
-    merged = known | others | {"model": known["model"] | tables["model"]}
-    if others.get("may_touch"):  # whose names are those of links
-        with named(file):
-            scenario_around(STANDS, merged, None).built()
-    return merged
+def surrounding_scenario(
+    robot: AnyRobot | None, scene: str | Path | None, payload: float | None, around: Scenario | None = None
+) -> Scenario:
+    """What motions are judged by, without any of them; as :func:`certified_scenario`.
+
+    Args:
+        robot: as of :func:`certify`.
+        scene: likewise.
+        payload: likewise.
+        around: what a motion comes with; None where it comes alone.
+    """
+    known = surroundings(robot, around) if scene is None else in_scene(Path(scene), around, robot)
+    return carrying(known, payload)
 
 
-def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Content]:
-    """The [task] table that a motion states, and of a plan the tables of what is around it.
+def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Scenario | None]:
+    """The [task] table that a motion states, and of a plan what is around it.
 
     Args:
         trajectory: as of :func:`certify`.
@@ -187,7 +183,7 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Cont
     if isinstance(trajectory, str) and not trajectory:
         raise ScenarioError("trajectory: the name of a file or a folder is needed, not ''")
     if isinstance(trajectory, str | Path) and not Path(trajectory).is_dir():
-        return file_content(Path(trajectory), given), {}
+        return file_content(Path(trajectory), given), None
     if "message" in given:
         raise ScenarioError("message: says which trajectory of a bag; this is none")
     if isinstance(trajectory, str | Path | Plan):
@@ -195,8 +191,8 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Cont
         return _run_content(run, trajectory, given)
     pieces = (trajectory, 0.0) if isinstance(trajectory, Trajectory) else exact_pieces(trajectory)
     if pieces is not None:
-        return motion_table(*pieces) | _of_pieces(given), {}
-    return _rows_content(trajectory) | given, {}
+        return motion_table(*pieces) | _of_pieces(given), None
+    return _rows_content(trajectory) | given, None
 
 
 def file_content(file: Path, given: Content) -> Content:
@@ -214,7 +210,7 @@ def file_content(file: Path, given: Content) -> Content:
     return {**STANDS, **rows_table(rows), **given}
 
 
-def _run_content(run: StoredRun, trajectory: AnyMotion, given: Content) -> tuple[Content, Content]:
+def _run_content(run: StoredRun, trajectory: AnyMotion, given: Content) -> tuple[Content, Scenario]:
     name = "trajectory" if isinstance(trajectory, Plan) else trajectory
     with named(name):
         if run.motion.stages:
@@ -222,7 +218,7 @@ def _run_content(run: StoredRun, trajectory: AnyMotion, given: Content) -> tuple
         if run.motion.criteria.task.end_velocities.any():
             raise ScenarioError("it begins or ends in motion, as its task says; say tpbso audit")
     motion = motion_table(run.motion.trajectory, task=run.motion.criteria.task)
-    return motion | _of_pieces(given), around_tables(run.scenario.table())
+    return motion | _of_pieces(given), run.scenario
 
 
 def _of_pieces(given: Content) -> Content:

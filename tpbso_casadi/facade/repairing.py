@@ -10,7 +10,7 @@ from problems.base import shown_value
 from problems.motions import JointPath
 from tpbso_casadi.facade.arguments import in_words_of_python
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.surroundings import Content, around_tables, scenario_around
+from tpbso_casadi.facade.surroundings import Content, scenario_around
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import ScenarioError, motion_table, pieces_table
 
@@ -88,7 +88,7 @@ def _attempt(what: str, make: Callable[[], Plan]) -> tuple[Plan | None, str]:
 
 def _planned(checked: Plan, task: Content) -> Plan:
     """The motion of another task in the same surroundings."""
-    return Plan(plan_scenario(scenario_around(task, around_tables(checked.scenario.table()), None)))
+    return Plan(plan_scenario(scenario_around(task, checked.scenario, None)))
 
 
 def _failed(plan: Plan) -> list[Verdict]:

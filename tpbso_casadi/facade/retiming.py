@@ -15,7 +15,7 @@ from tpbso_casadi.facade.arguments import in_words_of_python, several
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.statement import obstacles_of
-from tpbso_casadi.facade.surroundings import Content, around_tables, given_keys, scenario_around
+from tpbso_casadi.facade.surroundings import Content, given_keys, scenario_around
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
     LARGEST_ANGLE,
@@ -85,7 +85,7 @@ def retimed_scenario(
     robot: AnyRobot | None,
     task: Content,
     model: Content | None = None,
-    obstacles: list[Content] | None = None,
+    obstacles: list[Any] | None = None,
     payload: float | None = None,
 ) -> Scenario:
     """The scenario of a path that a robot runs as fast as its limits allow.
@@ -95,7 +95,7 @@ def retimed_scenario(
         robot: likewise.
         task: keys of [task]; None of what is not stated, as of the other tables.
         model: keys of [model].
-        obstacles: tables of [[obstacles]] instead of those of the robot's file or of the plan.
+        obstacles: [[obstacles]] instead of those of the robot's file or of the plan.
         payload: what the tool carries, a mass at its own origin, kg; 0 for none.
 
     Raises:
@@ -112,8 +112,8 @@ def retimed_scenario(
 SHAPE = ("interpolation", "tolerance")  # of waypoints
 
 
-def content_of(path: AnyPath, shape: Content) -> tuple[Content, Content]:
-    """The [task] table that a path states, and of a plan the tables of what is around it.
+def content_of(path: AnyPath, shape: Content) -> tuple[Content, Scenario | None]:
+    """The [task] table that a path states, and of a plan what is around it.
 
     Args:
         path: as of :func:`retime`.
@@ -125,17 +125,17 @@ def content_of(path: AnyPath, shape: Content) -> tuple[Content, Content]:
     if isinstance(path, str | Path) and not Path(path).is_dir():
         file = Path(path)
         rows = read_joint_rows(InputFolder(file.parent, outside_allowed=True), file.name)
-        return {"kind": "joint-path", "joints": rows}, {}
+        return {"kind": "joint-path", "joints": rows}, None
     if not isinstance(path, str | Path | Plan | JointPath | Trajectory):
-        return {"kind": "joint-path", "joints": plain(_waypoints(path))}, {}
+        return {"kind": "joint-path", "joints": plain(_waypoints(path))}, None
     if shape:
         raise ScenarioError(f"{next(iter(shape))}: the path is complete; it is for waypoints")
     if isinstance(path, JointPath | Trajectory):
-        return pieces_table(path if isinstance(path, JointPath) else JointPath.of(path)), {}
+        return pieces_table(path if isinstance(path, JointPath) else JointPath.of(path)), None
     run = path.as_run() if isinstance(path, Plan) else read_run(Path(path))
     with named("path" if isinstance(path, Plan) else path):
         task = path_table(run)
-    return task, around_tables(run.scenario.table())
+    return task, run.scenario
 
 
 def _waypoints(path: Any) -> FloatArray:

@@ -78,12 +78,12 @@ class StatedRobot:
         return {} if described is None else {cover.link: cover for cover in described.covers}
 
     @property
-    def content(self) -> dict[str, Any]:
-        """The tables that state it, by their names in a scenario."""
+    def tables(self) -> dict[str, Any]:
+        """What states it in a scenario: its own table, and keys of [model] and beside the tables that it keeps."""
         name = self.table.prefix.partition(".")[0]
         kept = {key: value for key, value in self.kept.items() if key in OF_THE_MODEL}
         beside = {key: plain(value) for key, value in self.kept.items() if key in BESIDE}
-        return {name: self.table.table(), "model": kept, **beside}
+        return {name: self.table, "model": kept, **beside}
 
     def __repr__(self) -> str:
         return f"<robot with {self.dof} joints, {'in space' if self.model.dim == 3 else 'in the plane'}>"

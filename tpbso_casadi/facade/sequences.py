@@ -275,7 +275,7 @@ def sequence(
             "order": order,
         }
         around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch}
-        content = stated.content | {"task": task}
+        content = stated.tables | {"task": task}
         content |= {key: AROUND[key](value) for key, value in around.items() if value is not None}
         scenario = parse_scenario(content, InputFolder(Path(), outside_allowed=True))
         return plan(scenario, solver=solver, seed=seed, within=within, progress=progress, **keys)

@@ -16,7 +16,7 @@ from tpbso_casadi.facade.showing import chosen
 from tpbso_casadi.facade.statement import HasScenario, given_scenario
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.replanning import Replanner
-from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, parse_scenario, plugin_failures_named
+from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, as_scenario_errors, plugin_failures_named
 from tpbso_casadi.simulation import (
     Replan,
     Simulation,
@@ -186,12 +186,12 @@ def simulation_scenario(scenario: Scenario, seed: int | None, **settings: Any) -
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    table = (scenario.simulation or SimulationSection()).table()
-    table |= {key: value for key, value in settings.items() if value is not None}
-    content = scenario.table() | {"model": scenario.model.stated(), "simulation": table}
-    if seed is not None:
-        content["solver"]["seed"] = seed
-    return parse_scenario(content)
+    stated = {key: value for key, value in settings.items() if value is not None}
+    with as_scenario_errors("simulation"):
+        tables: dict[str, Any] = {"simulation": (scenario.simulation or SimulationSection()).with_keys(stated)}
+    with as_scenario_errors("solver"):
+        tables |= {} if seed is None else {"solver": scenario.solver.with_keys({"seed": seed})}
+    return scenario.replaced(**tables)
 
 
 def _planner(setting: SimulationSetting) -> Replanner:

@@ -109,7 +109,8 @@ def _overridden(
     if given is None:
         arm = robot(what)
         state_own(tables, None, lambda: arm.model)
-        given = new_scenario(arm, tables)
+        given, around = new_scenario(arm, tables, around), {}
+        tables["task"], tables["model"] = {}, {}
     else:
         state_own(tables, given, given.robot_table.build)
     return overridden(
@@ -145,21 +146,25 @@ def given_scenario(what: Any) -> Scenario | None:
     return None
 
 
-def new_scenario(arm: StatedRobot, tables: dict[str, dict[str, Any]]) -> Scenario:
-    """A scenario of a robot and a task."""
-    task, tables["task"] = tables["task"], {}
-    kind = PATH if PATH in task else POINT_TO_POINT
-    content = arm.content
-    content["model"] |= tables["model"]
-    content["task"] = {"kind": kind, **_read(task, arm.dof, arm.model.dim)}
+def new_scenario(arm: StatedRobot, tables: dict[str, dict[str, Any]], around: dict[str, Any]) -> Scenario:
+    """A scenario of a robot and a task.
+
+    Args:
+        arm: the robot.
+        tables: keys by table, of [task] and [model].
+        around: [[obstacles]], [[carried]], ``may_touch``.
+    """
+    task, stated = tables["task"], arm.tables
+    task = {"kind": PATH if PATH in task else POINT_TO_POINT, **_read(task, arm.dof, arm.model.dim)}
+    content = stated | {"model": stated["model"] | tables["model"], "task": task} | around
     return parse_scenario(content, InputFolder(Path(), outside_allowed=True))
 
 
 def task_scenario(task: Task) -> Scenario:
     """A scenario of a task that is given as an object."""
-    (stated, model), content = task_tables(task), robot(task.robot).content
-    content["model"] |= model
-    return parse_scenario(content | {"task": stated, "obstacles": obstacles_of(task.obstacles)})
+    (stated, model), content = task_tables(task), robot(task.robot).tables
+    model = content["model"] | model
+    return parse_scenario(content | {"model": model, "task": stated, "obstacles": obstacles_of(task.obstacles)})
 
 
 def _task_keys(scenario: Scenario, task: dict[str, Any]) -> dict[str, Any]:

@@ -2,43 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from tpbso_casadi.facade.robots import AnyRobot
+from problems.base import at
+from tpbso_casadi.facade.robots import AnyRobot, AnyTable
 from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.scenario import (
     InputFolder,
+    RobotSection,
     Scenario,
     ScenarioError,
+    as_scenario_errors,
     named,
     parse_scenario,
     plain,
     read_toml,
+    with_files_read,
 )
 
 Content: TypeAlias = dict[str, Any]
-OWN_TABLES = ("arm", "robot")  # that state a robot
-AROUND_TABLES = ("obstacles", "scene", "carried", "may_touch", "constraints")
-ROBOT_TABLES = ("unit", *OWN_TABLES, *AROUND_TABLES, "model")  # of a file that states a robot, or of a run's scenario
+STANDS = {"kind": "recorded-motion"}  # a [task] without rows: what is around a motion is read before it is
+ROBOTS = ("arm", "robot")  # tables that state a robot
+AROUND = ("obstacles", "carried", "may_touch")
+OF_A_FILE = ("unit", *ROBOTS, *AROUND, "scene", "constraints", "model")  # which a file says of any motion
 MODEL_KEYS = ("limits", "margin", "self_collision", "constraints")  # of [model], that say something of any motion
 SCENE = ".scene"  # the ending of MoveIt's files
+ANY_ROBOT = {"robot": {"model": "panda"}}  # beside which the tables of a scene are read that states none
 
 
 def given_keys(keys: Content) -> Content:
-    """Those that are stated, as plain data."""
+    """The keys that have a value, as plain data."""
     return {key: plain(value) for key, value in keys.items() if value is not None}
-
-
-def around_tables(content: Content) -> Content:
-    """The tables of a scenario that state a robot and what is around it."""
-    return {key: content[key] for key in ROBOT_TABLES if key in content}
 
 
 def scenario_around(
     task: Content,
-    around: Content,
+    around: Scenario | None,
     robot: AnyRobot | None,
     *,
     model: Content | None = None,
@@ -49,7 +50,7 @@ def scenario_around(
 
     Args:
         task: the [task] table.
-        around: tables of what the motion comes with: its robot, obstacles; none where it comes alone.
+        around: what the motion comes with: its robot, obstacles; None where it comes alone.
         robot: another one, as of :func:`retime`; or a TOML file that states one and what is around it.
         model: keys of [model]; None of what is not stated.
         beside: ``obstacles``, ``carried``, ``may_touch`` in place of those of the robot's file or around; likewise.
@@ -58,77 +59,118 @@ def scenario_around(
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    content, file = around, None
+    file = file_of(robot)
+    with nullcontext() if file is None else named(file):
+        known = carrying(surroundings(robot, around), payload)
+        return changed(known, model, {"task": task, **(beside or {})}, file)
+
+
+def changed(
+    known: Scenario, model: Content | None = None, tables: Content | None = None, file: Path | None = None
+) -> Scenario:
+    """A scenario with some keys of [model] and some tables stated anew; None of what is not stated.
+
+    Args:
+        known: to begin with.
+        model: keys of [model].
+        tables: of the scenario.
+        file: beside which the files lie that tables name; those of the working folder where None.
+
+    Raises:
+        ScenarioError: naming the first wrong key.
+    """
+    stated, keys = given_keys(tables or {}), given_keys(model or {})
+    with as_scenario_errors():
+        with at("model"):
+            stated |= {"model": known.model.with_keys(keys)} if keys else {}
+        found = known.with_keys(stated)
+    folder = InputFolder(Path() if file is None else file.parent, outside_allowed=True)
+    return with_files_read(found, folder) if stated.keys() & {*AROUND, "task"} else found
+
+
+def surroundings(robot: AnyRobot | None, around: Scenario | None) -> Scenario:
+    """A robot and what is around it, with a task that has no rows yet.
+
+    Args:
+        robot: as of :func:`scenario_around`.
+        around: likewise.
+
+    Raises:
+        ScenarioError: naming the first wrong key, or that there is no robot.
+    """
+    file = file_of(robot)
+    if file is not None:
+        return _of_file(file, {key: value for key, value in read_toml(file).items() if key in OF_A_FILE})
+    stated = {} if around is None else _tables_of(around)
     if robot is not None:
-        content, file = _robot_tables(robot, around)
-    elif not any(content.get(key) for key in OWN_TABLES):
+        arm = robot_of(robot)
+        others = {key: value for key, value in stated.items() if key not in ROBOTS}
+        stated = others | arm.tables | {"model": others.get("model", {}) | arm.tables["model"]}
+    if not any(stated.get(key) for key in ROBOTS):
         raise ScenarioError("robot: missing; say which robot runs the path, robot=tp.robot(...)")
-    content = _carrying(content, payload) | {"task": task} | given_keys({} if beside is None else beside)
-    stated = content.get("model", {})
-    if isinstance(stated, dict):
-        kept = {key: stated[key] for key in MODEL_KEYS if key in stated}
-        content["model"] = kept | given_keys({} if model is None else model)
-    if file is None:
-        return parse_scenario(content)
-    with named(file):
-        return parse_scenario(content, InputFolder(file.parent, outside_allowed=True))
+    return parse_scenario({**stated, "task": STANDS})
 
 
-def _robot_tables(robot: AnyRobot, around: Content) -> tuple[Content, Path | None]:
-    """The tables that state a robot and what is around it, and the file that has them, where one does."""
+def file_of(robot: AnyRobot | None) -> Path | None:
+    """The file that states a robot and what is around it; None where no file does."""
     file = Path(robot) if isinstance(robot, str | Path) else None
-    if file is not None and (file.suffix == ".toml" or (file.exists() and file.suffix != ".urdf")):
-        return around_tables(read_toml(file)), file
-    stated = robot_of(robot).content
-    kept = {key: value for key, value in around.items() if key not in (*OWN_TABLES, "unit")}
-    return {**kept, **stated, "model": around.get("model", {}) | stated["model"]}, None
+    is_one = file is not None and (file.suffix == ".toml" or (file.exists() and file.suffix != ".urdf"))
+    return file if is_one else None
 
 
-def _carrying(content: Content, mass: float | None) -> Content:
-    """The same with another payload, kg, if one is stated."""
-    tables = [key for key in OWN_TABLES if mass is not None and isinstance(content.get(key), dict)]
-    return content | {key: _loaded(content[key], mass) for key in tables}
+def _of_file(file: Path, tables: Content) -> Scenario:
+    model = tables.get("model", {})
+    if isinstance(model, dict):
+        tables = tables | {"model": {key: value for key, value in model.items() if key in MODEL_KEYS}}
+    return parse_scenario({**tables, "task": STANDS}, InputFolder(file.parent, outside_allowed=True))
 
 
-def _loaded(table: Content, mass: float | None) -> Content:
+def _tables_of(scenario: Scenario) -> Content:
+    """What a scenario states of its robot and of what is around it, as it is."""
+    model = {key: getattr(scenario.model, key) for key in MODEL_KEYS if key in scenario.model.stated_keys}
+    tables = {key: getattr(scenario, key) for key in (*ROBOTS, *AROUND)}
+    return {key: value for key, value in tables.items() if value} | {"model": model}
+
+
+def carrying(scenario: Scenario, mass: float | None) -> Scenario:
+    """A scenario whose robot has another payload, kg, if one is stated; 0 for none."""
+    if mass is None:
+        return scenario
+    key = "arm" if scenario.arm is not None else "robot"
+    with as_scenario_errors(key):
+        return scenario.replaced(**{key: _loaded(scenario.robot_table, mass)})
+
+
+def _loaded(table: AnyTable, mass: float) -> AnyTable:
     """A robot's table with a payload, kg; it is one of the settings where the robot has those."""
-    if isinstance(table.get("settings"), dict):
-        return table | {"settings": _loaded(table["settings"], mass)}
-    unloaded = {key: value for key, value in table.items() if key != "payload"}
-    return unloaded | ({"payload": {"mass": mass}} if mass else {})
+    payload = {"mass": mass} if mass else None
+    if isinstance(table, RobotSection):
+        others = {key: value for key, value in table.settings.items() if key != "payload"}
+        return table.with_keys({"settings": others | ({} if payload is None else {"payload": payload})})
+    return table.with_keys({"payload": payload})
 
 
-ANY_ROBOT = {"robot": {"model": "panda"}}  # beside which the tables of a scene are read that states none
+def in_scene(file: Path, around: Scenario | None, robot: AnyRobot | None) -> Scenario:
+    """A scene with its robot: the one that is given, else its own, else that of the motion.
 
-
-def scene_tables(file: Path) -> Content:
-    """What a scene states, complete without other files, in rad: a TOML file, or one of MoveIt's.
-
-    Its robot is among it, where it states one; its task is not.
+    Args:
+        file: a TOML file, or one of MoveIt's.
+        around: what the motion comes with; None where it comes alone.
+        robot: as of :func:`scenario_around`.
 
     Raises:
         ScenarioError: it cannot be read, or names the first wrong key.
     """
-    content = {"scene": file.name} if file.suffix == SCENE else around_tables(read_toml(file))
-    own = [key for key in OWN_TABLES if key in content]
-    stands = {"kind": "recorded-motion"}  # no task of its own is needed
+    tables = {"scene": file.name} if file.suffix == SCENE else read_toml(file)
+    own = [key for key in ROBOTS if key in tables]
     with named(file):
-        whole = {**({} if own else ANY_ROBOT), **content, "task": stands}
-        scene = parse_scenario(whole, InputFolder(file.parent, outside_allowed=True))
-    return stated_tables(scene, own)
-
-
-def stated_tables(scenario: Scenario, own: Collection[str] = OWN_TABLES) -> Content:
-    """What a scenario states of its robot and of what is around it, complete without other files.
-
-    Args:
-        scenario: of any task.
-        own: tables that state its robot.
-    """
-    model = {
-        key: value
-        for key, value in scenario.model.table().items()
-        if key in scenario.model.stated_keys & set(MODEL_KEYS)
-    }
-    tables = scenario.part((*own, *AROUND_TABLES))
-    return tables | {"model": model}
+        scene = _of_file(file, ({} if own else ANY_ROBOT) | {key: tables[key] for key in OF_A_FILE if key in tables})
+    if robot is None and own:
+        return scene
+    known = surroundings(robot, around)
+    stated = _tables_of(scene)
+    merged = changed(known, stated["model"], {key: stated[key] for key in AROUND if key in stated})
+    if "may_touch" in stated:  # whose names are those of links
+        with named(file):
+            merged.built()
+    return merged

@@ -36,6 +36,7 @@ from tpbso_casadi.scenario.scenario import (
     parse_scenario,
     plugin_failures_named,
     read_scenario,
+    with_files_read,
 )
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.sequence import ENDS, Cell, SequenceTask, judged_by_stage, walked
@@ -60,6 +61,7 @@ from tpbso_casadi.scenario.validation import (
     ScenarioError,
     Section,
     SpacePoint,
+    as_scenario_errors,
     named,
     path_of,
     plain,
@@ -124,6 +126,7 @@ __all__ = [
     "TaskSection",
     "TrackingLog",
     "arm_table",
+    "as_scenario_errors",
     "best_known",
     "builtin",
     "current_name",
@@ -159,4 +162,5 @@ __all__ = [
     "settings_table",
     "task_tables",
     "walked",
+    "with_files_read",
 ]

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from problems.base import InvalidTable, at
+from problems.base import at
 from tpbso_casadi.plain import visible
 from tpbso_casadi.scenario.cases import TITLES, builtin
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.robots import AnyRobotTable, ArmSection
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, read_scenario, with_files_read
 from tpbso_casadi.scenario.tasks import task_with_keys
-from tpbso_casadi.scenario.validation import ScenarioError
+from tpbso_casadi.scenario.validation import ScenarioError, as_scenario_errors
 
 Table = Mapping[str, Any]
 NOTHING: Table = {}
@@ -46,9 +46,9 @@ def overridden(
         ScenarioError: naming the first wrong key.
     """
     tables: dict[str, Any] = dict(around)
-    try:
-        if arm is not None:
-            tables["arm"] = arm
+    if arm is not None:
+        tables["arm"] = arm
+    with as_scenario_errors():
         if task:
             with at("task"):
                 tables["task"] = task_with_keys(scenario.task, task)
@@ -58,8 +58,6 @@ def overridden(
         stated = scenario.with_keys(tables) if tables else scenario
         with at("solver"):
             changed = stated.replaced(solver=_solver(stated, solver, polish))
-    except InvalidTable as error:
-        raise ScenarioError(str(error)) from error
     return with_files_read(changed, InputFolder(Path(), outside_allowed=True)) if around else changed
 
 

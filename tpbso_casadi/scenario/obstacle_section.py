@@ -142,7 +142,7 @@ class ObstacleSection(Section):
         """
         still = self.parts()
         name = self.name or ("" if len(still) == 1 else f"obstacle {number}")
-        still = tuple(replace(part, name=name) for part in still) if name else still
+        still = tuple(part if part.name == name else replace(part, name=name) for part in still)
         if not self.moves:
             if self.margin_rate:
                 raise InvalidProblem("margin_rate", "the obstacle stands still; state a velocity, or a motion")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, fields, replace
+from functools import cached_property
 from inspect import isabstract
 from typing import Annotated, Any, Protocol, Self, TypeGuard, TypeVar
 
@@ -84,14 +85,25 @@ class ShapeSection(ObstacleSection):
         if not states_a_shape(kind):
             raise ScenarioError(f"obstacles: {kind.__name__} is not {SHAPE_CATALOGUE.requirement}")
         arguments = Arguments.of(obstacle, keys_of_shape(kind))
-        return cls(shape=name_of(kind), name=obstacle.name, of_class=kind, arguments=arguments)
+        made = cls(shape=name_of(kind), name=obstacle.name, of_class=kind, arguments=arguments)
+        vars(made)["still"] = obstacle
+        return made
 
     @property
     def corners(self) -> int:
         return self.build().complexity
 
-    def build(self) -> Obstacle:
+    @cached_property
+    def still(self) -> Obstacle:
+        """The obstacle itself, standing still.
+
+        Raises:
+            InvalidProblem: it cannot be.
+        """
         return self.of_class(**self.arguments.values)
+
+    def build(self) -> Obstacle:
+        return self.still
 
     def table(self) -> dict[str, Any]:
         beside = {key: value for key, value in super().table().items() if key not in ("of_class", "arguments")}

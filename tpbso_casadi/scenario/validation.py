@@ -128,6 +128,23 @@ class ScenarioError(ValueError):
 
 
 @contextmanager
+def as_scenario_errors(*keys: str) -> Iterator[None]:
+    """Let errors of tables be errors of a scenario.
+
+    Args:
+        keys: with which their messages begin.
+
+    Raises:
+        ScenarioError: one.
+    """
+    try:
+        with at(*keys):
+            yield
+    except InvalidTable as error:
+        raise ScenarioError(str(error)) from error
+
+
+@contextmanager
 def named(what: object) -> Iterator[None]:
     """Let errors of a scenario begin with its name.
 
@@ -256,8 +273,5 @@ def read_table(section: type[S], name: str, content: dict[str, Any]) -> S:
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    try:
-        with at(name):
-            return section.from_table(content)
-    except InvalidTable as error:
-        raise ScenarioError(str(error)) from error
+    with as_scenario_errors(name):
+        return section.from_table(content)

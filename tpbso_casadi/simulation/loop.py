@@ -16,7 +16,7 @@ from problems.scene import standing
 from problems.tasks import least_clearances
 from solvers import Interruption
 from tpbso_casadi.replanning import Step
-from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, parse_scenario
+from tpbso_casadi.scenario import Scenario, ScenarioError, SimulationSection, as_scenario_errors
 from tpbso_casadi.simulation.record import Replan, SimulationRecord, Visit, joined, jumps_between, part, rest_time
 from tpbso_casadi.simulation.world import SimulatedWorld
 
@@ -118,10 +118,10 @@ class SimulationSetting:
         first = _posture("task.start", start, robot, obstacles, None)
         near = np.array(first.values)
         visited = tuple(_posture(key, place, robot, standing(obstacles), near) for key, place in goals)
-        task = {"start": _table(first), "goal": _table(visited[0])}
-        table = settings.table() | {"goals": [_table(goal) for goal in visited]}
-        content = scenario.table() | {"model": scenario.model.stated(), "simulation": table}
-        complete = parse_scenario(content | {"task": content["task"] | task})
+        task = scenario.task.with_keys({"start": first, "goal": visited[0]})
+        with as_scenario_errors():
+            simulation = settings.with_keys({"goals": list(visited)})
+            complete = scenario.with_keys({"task": task, "simulation": simulation})
         assert complete.simulation is not None
         return cls(
             scenario=complete,
@@ -148,10 +148,6 @@ def _posture(key: str, place: Any, robot: Robot, obstacles: tuple[Obstacle, ...]
         return posture_at(place, robot, obstacles, near, key)
     except InvalidProblem as error:
         raise ScenarioError(f"{key}: {error.reason}") from error
-
-
-def _table(joints: Joints) -> dict[str, list[float]]:
-    return {"joints": list(joints.values)}
 
 
 REACHED = 1e-6  # rad or m: a joint that near to its goal is there
