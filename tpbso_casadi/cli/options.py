@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TypeAlias
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, Union, get_args, get_origin
 
-from problems.base import shown_value
+from problems.base import InvalidTable, Table, reader, shown_value
 from problems.evaluation import BACKENDS
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
-from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, MOST_EVALUATIONS, SMALLEST
+from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, SMALLEST, SolverSection
 
 MOST = 1_000_000_000  # of anything that is counted
 
@@ -113,6 +114,104 @@ def is_silent(options: argparse.Namespace) -> bool:
     return bool(options.quiet or options.verbose)
 
 
+class Wanted(NamedTuple):
+    """What the option of a key asks for, by the type of the key.
+
+    Attributes:
+        kind: makes the value of a text; None where the option has no value.
+        choices: the words that there are; None where any will do.
+    """
+
+    kind: Callable[[str], Any] | None
+    choices: Sequence[str] | None = None
+
+
+def wanted(hint: Any) -> Wanted:
+    """What the option of a key of a type asks for."""
+    parts = [part for part in get_args(hint) if part is not NoneType]
+    if get_origin(hint) is Literal:
+        return Wanted(str, [*map(str, parts)])
+    if get_origin(hint) in (Union, UnionType):
+        return wanted(parts[0])
+    kind = parts[0] if get_origin(hint) is Annotated else hint
+    if kind is bool:
+        return Wanted(None)
+
+    def read(text: str) -> Any:
+        try:
+            return reader(hint)(text if kind is str else kind(text))
+        except InvalidTable as error:
+            raise argparse.ArgumentTypeError(error.reason) from None
+        except ValueError:
+            words = "a whole number" if kind is int else "a number"
+            raise argparse.ArgumentTypeError(f"{words} is needed, not {shown_value(text)}") from None
+
+    return Wanted(read)
+
+
+def add_key(
+    group: Group,
+    section: type[Table],
+    key: str,
+    text: str,
+    *,
+    flags: Sequence[str] = (),
+    default: object = SCENARIOS,
+    value: Any = None,
+    choices: Iterable[str] | None = None,
+    metavar: str = "N",
+) -> None:
+    """The option of a key of a scenario's table, with the type and the bounds that the table gives it.
+
+    Args:
+        group: to add it to.
+        section: the table.
+        key: of it; the option has its name.
+        text: its help.
+        flags: short names of the option.
+        default: as the help says it.
+        value: in the options where the user states none.
+        choices: the words that there are, where the type does not say it.
+        metavar: for the value, in the help.
+    """
+    asked = wanted(section.schema()[key].hint)
+    named, described = (*flags, f"--{key.replace('_', '-')}"), defaulting(text, default)
+    if asked.kind is None:
+        group.add_argument(*named, action=argparse.BooleanOptionalAction, default=value, help=described)
+        return
+    known = asked.choices if choices is None else [*choices]
+    group.add_argument(*named, type=asked.kind, choices=known, metavar=metavar, default=value, help=described)
+
+
+SEARCH_KEYS: dict[str, dict[str, Any]] = {
+    "population": {"text": "members of the swarm", "default": f"{SCENARIOS}, else the solver's own", "metavar": "M"},
+    "iterations": {"text": "stop each search after N iterations"},
+    "evaluations": {"text": "stop each search after N evaluations"},
+    "time_limit": {"text": "stop each search after S seconds; results then depend on the machine", "metavar": "S"},
+    "within": {"text": "the best plan in S seconds; results then depend on the machine", "metavar": "S"},
+    "first": {"text": "the first certified plan, in space, in least time"},
+    "seed": {
+        "text": "random seed, of the first run where there are many; same seed, same result",
+        "flags": ("-s",),
+    },
+    "polish_starts": {"text": "refine N good candidates that lie apart, keep the best"},
+}
+
+
+def add_search_keys(group: Group, *keys: str, **defaults: object) -> None:
+    """The options of keys of [solver].
+
+    Args:
+        group: to add them to.
+        keys: of the table.
+        defaults: of some of them, as the help says them.
+    """
+    for key in keys:
+        stated = SEARCH_KEYS[key] | ({"default": defaults[key]} if key in defaults else {})
+        value = defaults[key] if isinstance(defaults.get(key), int) else None
+        add_key(group, SolverSection, key, **stated, value=value)
+
+
 def add_certificate(group: Group) -> None:
     """The option of every command that has a motion to prove."""
     group.add_argument(
@@ -165,21 +264,6 @@ def add_row_interpolation(group: Group, kinds: Iterable[str], default: object) -
     )
 
 
-def add_seed(group: Group, default: int | None = None) -> None:
-    """The seed; the scenario's unless there is a default."""
-    group.add_argument(
-        "-s",
-        "--seed",
-        type=natural,
-        metavar="N",
-        default=default,
-        help=defaulting(
-            "random seed, of the first run where there are many; same seed, same result",
-            SCENARIOS if default is None else default,
-        ),
-    )
-
-
 def add_solvers(group: Group, default: str) -> None:
     """Several solvers."""
     group.add_argument(
@@ -187,63 +271,6 @@ def add_solvers(group: Group, default: str) -> None:
         default=default,
         metavar="A,B,...",
         help="NAME or NAME(setting=value,...), on scenarios either with +polish or +polishN",
-    )
-
-
-def add_evaluations(group: Group, default: object = SCENARIOS) -> None:
-    """The budget of evaluations."""
-    group.add_argument(
-        "--evaluations",
-        type=whole_number(1, MOST_EVALUATIONS),
-        metavar="N",
-        help=defaulting("stop each search after N evaluations", default),
-    )
-
-
-def add_population(group: Group, kind: Callable[[str], int]) -> None:
-    """The size of the swarm."""
-    group.add_argument(
-        "--population",
-        type=kind,
-        metavar="M",
-        help=defaulting("members of the swarm", f"{SCENARIOS}, else the solver's own"),
-    )
-
-
-def add_iterations(group: Group, kind: Callable[[str], int]) -> None:
-    """The budget of iterations."""
-    group.add_argument(
-        "--iterations", type=kind, metavar="N", help=defaulting("stop each search after N iterations", SCENARIOS)
-    )
-
-
-def add_time_limit(group: Group) -> None:
-    """The budget of time."""
-    group.add_argument(
-        "--time-limit",
-        type=positive_float,
-        metavar="S",
-        help=defaulting("stop each search after S seconds; results then depend on the machine", SCENARIOS),
-    )
-
-
-def add_within(group: Group, default: object) -> None:
-    """The time for the best plan."""
-    group.add_argument(
-        "--within",
-        type=positive_float,
-        metavar="S",
-        help=defaulting("the best plan in S seconds; results then depend on the machine", default),
-    )
-
-
-def add_first(group: Group) -> None:
-    """One certified plan is enough."""
-    group.add_argument(
-        "--first",
-        action="store_true",
-        default=None,
-        help=defaulting("the first certified plan, in space, in least time", SCENARIOS),
     )
 
 

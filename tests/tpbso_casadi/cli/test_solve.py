@@ -216,10 +216,10 @@ def test_a_bad_file_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
 
 OPTIONS = [
     (["--solver", "bso", "--population", "1"], "at least 2"),
-    (["--iterations", "0"], "not positive"),
-    (["--evaluations", "-5"], "not positive"),
-    (["--time-limit", "nan"], "not a positive number"),
-    (["--seed", "-1"], "negative"),
+    (["--iterations", "0"], "greater than 0, not 0"),
+    (["--evaluations", "-5"], "greater than 0, not -5"),
+    (["--time-limit", "nan"], "a finite number is needed"),
+    (["--seed", "-1"], "greater than or equal to 0, not -1"),
     (["--links", "1"], "link"),
     (["--solver", "bos"], "did you mean bso"),
     (["--solver", "nowhere:Nothing"], "cannot load"),

@@ -24,16 +24,12 @@ from tpbso_casadi.cli.campaign import (
 from tpbso_casadi.cli.command import OneLineParser, command_parser
 from tpbso_casadi.cli.options import (
     SCENARIO,
-    add_evaluations,
     add_figures_option,
-    add_iterations,
     add_json,
     add_no_plots,
     add_outside_files,
-    add_population,
-    add_seed,
+    add_search_keys,
     add_solvers,
-    add_time_limit,
     figure_formats,
     positive_int,
     problem_group,
@@ -92,17 +88,14 @@ def parser() -> OneLineParser:
     search.add_argument(
         "--runs", type=positive_int, default=USUAL_RUNS, metavar="N", help="of each solver on each scenario"
     )
-    add_seed(search, default=1)
-    add_population(search, positive_int)
-    add_iterations(search, positive_int)
-    add_evaluations(search)
+    add_search_keys(search, "seed", "population", "iterations", "evaluations", seed=1)
     search.add_argument(
         "--starts",
         type=positive_int,
         metavar="N",
         help=f"of ipopt, which counts nothing else [default: {USUAL_STARTS}; none with --time-limit]",
     )
-    add_time_limit(search)
+    add_search_keys(search, "time_limit")
     output = add_campaign_options(command_line, Path("runs/compare"))
     add_json(output)
     add_no_plots(output)

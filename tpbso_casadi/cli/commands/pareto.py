@@ -18,13 +18,12 @@ from tpbso_casadi.cli.commands.solve import evaluation_options, stated
 from tpbso_casadi.cli.options import (
     SCENARIO,
     add_backend,
-    add_evaluations,
     add_figures_option,
     add_no_plots,
     add_out,
     add_outside_files,
     add_quiet,
-    add_seed,
+    add_search_keys,
     add_threads,
     figure_formats,
     is_silent,
@@ -129,8 +128,7 @@ def parser() -> OneLineParser:
         "pymoo's NSGA-II with the evaluations of all points, to compare with "
         f"[default: {EPSILON_CONSTRAINT} where one objective is time, else {WEIGHTED_SUM}]",
     )
-    add_evaluations(search)
-    add_seed(search)
+    add_search_keys(search, "evaluations", "seed")
     machine = machine_group(command_line)
     add_backend(machine)
     add_threads(machine)

@@ -14,17 +14,14 @@ from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_
 from tpbso_casadi.cli.options import (
     SCENARIO,
     SCENARIOS,
-    add_evaluations,
     add_figures_option,
+    add_key,
     add_no_plots,
     add_out,
     add_outside_files,
     add_quiet,
-    add_seed,
-    add_within,
-    defaulting,
+    add_search_keys,
     output_group,
-    positive_float,
     problem_group,
     search_group,
 )
@@ -130,33 +127,20 @@ def parser() -> OneLineParser:
     )
     problem = problem_group(command_line)
     add_outside_files(problem)
-    problem.add_argument("--seconds", type=positive_float, metavar="S", help=_simulated("to simulate", "seconds"))
-    problem.add_argument(
-        "--every", type=positive_float, metavar="S", help=_simulated("time between two replans, s", "every")
-    )
+    for key, text in {"seconds": "to simulate", "every": "time between two replans, s"}.items():
+        usual = f"{SCENARIOS}, else {SimulationSection.schema()[key].default:g}"
+        add_key(problem, SimulationSection, key, text, default=usual, metavar="S")
     search = search_group(command_line)
-    add_evaluations(search, default=_evaluations())
-    add_within(search, f"{SCENARIOS}, else no limit of time")
-    add_seed(search)
+    bounds = f"from {FEWEST_EVALUATIONS} to {MOST_EVALUATIONS}"
+    evaluations = f"{SCENARIOS}, else {EVALUATION_RATE} for each second of --every, {bounds}"
+    within = f"{SCENARIOS}, else no limit of time"
+    add_search_keys(search, "evaluations", "within", "seed", evaluations=evaluations, within=within)
     output = output_group(command_line)
     add_out(output, "runs/SCENARIO-simulated-SEED")
     add_no_plots(output)
     add_figures_option(output)
     add_quiet(output)
     return command_line
-
-
-def _simulated(text: str, key: str) -> str:
-    return defaulting(text, _default(key))
-
-
-def _evaluations() -> str:
-    bounds = f"from {FEWEST_EVALUATIONS} to {MOST_EVALUATIONS}"
-    return f"{SCENARIOS}, else {EVALUATION_RATE} for each second of --every, {bounds}"
-
-
-def _default(key: str) -> str:
-    return f"{SCENARIOS}, else {SimulationSection.schema()[key].default:g}"
 
 
 def simulate(options: argparse.Namespace) -> int:

@@ -22,15 +22,10 @@ from tpbso_casadi.cli.options import (
     SCENARIOS,
     Group,
     add_backend,
-    add_evaluations,
-    add_first,
-    add_iterations,
+    add_key,
     add_outside_files,
-    add_population,
-    add_seed,
+    add_search_keys,
     add_threads,
-    add_time_limit,
-    add_within,
     defaulting,
     is_silent,
     listed,
@@ -48,11 +43,10 @@ from tpbso_casadi.planning import PlannedMotion, Progress, plan
 from tpbso_casadi.scenario import (
     DEFAULT,
     FAMILIES,
-    MOST_ITERATIONS,
     MOST_LINKS,
-    MOST_MEMBERS,
-    MOST_POLISH_STARTS,
     SOLVER_CATALOGUE,
+    ModelSection,
+    PointToPointTask,
     Scenario,
     ScenarioError,
     load,
@@ -111,36 +105,19 @@ def add_problem_options(problem: Group) -> None:
         metavar="NAME",
         help=defaulting(f"{', '.join(OBJECTIVES)}, a plug-in, or package.module:Class", SCENARIOS),
     )
-    problem.add_argument(
-        "--elbow",
-        choices=get_args(Elbow),
-        metavar="KIND",
-        help=defaulting(f"branch of inverse kinematics at both ends: {listed(get_args(Elbow))}", SCENARIOS),
-    )
-    problem.add_argument(
-        "--motion",
-        choices=FAMILIES,
-        metavar="KIND",
-        help=defaulting(f"{listed(FAMILIES)}: the paper's quartic and quintic, or splines in least time", SCENARIOS),
-    )
-    problem.add_argument(
-        "--retime",
-        action=argparse.BooleanOptionalAction,
-        help="run the plan as fast as the limits allow on its path [default: the scenario's; with splines, and where "
-        "the objective does not depend on time]",
-    )
-    problem.add_argument(
-        "--formulation",
-        choices=FORMULATIONS,
-        metavar="KIND",
-        help=defaulting(f"{listed(FORMULATIONS)}: cost (15), or feasible by construction", SCENARIOS),
-    )
-    problem.add_argument(
-        "--knot-redundancy",
-        choices=get_args(KnotRedundancy),
-        metavar="KIND",
-        help=defaulting(f"of a path, where IPOPT follows it: {listed(get_args(KnotRedundancy))}", SCENARIOS),
-    )
+    kinds = {"elbow": get_args(Elbow), "motion": FAMILIES, "formulation": FORMULATIONS}
+    kinds["knot_redundancy"] = get_args(KnotRedundancy)
+    words = {key: listed(known) for key, known in kinds.items()}
+    elbow = f"branch of inverse kinematics at both ends: {words['elbow']}"
+    add_key(problem, PointToPointTask, "elbow", elbow, metavar="KIND")
+    motion = f"{words['motion']}: the paper's quartic and quintic, or splines in least time"
+    add_key(problem, ModelSection, "motion", motion, metavar="KIND")
+    retime = f"{SCENARIOS}; with splines, and where the objective does not depend on time"
+    add_key(problem, ModelSection, "retime", "run the plan as fast as the limits allow on its path", default=retime)
+    formulation = f"{words['formulation']}: cost (15), or feasible by construction"
+    add_key(problem, ModelSection, "formulation", formulation, choices=FORMULATIONS, metavar="KIND")
+    redundancy = f"of a path, where IPOPT follows it: {words['knot_redundancy']}"
+    add_key(problem, ModelSection, "knot_redundancy", redundancy, metavar="KIND")
 
 
 def add_search_options(search: Group) -> None:
@@ -152,24 +129,13 @@ def add_search_options(search: Group) -> None:
         "follow, as in bso(c1=1.5)+polish; an iteration of ipopt is a start [default: the scenario's, else abso with "
         "--polish, in space direct]",
     )
-    add_population(search, whole_number(0, MOST_MEMBERS))
-    add_iterations(search, whole_number(1, MOST_ITERATIONS))
-    add_evaluations(search)
-    add_time_limit(search)
-    add_within(search, SCENARIOS)
-    add_first(search)
-    add_seed(search)
+    add_search_keys(search, "population", "iterations", "evaluations", "time_limit", "within", "first", "seed")
     search.add_argument(
         "--polish",
         action="store_true",
         help="refine the best candidate with IPOPT; in space sequential programs always do",
     )
-    search.add_argument(
-        "--polish-starts",
-        type=whole_number(1, MOST_POLISH_STARTS),
-        metavar="N",
-        help=defaulting("refine N good candidates that lie apart, keep the best", SCENARIOS),
-    )
+    add_search_keys(search, "polish_starts")
 
 
 def solve(options: argparse.Namespace) -> int:
