@@ -2,6 +2,7 @@
 
 from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known, builtin
 from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, current_name, find_objective, find_solver
+from tpbso_casadi.scenario.cells import ENDS, Cell, criteria_of, judged_by_stage, walked
 from tpbso_casadi.scenario.constraints import HandSection
 from tpbso_casadi.scenario.input_files import (
     LARGEST_ANGLE,
@@ -39,7 +40,7 @@ from tpbso_casadi.scenario.scenario import (
     with_files_read,
 )
 from tpbso_casadi.scenario.scene_files import read_scene
-from tpbso_casadi.scenario.sequence import ENDS, Cell, SequenceTask, judged_by_stage, walked
+from tpbso_casadi.scenario.sequence import SequenceTask
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection, new_covers
 from tpbso_casadi.scenario.stages import MovingStage, StageSection
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, task_tables
@@ -129,6 +130,7 @@ __all__ = [
     "as_scenario_errors",
     "best_known",
     "builtin",
+    "criteria_of",
     "current_name",
     "each_of",
     "find_objective",

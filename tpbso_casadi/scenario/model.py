@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Robot, Trajectory
+from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Robot
 from problems.assembly import Criteria
-from problems.base import Checked, Count, FloatArray, InvalidTable, Range, at, in_words
+from problems.base import Checked, Count, InvalidTable, Range, at, in_words
 from problems.families.two_segments import FORMULATIONS
 from problems.tasks import KnotRedundancy
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, PluginError, find_objective
@@ -34,9 +34,6 @@ from tpbso_casadi.scenario.validation import (
     Word,
     choice_of,
 )
-
-if TYPE_CHECKING:
-    from tpbso_casadi.scenario.scenario import Scenario
 
 OF_CATALOGUE = choice_of(OBJECTIVE_CATALOGUE.registry, OBJECTIVE_CATALOGUE.find)
 OwnObjectives = Annotated[list[ObjectiveSection], Count(0, MOST_EXPRESSIONS), Checked(check_names)]
@@ -203,16 +200,6 @@ class TaskSection(Section):
             InvalidProblem: the robot cannot do the task.
         """
         return self.criteria(robot, obstacles, model).at_free_times()
-
-    def criteria_of(self, scenario: Scenario, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
-        """What a motion of a scenario is judged by that is known already.
-
-        Args:
-            scenario: whose task this is.
-            trajectory: the motion.
-            quantities: that are stored with it.
-        """
-        return scenario.criteria()
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,14 @@ import logging
 import os
 import pathlib
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
 
-from problems import InvalidProblem, Obstacle, Problem, Robot, Trajectory
+from problems import InvalidProblem, Obstacle, Problem, Robot
 from problems.assembly import Criteria
-from problems.base import Checked, Count, FloatArray, InvalidTable, Range, at, did_you_mean, shown_value, too_much
+from problems.base import Checked, Count, InvalidTable, Range, at, did_you_mean, shown_value, too_much
 from solvers import AnySolver, Budget
 from tpbso_casadi.scenario.carried import (
     MOST_CARRIED,
@@ -280,15 +280,6 @@ class Scenario(FileSection):
         """
         with plugin_failures_named(self):
             return self._stated(BuiltScene)
-
-    def criteria_of(self, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
-        """What a motion is judged by that is known already, with the quantities that are stored with it.
-
-        Raises:
-            ScenarioError: as :meth:`problem`.
-        """
-        with plugin_failures_named(self):
-            return self.task.criteria_of(self, trajectory, quantities)
 
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
         began = time.perf_counter()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, TypeAlias, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -17,6 +17,7 @@ from tpbso_casadi.scenario.carried import BODY, Contacts
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.places import (
     AnyGoals,
@@ -35,15 +36,25 @@ from tpbso_casadi.scenario.validation import (
     Word,
 )
 
-if TYPE_CHECKING:
-    from tpbso_casadi.scenario.sequence import Cell
-
 ACCURACY, ANGULAR_ACCURACY = 1e-3, 0.01  # of lines, m and rad
 ROUNDING = 0.7  # of the accuracy: what corners use up
 LONGEST_WAIT = 3_600.0  # s
 OF_THE_ROBOT = ("max_speed", "max_acceleration", "max_jerk", "payload")  # keys that a stage may state anew
 
 Name: TypeAlias = Annotated[Word, Count(1, LONGEST_WORD)]
+
+
+class Changing(Protocol):
+    """What is where in a sequence, as far as stages change it."""
+
+    def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Self:
+        """What is where with a body in the hand: an obstacle by its name, or one in the tool's frame."""
+
+    def detached(self, name: str, posture: FloatArray) -> Self:
+        """What is where with a body that was carried standing where it is."""
+
+
+C = TypeVar("C", bound=Changing)
 
 
 class StageSection(Section):
@@ -62,7 +73,7 @@ class StageSection(Section):
         """How long the arm stands, s."""
         return 0.0
 
-    def changed(self, cell: Cell, posture: FloatArray) -> Cell:
+    def changed(self, cell: C, posture: FloatArray) -> C:
         """What is where afterwards, if the arm is then in a posture (dof,)."""
         return cell
 
@@ -274,7 +285,7 @@ class AttachStage(StageSection):
     def with_files(self, folder: InputFolder) -> Self:
         return self if self.body is None else self.replaced(body=self.body.with_files(folder))
 
-    def changed(self, cell: Cell, posture: FloatArray) -> Cell:
+    def changed(self, cell: C, posture: FloatArray) -> C:
         return cell.attached(self.name, self.mass, self.body, posture)
 
 
@@ -284,7 +295,7 @@ class DetachStage(StageSection):
     kind: Literal["detach"]
     name: Name
 
-    def changed(self, cell: Cell, posture: FloatArray) -> Cell:
+    def changed(self, cell: C, posture: FloatArray) -> C:
         return cell.detached(self.name, posture)
 
 

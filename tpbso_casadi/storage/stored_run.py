@@ -14,7 +14,7 @@ from problems import InvalidProblem, Problem
 from problems.base import number_of
 from problems.motions import JointPath
 from tpbso_casadi.planning import SAME_PATH, JudgedMotion
-from tpbso_casadi.scenario import Scenario, ScenarioError, pieces_table, plugin_failures_named, read_text
+from tpbso_casadi.scenario import Scenario, ScenarioError, criteria_of, pieces_table, plugin_failures_named, read_text
 from tpbso_casadi.storage.exporting import TORQUE, table_of
 from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
 from tpbso_casadi.storage.result import InvalidResult, RunResult, StoredRun
@@ -144,7 +144,7 @@ def checked(result: RunResult) -> StoredRun:
     scenario, solution = result.scenario, result.solution
     problem = _searched(scenario, solution) if scenario.task.is_searched else None
     quantities = {name: np.array(values) for name, values in solution.quantities.items()}
-    criteria = scenario.criteria_of(solution.trajectory, quantities) if problem is None else problem
+    criteria = criteria_of(scenario, solution.trajectory, quantities) if problem is None else problem
     motion = JudgedMotion(criteria, solution.trajectory, quantities, solution.time_scale)
     found = motion
     if result.retiming is not None and result.retiming.motion is not None:

@@ -1,0 +1,293 @@
+"""What is where while a sequence goes on, and what its motion is judged by, stage by stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import casadi as ca
+import numpy as np
+import scipy  # whose parts are loaded when they are used
+
+from problems import InvalidProblem, Joints, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
+from problems.assembly import Criteria, MotionStage, SequenceCriteria
+from problems.base import FloatArray, as_array, did_you_mean
+from problems.objectives import OBJECTIVES
+from problems.robots import SpatialArm, as_point, quaternions_of
+from problems.tasks import Sequence as StagedTask
+from tpbso_casadi.scenario.carried import CarriedSection
+from tpbso_casadi.scenario.moves import PointToPointTask
+from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.obstacles import build_obstacles
+from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
+from tpbso_casadi.scenario.sequence import SequenceTask
+from tpbso_casadi.scenario.stages import MovingStage, OutputStage, StageSection, tool_frames
+from tpbso_casadi.scenario.validation import ScenarioError
+
+ENDS = "stage_ends"  # the quantity of a plan that says when its stages end, s
+SAME_TIME = 1e-9  # s, or rad/s of what stands: rounding
+PICTURES = 400  # times at which what is carried is placed for a picture
+
+
+def criteria_of(scenario: Scenario, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
+    """What a motion of a scenario is judged by that is known already.
+
+    Args:
+        scenario: of the motion.
+        trajectory: the motion.
+        quantities: that are stored with it: of a sequence, when its stages end.
+
+    Raises:
+        ScenarioError: as :meth:`Scenario.problem`; of a sequence, when its stages end is not said, or is impossible.
+    """
+    if not isinstance(scenario.task, SequenceTask):
+        return scenario.criteria()
+    with plugin_failures_named(scenario):
+        return _criteria_of_sequence(scenario, scenario.task, trajectory, quantities)
+
+
+def _criteria_of_sequence(
+    scenario: Scenario, task: SequenceTask, trajectory: Trajectory, quantities: Mapping[str, FloatArray]
+) -> SequenceCriteria:
+    ends = np.asarray(quantities.get(ENDS, ()))
+    times = np.append(0.0, ends)
+    if (
+        ends.shape != (len(task.legs),)
+        or (np.diff(times) < 0.0).any()
+        or abs(times[-1] - trajectory.duration) > SAME_TIME
+    ):
+        raise ScenarioError(f"task.stages: {len(task.legs)} increasing times are needed, {ENDS}")
+    for number, (numbers, stage) in enumerate(task.legs):
+        if not stage.moves and not _stands(trajectory, times[number], times[number + 1], stage.pause):
+            raise ScenarioError(f"task.stages.{numbers[-1]}: the arm does not stand for {stage.pause:g} s, {ENDS}")
+    return judged_by_stage(scenario, trajectory, np.minimum(ends, trajectory.duration))
+
+
+def _stands(trajectory: Trajectory, start: float, end: float, seconds: float) -> bool:
+    """Whether the joints stand from one time to another, s, and for so long."""
+    if not abs(end - start - seconds) <= SAME_TIME:
+        return False
+    if not seconds:
+        return True
+    standing = trajectory.part(start, min(end, trajectory.duration))
+    return bool(np.abs(standing.at(standing.extreme_times(1), 1)).max() <= SAME_TIME)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is where at one moment of a sequence.
+
+    Attributes:
+        scenario: of the sequence.
+        robot: with an empty hand.
+        obstacles: that stand around.
+        carried: by the tool.
+    """
+
+    scenario: Scenario
+    robot: Robot
+    obstacles: tuple[ObstacleSection, ...]
+    carried: tuple[CarriedSection, ...]
+
+    @classmethod
+    def at_first(cls, scenario: Scenario) -> Self:
+        """As the scenario says.
+
+        Raises:
+            ScenarioError: something moves by itself.
+        """
+        for number, obstacle in enumerate(scenario.obstacles):
+            if obstacle.moves:
+                raise ScenarioError(f"obstacles.{number}: moves; in a sequence obstacles stand still")
+        return cls(scenario, scenario.robot_table.build(), tuple(scenario.obstacles), tuple(scenario.carried))
+
+    def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Self:
+        """With a body in the hand: an obstacle as it lies, or one that is stated in the tool's frame.
+
+        Raises:
+            ScenarioError: there is no such obstacle, or one is carried by that name already.
+        """
+        if name in [held.name for held in self.carried]:
+            raise ScenarioError(f"name: {name!r} is carried already")
+        if body is not None:
+            return replace(self, carried=(*self.carried, CarriedSection(mass=mass, body=body)))
+        index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
+        taken = self.obstacles[index]
+        body = _posed(taken, np.linalg.solve(self._tool(posture), _pose_of(taken)))
+        others, held = (*self.obstacles[:index], *self.obstacles[index + 1 :]), CarriedSection(mass=mass, body=body)
+        held.build()  # which raises where it cannot be carried
+        return replace(self, obstacles=others, carried=(*self.carried, held))
+
+    def detached(self, name: str, posture: FloatArray) -> Self:
+        """With a body that was carried standing where it is now.
+
+        Raises:
+            ScenarioError: nothing of that name is carried.
+        """
+        index = self._index(name, [held.name for held in self.carried], "carried body")
+        held = self.carried[index].body
+        body = _posed(held, self._tool(posture) @ _pose_of(held))
+        others = (*self.carried[:index], *self.carried[index + 1 :])
+        return replace(self, obstacles=(*self.obstacles, body), carried=others)
+
+    @staticmethod
+    def _index(name: str, names: Sequence[str], what: str) -> int:
+        if name not in names:
+            known = ", ".join(filter(None, names)) or "none with a name"
+            raise ScenarioError(f"name: no {what} is called {name!r}{did_you_mean(name, names)}; there is {known}")
+        if list(names).count(name) > 1:
+            raise ScenarioError(f"name: {names.count(name)} are called {name!r}; each needs a name of its own")
+        return names.index(name)
+
+    def _tool(self, posture: FloatArray) -> FloatArray:
+        """The frame of the tool in a posture (dof,), (4, 4).
+
+        Raises:
+            InvalidProblem: a robot in the plane, which carries nothing.
+        """
+        if not isinstance(self.robot, SpatialArm):
+            raise InvalidProblem("name", "in the plane nothing is carried")
+        (frame,) = tool_frames(self.robot, posture[None])
+        return np.asarray(frame)
+
+    def statement(self, stage: MovingStage, posture: FloatArray, goal: Any = None) -> Scenario:
+        """The stage as a scenario of its own, a move from a posture (dof,).
+
+        Args:
+            stage: that is stated.
+            posture: in which it begins.
+            goal: in which posture it ends, (dof,); as the stage says where None.
+
+        Raises:
+            InvalidProblem: the stage cannot begin there.
+        """
+        scenario, robot = self.scenario, self.robot
+        goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)))
+        start = Joints(tuple(map(float, posture)))
+        task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias)
+        further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
+        margin = scenario.model.margin if stage.margin is None else stage.margin
+        key = "arm" if scenario.arm is not None else "robot"
+        pairs = [pair for pair in (*scenario.may_touch, *stage.may_touch) if self._concerns(pair)]
+        solver = scenario.solver
+        if "name" not in solver.stated_keys:
+            solver = solver.replaced(name=scenario.robot_table.usual_solver)
+        return scenario.replaced(
+            **{key: scenario.robot_table.replaced(**stage.of_the_robot)},
+            task=task,
+            obstacles=list(self.obstacles),
+            carried=list(self.carried),
+            may_touch=list(dict.fromkeys(map(tuple, pairs))),
+            model=scenario.model.replaced(constraints=further, margin=margin),
+            solver=solver,
+        )
+
+    def _concerns(self, pair: Sequence[str]) -> bool:
+        """Whether a contact is one of the robot, as long as what it names stands around or is carried."""
+        return sum(name in [obstacle.name for obstacle in self.obstacles] for name in pair) < 2
+
+
+def _posed(body: ObstacleSection, pose: Any) -> ObstacleSection:
+    """A body elsewhere.
+
+    Args:
+        body: a solid in space, or one of a file.
+        pose: its new frame, (4, 4).
+
+    Raises:
+        ScenarioError: it has no pose.
+    """
+    quaternion = scipy.spatial.transform.Rotation.from_matrix(pose[:3, :3]).as_quat()
+    x, y, z, w = map(float, quaternion)
+    return body.posed(as_point(pose[:3, 3]), (x, y, z, w))
+
+
+def _pose_of(body: ObstacleSection) -> FloatArray:
+    """The frame of a body in space, (4, 4)."""
+    center, quaternion = body.pose
+    pose = np.eye(4)
+    pose[:3, 3] = center
+    if quaternion is not None:
+        pose[:3, :3] = scipy.spatial.transform.Rotation.from_quat(quaternion).as_matrix()
+    return pose
+
+
+def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSection, Cell]]:
+    """The stages of a sequence, each with what is where when it begins.
+
+    Args:
+        scenario: of the sequence.
+        postures: with which the stages begin, (n, dof); fewer will do where no more stages are asked for.
+
+    Raises:
+        ScenarioError: something is taken up that is not there, or put down that is not held.
+    """
+    task = scenario.task
+    assert isinstance(task, SequenceTask)
+    cell = Cell.at_first(scenario)
+    for (numbers, stage), posture in zip(task.legs, postures, strict=True):
+        yield stage, cell
+        try:
+            cell = stage.changed(cell, posture)
+        except (ScenarioError, InvalidProblem) as error:
+            raise ScenarioError(f"task.stages.{numbers[-1]}.{error}") from error
+
+
+def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray) -> SequenceCriteria:
+    """What a motion is judged by whose stages end at times (n,), s."""
+    times = np.append(0.0, ends)
+    postures = trajectory.at(times)
+    stages, labels = [], scenario.task.labels  # type: ignore[attr-defined]
+    cells = []
+    for number, (stage, cell) in enumerate(walked(scenario, postures[:-1])):
+        cells.append(cell)
+        signal = (stage.signal, stage.value) if isinstance(stage, OutputStage) else None
+        criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
+        stages.append(MotionStage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
+    robot = scenario.model.kept_by(cells[0].robot)
+    tools = as_array(robot.tool(ca.DM(postures)))
+    moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
+    stops = tuple(tuple(tools[number].tolist()) for number in moved)
+    obstacles = build_obstacles(list(scenario.obstacles), robot.dof)
+    task = StagedTask(robot, obstacles, stops, shown_around(cells, trajectory, times))
+    return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages))
+
+
+def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArray) -> tuple[Obstacle, ...]:
+    """Everything around an arm in a picture; what is carried for a while moves.
+
+    Args:
+        cells: what is where during each stage, (n,).
+        trajectory: of all stages.
+        times: when they begin, and when the last ends, (n + 1,), s.
+    """
+    held = {body.name: body.body for cell in cells for body in cell.carried}
+    standing = [obstacle for obstacle in cells[0].obstacles if obstacle.name not in held]
+    dof = trajectory.coefficients.shape[2]
+    shown = build_obstacles(standing, dof)
+    if not held:
+        return shown
+    rows, robot = np.unique(np.concatenate([times, np.linspace(0.0, times[-1], PICTURES)])), cells[0].robot
+    assert isinstance(robot, SpatialArm)  # what carries
+    tools = tool_frames(robot, trajectory.at(rows))
+    at = np.clip(np.searchsorted(times, rows, side="right") - 1, 0, len(cells) - 1)
+    for number, name in enumerate(held, start=len(standing) + 1):
+        frames = _frames_of(name, [cells[index] for index in at], tools)
+        moved = frames @ np.linalg.inv(frames[0])
+        quaternions = quaternions_of(moved[:, :3, :3].reshape(-1, 9))
+        motion = Tabulated.through(rows.tolist(), moved[:, :3, 3], quaternions)
+        still = _posed(held[name], frames[0])
+        shown += tuple(MovingObstacle(part, motion) for part in still.built(number))
+    return shown
+
+
+def _frames_of(name: str, cells: Sequence[Cell], tools: FloatArray) -> FloatArray:
+    """Where a body is, with the hand or by itself, in each of n moments, (n, 4, 4); before it is there, as at first."""
+    found: list[FloatArray | None] = []
+    for cell, tool in zip(cells, tools, strict=True):
+        body = next((obstacle for obstacle in cell.obstacles if obstacle.name == name), None)
+        carried = next((held.body for held in cell.carried if held.name == name), None)
+        found.append(tool @ _pose_of(carried) if carried is not None else None if body is None else _pose_of(body))
+    first = next(frame for frame in found if frame is not None)
+    return np.array([first if frame is None else frame for frame in found])
