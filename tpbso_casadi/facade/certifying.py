@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -23,7 +22,6 @@ from tpbso_casadi.facade.surroundings import (
     Content,
     carrying,
     changed,
-    file_of,
     given_keys,
     in_scene,
     surroundings,
@@ -135,13 +133,11 @@ def certified_scenario(
         InvalidRun: a folder is no run.
     """
     motion, around = motion_content(trajectory, given_keys(task))
-    file = None if scene is not None else file_of(robot)
-    with nullcontext() if file is None else named(file):
-        known = surrounding_scenario(robot, scene, payload, around)
-        stated = dict(model or {})
-        if constraints is not None or stated.get("limits"):
-            stated |= _further(known, constraints, stated.get("limits"))
-        return changed(known, stated, beside, file).replaced(task=read_motion(motion))
+    known = surrounding_scenario(robot, scene, payload, around)
+    stated = dict(model or {})
+    if constraints is not None or stated.get("limits"):
+        stated |= _further(known, constraints, stated.get("limits"))
+    return changed(known, stated, beside, None if scene is not None else robot).replaced(task=read_motion(motion))
 
 
 def _further(known: Scenario, constraints: Any, limits: Any) -> Content:

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from problems import InvalidProblem, Joints, Obstacle, Place, Position, Robot
+from problems import InvalidProblem, Obstacle, Place, Robot
 from problems import Path as PathOfPoints
 from problems.base import shown_value
 from problems.tasks import Pose, Task
@@ -257,10 +257,10 @@ def place_of(place: Any, dof: int, dim: int, name: str) -> Any:
     if len(given) == dim == dof and dim > 2:
         raise ScenarioError(f"{name}: {given} may be a point or joint values: say tp.Pose(...) or tp.Joints(...)")
     if len(given) == dim:
-        return Position(tuple(given)) if dim == 2 else Pose(tuple(given))
+        return given if dim == 2 else {"position": given}
     if len(given) != dof:
         raise ScenarioError(f"{name}: {len(given)} numbers; {_forms(dof, dim)}")
-    return Joints(tuple(given))
+    return {"joints": given}
 
 
 def _forms(dof: int, dim: int) -> str:

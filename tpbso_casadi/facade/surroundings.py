@@ -59,14 +59,11 @@ def scenario_around(
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    file = file_of(robot)
-    with nullcontext() if file is None else named(file):
-        known = carrying(surroundings(robot, around), payload)
-        return changed(known, model, {"task": task, **(beside or {})}, file)
+    return changed(carrying(surroundings(robot, around, task), payload), model, beside, robot)
 
 
 def changed(
-    known: Scenario, model: Content | None = None, tables: Content | None = None, file: Path | None = None
+    known: Scenario, model: Content | None = None, tables: Content | None = None, robot: AnyRobot | None = None
 ) -> Scenario:
     """A scenario with some keys of [model] and some tables stated anew; None of what is not stated.
 
@@ -74,33 +71,36 @@ def changed(
         known: to begin with.
         model: keys of [model].
         tables: of the scenario.
-        file: beside which the files lie that tables name; those of the working folder where None.
+        robot: as of :func:`scenario_around`; beside its file lie the files that tables name.
 
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    stated, keys = given_keys(tables or {}), given_keys(model or {})
-    with as_scenario_errors():
+    stated, keys, file = given_keys(tables or {}), given_keys(model or {}), file_of(robot)
+    if not stated and not keys:
+        return known
+    with nullcontext() if file is None else named(file), as_scenario_errors():
         with at("model"):
             stated |= {"model": known.model.with_keys(keys)} if keys else {}
         found = known.with_keys(stated)
-    folder = InputFolder(Path() if file is None else file.parent, outside_allowed=True)
-    return with_files_read(found, folder) if stated.keys() & {*AROUND, "task"} else found
+        folder = InputFolder(Path() if file is None else file.parent, outside_allowed=True)
+        return with_files_read(found, folder) if tables else found
 
 
-def surroundings(robot: AnyRobot | None, around: Scenario | None) -> Scenario:
-    """A robot and what is around it, with a task that has no rows yet.
+def surroundings(robot: AnyRobot | None, around: Scenario | None, task: Content = STANDS) -> Scenario:
+    """A robot and what is around it, with a task.
 
     Args:
         robot: as of :func:`scenario_around`.
         around: likewise.
+        task: in the unit of the robot's file, where a file states it.
 
     Raises:
         ScenarioError: naming the first wrong key, or that there is no robot.
     """
     file = file_of(robot)
     if file is not None:
-        return _of_file(file, {key: value for key, value in read_toml(file).items() if key in OF_A_FILE})
+        return _of_file(file, read_toml(file), task)
     stated = {} if around is None else _tables_of(around)
     if robot is not None:
         arm = robot_of(robot)
@@ -108,7 +108,7 @@ def surroundings(robot: AnyRobot | None, around: Scenario | None) -> Scenario:
         stated = others | arm.tables | {"model": others.get("model", {}) | arm.tables["model"]}
     if not any(stated.get(key) for key in ROBOTS):
         raise ScenarioError("robot: missing; say which robot runs the path, robot=tp.robot(...)")
-    return parse_scenario({**stated, "task": STANDS})
+    return parse_scenario({**stated, "task": task})
 
 
 def file_of(robot: AnyRobot | None) -> Path | None:
@@ -118,11 +118,14 @@ def file_of(robot: AnyRobot | None) -> Path | None:
     return file if is_one else None
 
 
-def _of_file(file: Path, tables: Content) -> Scenario:
+def _of_file(file: Path, content: Content, task: Content) -> Scenario:
+    """The scenario of the tables of a file that say something of any motion, with a task."""
+    tables = {key: value for key, value in content.items() if key in OF_A_FILE}
     model = tables.get("model", {})
     if isinstance(model, dict):
-        tables = tables | {"model": {key: value for key, value in model.items() if key in MODEL_KEYS}}
-    return parse_scenario({**tables, "task": STANDS}, InputFolder(file.parent, outside_allowed=True))
+        tables["model"] = {key: value for key, value in model.items() if key in MODEL_KEYS}
+    with named(file):
+        return parse_scenario({**tables, "task": task}, InputFolder(file.parent, outside_allowed=True))
 
 
 def _tables_of(scenario: Scenario) -> Content:
@@ -163,8 +166,7 @@ def in_scene(file: Path, around: Scenario | None, robot: AnyRobot | None) -> Sce
     """
     tables = {"scene": file.name} if file.suffix == SCENE else read_toml(file)
     own = [key for key in ROBOTS if key in tables]
-    with named(file):
-        scene = _of_file(file, ({} if own else ANY_ROBOT) | {key: tables[key] for key in OF_A_FILE if key in tables})
+    scene = _of_file(file, tables | ({} if own else ANY_ROBOT), STANDS)
     if robot is None and own:
         return scene
     known = surroundings(robot, around)

@@ -58,6 +58,7 @@ def overridden(
         stated = scenario.with_keys(tables) if tables else scenario
         with at("solver"):
             changed = stated.replaced(solver=_solver(stated, solver, polish))
+        changed.check()
     return with_files_read(changed, InputFolder(Path(), outside_allowed=True)) if around else changed
 
 

@@ -201,13 +201,6 @@ def test_an_edited_run_is_refused(
         assert line.startswith(f"error: {Path('edited', 'result.json')}: "), name
 
 
-def test_runs_from_before_say_nothing_of_this(stored: Path) -> None:
-    def older(result: dict[str, Any]) -> None:
-        del result["closest_approach"], result["at_goal"]
-
-    assert read_run(Path(edited(stored, older))).motion.at_goal is not None
-
-
 def test_nothing_is_invented_where_nothing_moves(stored: Path, capfd: pytest.CaptureFixture[str]) -> None:
     kept = result_of(str(stored))
     still = ARM + MOVE + DISC.replace("velocity = [-0.6, -0.2]", "")

@@ -165,9 +165,10 @@ def test_what_is_no_frame_is_said(matrix: Any, reason: str) -> None:
 
 def test_a_list_of_places_is_any_of_them() -> None:
     postures = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
-    expected = [tp.Joints(tuple(row)) for row in postures.tolist()]
+    expected = [{"joints": row} for row in postures.tolist()]
     assert goals_of(postures, 3, 2, "goal") == expected
-    assert goals_of([tp.Joints(tuple(row)) for row in postures.tolist()], 3, 2, "goal") == expected
+    listed = [tp.Joints(tuple(row)) for row in postures.tolist()]
+    assert goals_of(listed, 3, 2, "goal") == listed
     assert goals_of(postures[0], 3, 2, "goal") == expected[0]
     assert goals_of([np.eye(4), np.eye(4)], 7, 3, "goal")[1].quaternion == (0.0, 0.0, 0.0, 1.0)
 

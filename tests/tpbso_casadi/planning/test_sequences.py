@@ -236,7 +236,7 @@ def test_a_stage_that_breaks_a_limit_is_found_by_the_audit(picked: tp.Plan) -> N
 
 
 def vars_of(criteria: Any) -> dict[str, Any]:
-    return {name: getattr(criteria, name) for name in ("task", "objective", "limits", "scenery")}
+    return {name: getattr(criteria, name) for name in ("task", "objective", "limits")}
 
 
 def test_a_move_that_is_known_the_other_way_round_is_turned_round() -> None:
@@ -473,6 +473,6 @@ def test_a_body_that_is_put_down_is_where_it_was_held() -> None:
     assert "part" not in [obstacle.name for obstacle in held.obstacles]
     back = held.detached("part", posture)
     (part,) = [obstacle for obstacle in back.obstacles if obstacle.name == "part"]
-    assert np.allclose(part.center, PART["center"], atol=1e-12)  # type: ignore[attr-defined]
+    assert np.allclose(part.pose[0], PART["center"], atol=1e-12)
     with pytest.raises(tp.ScenarioError, match="carried already"):
         held.attached("part", None, None, posture)
