@@ -1,13 +1,12 @@
 """Logs for other tools: COCO and IOHprofiler.
 
-[1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
-    Optimization Methods and Software 36, 2021; the files are those of its logger "bbob", format "bbob-new2".
-
 COCO reads suites that it knows, so the logs name one of boxes, ``sbox-cost``, for which it compares with no solver of
 its own. The names of functions that it prints beside their numbers are those of that suite: ``cases.txt`` says which
 case has which number.
 
-[1] J. de Nobel et al., "IOHexperimenter: Benchmarking Platform for Iterative Optimization Heuristics", Evolutionary
+[1] N. Hansen et al., "COCO: a platform for comparing continuous optimizers in a black-box setting",
+    Optimization Methods and Software 36, 2021; the files are those of its logger "bbob", format "bbob-new2".
+[2] J. de Nobel et al., "IOHexperimenter: Benchmarking Platform for Iterative Optimization Heuristics", Evolutionary
     Computation 32, 2024; the files are those of its logger "Analyzer", 0.3.
 """
 
@@ -15,7 +14,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +74,15 @@ def folder_names(labels: Sequence[str]) -> dict[str, str]:
     return names
 
 
+def each_case(folder: Path, runs: Sequence[Convergence]) -> Iterator[tuple[Path, str, int, Sequence[Convergence]]]:
+    """The cases of each solver: its folder, its label, the number of the case, its runs."""
+    numbers, solvers = numbered(runs), grouped(runs)
+    names = folder_names(list(solvers))
+    for solver, cases in solvers.items():
+        for case, of_case in cases.items():
+            yield folder / names[solver], solver, numbers[case], of_case
+
+
 COCO_SUITE = "sbox-cost"
 MOST_CASES = 24  # functions that COCO's suite has
 PRECISION = 1e-8  # COCO's own final target, which it takes absolutely
@@ -93,19 +101,17 @@ def check_coco(cases: int) -> None:
 
 
 def write_coco(folder: Path, runs: Sequence[Convergence]) -> None:
-    """Write a folder for each solver, and ``cases.txt``, which says what function is which case.
+    """Write a folder for each solver [1], and ``cases.txt``, which says what function is which case.
 
     Raises:
         OutputError: there are more than COCO can show.
         OSError: a file cannot be written.
     """
-    numbers, solvers = numbered(runs), grouped(runs)
+    numbers, names = numbered(runs), folder_names(list(grouped(runs)))
     check_coco(len(numbers))
     folder.mkdir(parents=True, exist_ok=True)
-    names = folder_names(list(solvers))
-    for solver, cases in solvers.items():
-        for case, of_case in cases.items():
-            _write_coco_case(folder / names[solver], solver, numbers[case], of_case)
+    for place, solver, number, of_case in each_case(folder, runs):
+        _write_coco_case(place, solver, number, of_case)
     listed = [f"f{number}: {case}" for case, number in numbers.items()]
     listed += [f"{name}: {solver}" for solver, name in names.items()]
     write_text(folder / "cases.txt", lambda file: file.write("\n".join(listed) + "\n"))
@@ -140,16 +146,13 @@ ATTRIBUTES = ("evaluations", "raw_y")
 
 
 def write_ioh(folder: Path, runs: Sequence[Convergence]) -> None:
-    """Write a folder for each solver.
+    """Write a folder for each solver [2].
 
     Raises:
         OSError: a file cannot be written.
     """
-    numbers, solvers = numbered(runs), grouped(runs)
-    names = folder_names(list(solvers))
-    for solver, cases in solvers.items():
-        for case, of_case in cases.items():
-            _write_ioh_case(folder / names[solver], solver, numbers[case], of_case)
+    for place, solver, number, of_case in each_case(folder, runs):
+        _write_ioh_case(place, solver, number, of_case)
 
 
 def _write_ioh_case(folder: Path, solver: str, number: int, runs: Sequence[Convergence]) -> None:

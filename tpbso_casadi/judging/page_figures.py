@@ -56,13 +56,10 @@ class FigureKind:
     draw: Callable[[Results], Figure]
     left_out: Callable[[Results], str]
 
-    def title_of(self, measure: Measure) -> str:
-        """The title for runs that are judged by a measure."""
-        return self.title.format(m=measure)
-
-    def reading_of(self, measure: Measure) -> str:
-        """The sentences on how it is read, likewise."""
-        return self.reading.format(m=measure, targets=len(measure.targets), equal=measure.written(measure.equal))
+    def words(self, measure: Measure) -> tuple[str, str]:
+        """The title and the sentences on how it is read, for runs that are judged by a measure."""
+        words = {"m": measure, "targets": len(measure.targets), "equal": measure.written(measure.equal)}
+        return self.title.format(**words), self.reading.format(**words)
 
 
 def too_many_panels(results: Results) -> str:
@@ -219,9 +216,7 @@ def pictures_of(folder: Path, results: Results, formats: Sequence[str]) -> list[
     of = f"of {', '.join(results.solvers)} on {', '.join(results.cases)}; the tables below have the numbers"
     found = []
     for kind in FIGURES:
-        title, reading, reason = (
-            kind.title_of(results.measure), kind.reading_of(results.measure), kind.left_out(results)
-        )  # fmt: skip
+        (title, reading), reason = kind.words(results.measure), kind.left_out(results)
         svg = Markup("")
         if reason:
             for suffix in formats:
