@@ -70,6 +70,7 @@ class SpatialArm(Robot):
         gravity: m/s^2, as seen from outside.
         carried: names of spheres, and of links of the cover, that the tool holds.
         appearances: of its links; decoration, which no comparison counts.
+        statement: the table of a scenario that the arm was built from, by which a plan is stored; None of another one.
         tracking: how far its joints may be from where they are planned; None where they follow exactly.
 
     Raises:
@@ -80,7 +81,7 @@ class SpatialArm(Robot):
     numbers: ClassVar[tuple[str, ...]] = (
         *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits", "max_torque"
     )  # fmt: skip
-    inert: ClassVar[tuple[str, ...]] = ("appearances",)
+    inert: ClassVar[tuple[str, ...]] = ("appearances", "statement")
     angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
     range_field: ClassVar[str] = "position_limits"
 
@@ -106,6 +107,7 @@ class SpatialArm(Robot):
     gravity: Point3 = GRAVITY
     carried: tuple[str, ...] = ()
     appearances: tuple[LinkAppearance, ...] = stated(default=(), compare=False)
+    statement: Any = stated(default=None, compare=False, repr=False)
     tracking: TrackingError | None = None
 
     def __repr__(self) -> str:

@@ -16,6 +16,7 @@ from tpbso_casadi.scenario import (
     BESIDE,
     OF_THE_MODEL,
     TITLES,
+    AnyRobotTable,
     ArmSection,
     InputFolder,
     RobotSection,
@@ -27,10 +28,6 @@ from tpbso_casadi.scenario import (
     settings_table,
 )
 
-AnyTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
-MOST_KNOWN = 64
-KNOWN_TABLES: dict[Robot, AnyTable] = {}  # what the last models in space were built from, by the model
-
 
 @dataclass(frozen=True, eq=False)
 class StatedRobot:
@@ -41,7 +38,7 @@ class StatedRobot:
         kept: what a model of it keeps: ``margin`` and ``self_collision`` of a [model] table, and ``may_touch``.
     """
 
-    table: AnyTable
+    table: AnyRobotTable
     kept: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
@@ -55,10 +52,6 @@ class StatedRobot:
             model = self.table.build()
         except InvalidProblem as error:
             raise ScenarioError(as_argument(f"{self.table.prefix}{error.field}: {error.reason}")) from error
-        if isinstance(model, SpatialArm):
-            KNOWN_TABLES[model] = self.table
-            for oldest in [*KNOWN_TABLES][:-MOST_KNOWN]:
-                del KNOWN_TABLES[oldest]
         return replace(model, **self.kept)
 
     @property
@@ -155,9 +148,9 @@ def _planar(model: PlanarArm) -> ArmSection:
     return read_table(ArmSection, "arm", arm_table(model))
 
 
-def _in_space(model: SpatialArm) -> AnyTable:
-    table = KNOWN_TABLES.get(model)
-    if table is None:
+def _in_space(model: SpatialArm) -> AnyRobotTable:
+    table: SpatialRobotSection | None = model.statement
+    if table is None or table.build() != model:  # another limit than the description has, say
         raise ScenarioError("robot: say tp.robot('panda') or tp.robot('arm.urdf'): a plan keeps the description")
     return table
 
@@ -166,4 +159,4 @@ def _by_class(model: Robot) -> RobotSection:
     return read_table(RobotSection, "robot", settings_table(model))
 
 
-ROBOT_TABLES: dict[type[Robot], Callable[[Any], AnyTable]] = {PlanarArm: _planar, SpatialArm: _in_space}
+ROBOT_TABLES: dict[type[Robot], Callable[[Any], AnyRobotTable]] = {PlanarArm: _planar, SpatialArm: _in_space}

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from problems.base import at
-from tpbso_casadi.facade.robots import AnyRobot, AnyTable
+from tpbso_casadi.facade.robots import AnyRobot
 from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.scenario import (
+    AnyRobotTable,
     InputFolder,
     RobotSection,
     Scenario,
@@ -144,7 +145,7 @@ def carrying(scenario: Scenario, mass: float | None) -> Scenario:
         return scenario.replaced(**{key: _loaded(scenario.robot_table, mass)})
 
 
-def _loaded(table: AnyTable, mass: float) -> AnyTable:
+def _loaded(table: AnyRobotTable, mass: float) -> AnyRobotTable:
     """A robot's table with a payload, kg; it is one of the settings where the robot has those."""
     payload = {"mass": mass} if mass else None
     if isinstance(table, RobotSection):

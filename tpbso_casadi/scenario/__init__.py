@@ -25,6 +25,7 @@ from tpbso_casadi.scenario.recorded_tasks import motion_table, read_motion, rows
 from tpbso_casadi.scenario.robots import (
     BESIDE,
     OF_THE_MODEL,
+    AnyRobotTable,
     ArmSection,
     RobotSection,
     arm_table,
@@ -96,6 +97,7 @@ __all__ = [
     "AnyGoals",
     "AnyPlace",
     "AnyPlaces",
+    "AnyRobotTable",
     "ArmSection",
     "BuiltScene",
     "Cell",

@@ -270,7 +270,7 @@ class SpatialRobotSection(Section):
             complete = complete_arm(description, arm, may_touch, self.kept_pairs or (), self.ignore_geometry or ())
             weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
             unknown = tuple(f"the weight of {name}: no mass is stated" for name in weightless)
-            return replace(complete, left_out=(*complete.left_out, *unknown))
+            return replace(complete, left_out=(*complete.left_out, *unknown), statement=self)
 
     @property
     def _tracking(self) -> dict[str, float | list[float]] | None:
