@@ -164,8 +164,9 @@ def remarks(plan: PlannedMotion) -> Iterator[str]:
             yield f"{name} turns {turns:.2f} times; {why}"
     best = best_known(plan.scenario)
     if best is not None and plan.feasible and plan.objective > (1.0 + FAR) * best:
-        excess = plan.objective / best - 1.0
-        yield f"{excess:.0%} above the best plan known, {limit_of(best, plan.criteria.objective.unit)}; try --within 10"
+        excess, known = plan.objective / best - 1.0, limit_of(best, plan.criteria.objective.unit)
+        polish = "" if plan.scenario.solver.polish_starts else "--polish, or "
+        yield f"{excess:.0%} above the best plan known, {known}; try {polish}--within 10"
 
 
 def print_scenarios(console: OutputConsole) -> None:
