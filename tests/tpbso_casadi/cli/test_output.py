@@ -69,7 +69,8 @@ def test_joints_that_are_given_far_apart_are_no_surprise(tmp_path: Path, capfd: 
 
 def test_a_plan_far_from_the_best_known_is_called_so(capfd: pytest.CaptureFixture[str]) -> None:
     solve.main(["time-5", "--solver", "bso", "--evaluations", "1000", "--no-plots", "--out", "out"])
-    assert re.search(r"^\d+% above the best plan known, 0\.322\d* s; try --polish, or --within 10$", capfd.readouterr().out, re.MULTILINE)
+    advice = r"^\d+% above the best plan known, 0\.322\d* s; try --polish, or --within 10$"
+    assert re.search(advice, capfd.readouterr().out, re.MULTILINE)
     solve.main(["time-2", "--no-plots", "--out", "out"])
     assert "best plan known" not in capfd.readouterr().out
     solve.main(["time-5", "--links", "6", "--solver", "bso", "--evaluations", "1000", "--no-plots", "--out", "out"])
