@@ -84,7 +84,7 @@ def jax_cost(problem: Problem[Any]) -> Evaluator:
 def ways(problem: Problem[Any], population: int) -> dict[str, Evaluator]:
     """All methods that evaluate the populations of a problem."""
     evaluators: dict[str, Evaluator] = {
-        "map": mapped(problem.cost_function, population),
+        "map": mapped(problem.program.inlined(), population),
         "vm": problem.evaluator(EvaluationOptions("vm")),
         "native": problem.evaluator(EvaluationOptions("native")),
         "NumPy": array_cost(problem, np),
@@ -128,7 +128,7 @@ def table(console: Console, population: int, names: list[str]) -> None:
     for name in names:
         for formulation in FORMULATIONS:
             problem = changed(builtin(name), formulation=formulation).problem()
-            size = operations(portable(problem.cost_function))
+            size = operations(portable(problem.program.inlined()))
             taken = microseconds(problem, population)
             cells = [f"{taken[other]:.2f} ({taken[other] / taken['native']:.0f}x)" for other in others]
             share = size / limit / taken["native"]
@@ -168,7 +168,7 @@ def compiling(console: Console, names: list[str]) -> None:
             first = changed(builtin(name), formulation=formulation)
             problem = first.problem()
             written = sum(operations(portable(step.function)) for step in problem.program.steps)
-            unrolled = operations(portable(problem.cost_function))
+            unrolled = operations(portable(problem.program.inlined()))
             with TemporaryDirectory() as folder, patch.dict(os.environ, {VARIABLE: folder}):
                 cells = []
                 for scenario in (first, moved(first)):

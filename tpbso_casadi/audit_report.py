@@ -42,7 +42,7 @@ def audit_scenario(scenario: Scenario) -> dict[str, Any]:
     names = [variable.name for variable in problem.variables]
     return {
         "kind": "scenario",
-        "search": _model(problem, problem.constraints, problem.model.x, names, problem.bounds),
+        "search": _model(problem, problem.model.constraints, problem.model.x, names, problem.bounds),
         "program": _program(problem) if problem.has_program else None,
         "seconds": time.perf_counter() - began,
     }

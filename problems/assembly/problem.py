@@ -110,22 +110,22 @@ class Problem(Criteria, ABC, Generic[P]):
     def decoded(self, x: Matrix) -> Decoded[P]:
         """The motion of a search vector (d, 1), with its final time; symbolic or numeric."""
         decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
-        peaks = self.peaks(decoded.parameters, limits) if limits else []
+        peaks = self._peaks(decoded.parameters, limits) if limits else []
         return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks, x))
 
-    def peaks(self, shape: P, limits: Sequence[Limit]) -> list[Matrix]:
+    def _peaks(self, shape: P, limits: Sequence[Limit]) -> list[Matrix]:
         """The largest magnitudes of limits that scale with time, at the samples of a shape; a row for each limit."""
         samples = self.motion.samples(shape)
         return [peaks_of(limit, samples) for limit in limits]
 
-    def point_constraints(self, parameters: P) -> list[Constraint]:
+    def _point_constraints(self, parameters: P) -> list[Constraint]:
         """Constraints on single points of a motion, as a search sees them: by default on steps between samples."""
         if not self.encoding.step_limits:
             return []
         steps = self.motion.samples(parameters).steps
         return [constraint for limit in self.encoding.step_limits for constraint in limit.between(*steps)]
 
-    def duration_constraints(self, parameters: P) -> list[Constraint]:
+    def _duration_constraints(self, parameters: P) -> list[Constraint]:
         """The bounds of the durations of a motion's parts, as a search sees them; none where nothing is promised."""
         bounds = self.task.duration_bounds
         return [] if bounds is None else [bounds.at(self.motion.durations(parameters).T, SAMPLING_MARGIN)]
@@ -145,12 +145,6 @@ class Problem(Criteria, ABC, Generic[P]):
     @abstractmethod
     def nlp(self) -> NonlinearProgram:
         """The problem as a program for solvers that follow gradients."""
-
-    @property
-    def relaxations(self) -> tuple[Relaxation, ...]:
-        """The stated numbers that may hold a motion back: of limits, of the task, and what the robot carries."""
-        of_limits = [relaxation for limit in self.limits for relaxation in limit.relaxations]
-        return (*of_limits, *self.task.relaxations, *self.robot.relaxations)
 
     def relaxed(self, relaxation: Relaxation, step: float) -> Self:
         """The problem with one of its limits looser by a step, in its unit; tighter where the step is negative."""
@@ -173,16 +167,11 @@ class Problem(Criteria, ABC, Generic[P]):
         decoded = self.decoded(x)
         samples = self.motion.samples(decoded.parameters)
         constraints = [c for limit in self.limits for c in limit.constraints(samples, SAMPLING_MARGIN)]
-        constraints += self.duration_constraints(decoded.parameters)
-        constraints += self.point_constraints(decoded.parameters)
+        constraints += self._duration_constraints(decoded.parameters)
+        constraints += self._point_constraints(decoded.parameters)
         if decoded.reach is not None:
             constraints.append(decoded.reach)
         return Model(x, self.objective.value(samples), tuple(constraints))
-
-    @property
-    def constraints(self) -> tuple[Constraint, ...]:
-        """The named constraints, symbolic in the search variables."""
-        return self.model.constraints
 
     @cached_property
     def weights(self) -> CostWeights:
@@ -195,7 +184,7 @@ class Problem(Criteria, ABC, Generic[P]):
         parameters = self.decoded(ca.DM(np.mean(self.bounds, axis=0))).parameters
         samples, penalised = self.motion.samples(parameters), self.encoding.penalised(self.limits)
         constraints = [c for limit in penalised for c in limit.constraints(samples, SAMPLING_MARGIN)]
-        return constraints + self.point_constraints(parameters)
+        return constraints + self._point_constraints(parameters)
 
     @property
     def objective_upper_bound(self) -> float:
@@ -207,19 +196,14 @@ class Problem(Criteria, ABC, Generic[P]):
         """The cost of one candidate, in steps over samples."""
         return self.cost_program()
 
-    @cached_property
-    def cost_function(self) -> ca.Function:
-        """The cost of one candidate, written out for all samples."""
-        return self.program.inlined()
-
     def evaluator(self, options: EvaluationOptions | None = None) -> PopulationFunction:
         """The cost of whole populations: costs (m,) of candidates (m, d). Made once for each set of options."""
         chosen = EvaluationOptions() if options is None else options
         if chosen not in self._evaluators:
-            self._evaluators[chosen] = self.new_evaluator(chosen)
+            self._evaluators[chosen] = self._new_evaluator(chosen)
         return self._evaluators[chosen]
 
-    def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
+    def _new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         """One that has not been made yet; for :meth:`evaluator` to call."""
         return PopulationFunction(self.program, options)
 

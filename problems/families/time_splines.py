@@ -350,7 +350,7 @@ class TimeMoveProblem(Problem[SplineShape]):
         """The numbers of its program, and what problems have in common whose programs differ in these alone."""
         return Reading(statements_of(self))
 
-    def duration_constraints(self, parameters: SplineShape) -> list[Constraint]:
+    def _duration_constraints(self, parameters: SplineShape) -> list[Constraint]:
         """None: the search box keeps them."""
         return []
 
@@ -362,10 +362,10 @@ class TimeMoveProblem(Problem[SplineShape]):
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
         return TimeMoveSteps(self).parts()
 
-    def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
+    def _new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         """The evaluator of the first problem of its make with other numbers, where there is one."""
         if self.first is None:
-            return super().new_evaluator(options)
+            return super()._new_evaluator(options)
         return self.first.evaluator(options).same_structure_with(self.program)
 
     def nlp(self) -> NonlinearProgram:

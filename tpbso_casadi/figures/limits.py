@@ -119,7 +119,7 @@ def draw_structure(folder: Path, scenario: Scenario, formats: Sequence[str] = DE
 def structure_figure(scenario: Scenario) -> Figure:
     """The search model on the left, the nonlinear program on the right."""
     problem = scenario.problem()
-    models = [("search model", problem.constraints, problem.model.x)]
+    models = [("search model", problem.model.constraints, problem.model.x)]
     if problem.has_program:
         program = problem.nlp()
         models.append(("nonlinear program", tuple(program.constraints(SAMPLING_MARGIN)), program.x))

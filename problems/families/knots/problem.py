@@ -113,21 +113,21 @@ class PathFollowingProblem(Problem[SplineShape]):
         """The problem in which the points of the path are passed in order, at any times."""
         return replace(self, task=self.task.at_free_times())
 
-    def peaks(self, shape: SplineShape, limits: Sequence[Limit]) -> list[Matrix]:
+    def _peaks(self, shape: SplineShape, limits: Sequence[Limit]) -> list[Matrix]:
         """Over all t in closed form where they have one, then those at the samples."""
         spline, exact = self.motion.spline, self.encoding.exact_limits(limits)
         each = (extreme(shape.coefficients) for extreme in (spline.extreme_speeds, spline.accelerations, spline.jerks))
         extremes = Samples(robot=self.robot, derivatives=(ca.DM(), *each), duration=shape.time)
         peaks = [largest_rows(limit.magnitudes(extremes)) for limit in exact]
         sampled = self.encoding.sampled_limits(limits)
-        return [*peaks, *(super().peaks(shape, sampled) if sampled else [])]
+        return [*peaks, *(super()._peaks(shape, sampled) if sampled else [])]
 
     @property
     def accuracy(self) -> Accuracy:
         """The trajectory accuracy (24), as a limit."""
         return Accuracy(self.task.accuracy)
 
-    def point_constraints(self, parameters: SplineShape) -> list[Constraint]:
+    def _point_constraints(self, parameters: SplineShape) -> list[Constraint]:
         """The trajectory accuracy (24) at the points of the path."""
         spline = self.motion.spline
         at_points = ca.mtimes(spline.sampling_matrix(self.motion.point_parameters), parameters.coefficients)
@@ -155,7 +155,9 @@ class PathFollowingProblem(Problem[SplineShape]):
 
     @cached_property
     def _accuracy(self) -> PopulationFunction:
-        distances = next(constraint for constraint in self.constraints if constraint.name == "accuracy").expression
+        distances = next(
+            constraint for constraint in self.model.constraints if constraint.name == "accuracy"
+        ).expression
         return PopulationFunction(ca.Function("accuracy", [self.model.x], [largest(distances)]))
 
     def accuracy_of(self, candidates: FloatArray) -> FloatArray:

@@ -187,9 +187,9 @@ class MoveProblem(SplineProblem):
         """A key that is equal for problems whose programs differ in their numbers alone."""
         return self.variables
 
-    def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
+    def _point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles; velocities at the ends that can be attained; what stays clear after."""
-        found = super().point_constraints(parameters)
+        found = super()._point_constraints(parameters)
         found += [] if self.encoding.at_rest else [end_rates(parameters.gap)]
         if not stay_matters(self.limits, self.task.stay):
             return found
@@ -208,9 +208,9 @@ class MoveProblem(SplineProblem):
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
         return MoveSteps(self).parts()
 
-    def new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
+    def _new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         if self.same_structure_as is None:
-            return super().new_evaluator(options)
+            return super()._new_evaluator(options)
         return self.same_structure_as.evaluator(options).with_numbers(self.program.parameters)
 
     def nlp(self) -> MoveNlp:

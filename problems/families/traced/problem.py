@@ -93,11 +93,11 @@ class TracedProblem(SplineProblem):
         angular = self.task.angular_accuracy
         return Accuracy(self.task.accuracy), None if angular is None else AngularAccuracy(angular)
 
-    def point_constraints(self, parameters: TimedPath) -> list[Constraint]:
+    def _point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles; the distances from the path at the grid points."""
         theta = self.motion.samples(parameters).theta
         near = near_path(self.robot, *self.accuracies, theta, ca.DM(self.lines))
-        return [*super().point_constraints(parameters), *near]
+        return [*super()._point_constraints(parameters), *near]
 
     def cost_program(self) -> Program:
         """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""

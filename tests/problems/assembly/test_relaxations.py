@@ -33,18 +33,23 @@ TRACED = tracing(PathTracing(equal_links(3), PATH.task.path, 0.05))
 PROBLEMS: dict[str, Problem[Any]] = {"planar": PLANAR, "path": PATH, "traced": TRACED, "space": SPACE}
 
 
+def relaxations_of(problem: Problem[Any]) -> list[Relaxation]:
+    of_limits = [relaxation for limit in problem.limits for relaxation in limit.relaxations]
+    return [*of_limits, *problem.task.relaxations, *problem.robot.relaxations]
+
+
 def of(problem: Problem[Any], limit: str, column: str = "") -> Relaxation:
-    return next(each for each in problem.relaxations if each.limit == limit and column in (each.of, ""))
+    return next(each for each in relaxations_of(problem) if each.limit == limit and column in (each.of, ""))
 
 
 def test_every_stated_limit_is_there_once() -> None:
-    named = [(each.limit, each.of) for each in PLANAR.relaxations]
+    named = [(each.limit, each.of) for each in relaxations_of(PLANAR)]
     per_joint = ("joint range", "speed", "acceleration", "jerk", "torque")
     expected = {(limit, f"joint {joint}") for limit in per_joint for joint in (1, 2, 3)}
     expected |= {("clearance", "margin"), ("self clearance", "margin"), ("tool speed", "value")}
     expected |= {("segment time", "shortest"), ("segment time", "longest"), ("payload", "mass")}
     assert set(named) == expected and len(named) == len(expected)
-    assert {("accuracy", "tip"), ("total time", "longest")} <= {(each.limit, each.of) for each in PATH.relaxations}
+    assert {("accuracy", "tip"), ("total time", "longest")} <= {(each.limit, each.of) for each in relaxations_of(PATH)}
     assert of(TRACED, "accuracy", "tip").values(0.01) == {"accuracy": pytest.approx(0.06)}
 
 
@@ -70,12 +75,12 @@ def test_sizes_and_units(limit: str, column: str, size: float, unit: str) -> Non
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_a_looser_problem_differs_in_that_number_alone(name: str) -> None:
     problem = PROBLEMS[name]
-    for relaxation in problem.relaxations:
+    for relaxation in relaxations_of(problem):
         looser = problem.relaxed(relaxation, 0.5 * relaxation.step)
         back = looser.relaxed(of(looser, relaxation.limit, relaxation.of), -0.5 * relaxation.step)
         assert looser.task != problem.task or looser.limits != problem.limits
         assert type(looser) is type(problem) and len(looser.limits) == len(problem.limits)
-        assert len(looser.relaxations) == len(problem.relaxations)
+        assert len(relaxations_of(looser)) == len(relaxations_of(problem))
         same = of(back, relaxation.limit, relaxation.of)
         assert same.size == pytest.approx(relaxation.size, rel=1e-12)
 

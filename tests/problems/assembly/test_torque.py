@@ -52,7 +52,7 @@ def candidates(problem: Problem[Any], count: int = 300) -> FloatArray:
 
 def rows(problem: Problem[Any], name: str, x: FloatArray) -> FloatArray:
     """The largest of a constraint's rows over its bounds, for each candidate (m, d): (m,)."""
-    found = [constraint for constraint in problem.constraints if constraint.name == name]
+    found = [constraint for constraint in problem.model.constraints if constraint.name == name]
     function = ca.Function("rows", [problem.model.x], [ca.densify(c.expression) for c in found], {"cse": True})
     shares = [
         [np.abs(as_array(part)) / c.bounds[1] for part, c in zip(function.call([ca.DM(row)]), found, strict=True)]
@@ -146,7 +146,7 @@ def test_candidates_can_be_evaluated_and_are_feasible_by_construction(robot: Rob
     straight = np.mean(problem.bounds, axis=0)
     costs = problem.evaluator(VM)(straight[None, :])
     assert (costs <= problem.objective_upper_bound).all()
-    [torque] = [constraint for constraint in problem.constraints if constraint.name == "torque"]
+    [torque] = [constraint for constraint in problem.model.constraints if constraint.name == "torque"]
     used = as_array(ca.Function("used", [problem.model.x], [torque.expression])(straight))
     assert (np.abs(used) <= torque.bounds[1] * (1.0 + 1e-9)).all()
     assert np.abs(used).max() > 0.0

@@ -64,7 +64,7 @@ def test_intervals_by_hand() -> None:
 def test_intervals_hold_every_candidate_of_every_constraint(name: str) -> None:
     problem = builtin(name)
     lower, upper = problem.bounds
-    rows = ca.densify(ca.veccat(*(constraint.expression for constraint in problem.constraints)))
+    rows = ca.densify(ca.veccat(*(constraint.expression for constraint in problem.model.constraints)))
     function = ca.Function("rows", [problem.model.x], [rows], {"cse": True})
     least, most = bounds(function, lower, upper)
     for x in np.random.default_rng(0).uniform(lower, upper, (50, lower.size)):

@@ -359,7 +359,8 @@ def test_population_equals_a_loop(case: str) -> None:
     size = SETTINGS.batch_size
     points = np.random.default_rng(0).uniform(lower, upper, (SETTINGS.batch_after + 2 * size + 3, lower.size))
     alone = np.array([problem.cost(x[None])[0] for x in points])
-    np.testing.assert_allclose(alone[:20], [float(problem.cost_function(x)) for x in points[:20]], rtol=1e-11)
+    inlined = problem.program.inlined()
+    np.testing.assert_allclose(alone[:20], [float(inlined(x)) for x in points[:20]], rtol=1e-11)
     one_by_one = SETTINGS.most_unbatched
     for count in (0, 1, one_by_one, one_by_one + 1, size - 1, size, size + 1, len(points)):
         assert (problem.cost(points[:count]) == alone[:count]).all()
@@ -387,9 +388,9 @@ def test_every_problem_names_its_variables_and_constraints(case: str) -> None:
     lower, upper = problem.bounds
     assert len({variable.name for variable in problem.variables}) == lower.size
     assert (lower < upper).all()
-    assert len({constraint.name for constraint in problem.constraints}) == len(problem.constraints)
-    assert all(constraint.unit and constraint.equation for constraint in problem.constraints)
-    assert all(len(constraint.columns) == constraint.expression.shape[1] for constraint in problem.constraints)
+    assert len({constraint.name for constraint in problem.model.constraints}) == len(problem.model.constraints)
+    assert all(constraint.unit and constraint.equation for constraint in problem.model.constraints)
+    assert all(len(constraint.columns) == constraint.expression.shape[1] for constraint in problem.model.constraints)
 
 
 # Formulas for many rows at once

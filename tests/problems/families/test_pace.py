@@ -103,7 +103,7 @@ def test_steps_over_samples_cost_what_the_model_costs_of_a_traced_path() -> None
     problem = tracing(task, "time", 20, 3)
     assert len(problem.variables) == 3 + KNOTS
     x = sampled(problem, 20)
-    function = problem.cost_function
+    function = problem.program.inlined()
     np.testing.assert_allclose(problem.evaluator(VM)(x), as_array(function.map(20)(x.T)).ravel(), rtol=1e-9)
     paces = (np.full(KNOTS, -0.5), np.ones(KNOTS))
     durations = [float(problem.parameters_of(np.append(x[0, :3], pace)).duration) for pace in paces]

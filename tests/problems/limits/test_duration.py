@@ -113,7 +113,7 @@ def test_a_search_that_cannot_keep_them_says_so(name: str, formulation: str, imp
 @pytest.mark.parametrize(("name", "expected"), [("segments", "segment time"), ("path", "total time")])
 def test_search_and_program_list_them(name: str, expected: str) -> None:
     problem = case(name)
-    [ours] = [c for c in problem.constraints if c.name == expected]
+    [ours] = [c for c in problem.model.constraints if c.name == expected]
     [row] = [c for c in problem.nlp().constraints(SAMPLING_MARGIN) if c.name == expected]
     assert (row.lower, row.columns) == (None, ours.columns)
     wide = [c for c in problem.nlp().constraints(10.0 * SAMPLING_MARGIN) if c.name == expected]

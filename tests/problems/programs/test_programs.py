@@ -130,7 +130,7 @@ def test_limits_have_the_names_that_the_search_has(name: str) -> None:
     problem = builtin(name)
     ours = {c.name for c in problem.nlp().constraints(SAMPLING_MARGIN)}
     time_alone = set() if problem.objective.name == "time" else {"speed", "acceleration"}
-    assert {c.name for c in problem.constraints} - {"reach"} - time_alone <= ours
+    assert {c.name for c in problem.model.constraints} - {"reach"} - time_alone <= ours
 
 
 @each_case

@@ -69,7 +69,7 @@ def test_branches_share_one_program() -> None:
     alone = second.on_branch(second.branch)
     assert second.cost(candidates).tolist() == alone.cost(candidates).tolist()
     assert second.cost(candidates).tolist() != first.cost(candidates).tolist()
-    model = second.cost_function.map(5)(candidates.T)
+    model = second.program.inlined().map(5)(candidates.T)
     assert np.asarray(model).ravel() == pytest.approx(second.cost(candidates))
 
 
