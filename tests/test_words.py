@@ -25,16 +25,6 @@ POINTING = re.compile(
 )
 CHECKER = ROOT / "problems" / "certify" / "check_certificate.py"  # stands alone, with words of its own
 LONGEST, SHORTEST = 25, 4  # words of a first line
-UNREVISED = {  # folders whose first lines are not all sentences that stand alone
-    *(
-        "tpbso_casadi/scenario",
-        "tpbso_casadi/facade",
-        "tpbso_casadi/figures",
-        "tpbso_casadi/cli",
-        "tpbso_casadi/animation",
-    ),
-    *("tpbso_casadi/display", "tpbso_casadi"),
-}
 
 
 def folder_of(path: Path) -> str:
@@ -74,7 +64,7 @@ def faults(first: str) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("folder", sorted({folder_of(path) for path in FILES} - UNREVISED))
+@pytest.mark.parametrize("folder", sorted({folder_of(path) for path in FILES}))
 def test_first_lines_stand_alone(folder: str) -> None:
     found = [each for path in FILES if folder_of(path) == folder for each in documented(path)]
     wrong = {each.where: f"{bad}: {each.first}" for each in found if (bad := faults(each.first))}
@@ -89,11 +79,6 @@ def test_faults_of_first_lines_are_found() -> None:
     assert faults("Offsets of all joints, (n,), rad.") == []
 
 
-def test_exceptions_are_needed() -> None:
-    wrong = {folder_of(path) for path in FILES for each in documented(path) if faults(each.first)}
-    assert wrong >= UNREVISED, f"no longer exceptions: {UNREVISED - wrong}"
-
-
 # Overrides
 
 
@@ -103,9 +88,7 @@ class Method(NamedTuple):
     where: str
     name: str
     text: str | None
-    overridden: (
-        str | None
-    )  # the docstring of what it overrides, empty where there is none; None where it overrides nothing
+    overridden: str | None  # the docstring of what it overrides, or empty; None where it overrides nothing
 
 
 def function_of(member: object) -> object:

@@ -117,7 +117,7 @@ def check_seal(document: dict[str, Any]) -> None:
 
 
 def _digests(document: dict[str, Any]) -> dict[str, str]:
-    """By path, a digest of each value that holds no further keys."""
+    """Digests of all values that hold no further keys, by their paths."""
     return {path: _digest(path, value) for path, value in _leaves(document, "")}
 
 
@@ -169,7 +169,7 @@ CORE = "core"
 
 @cache
 def versions() -> dict[str, str]:
-    """Of what decides a result: packages by their names, and which implementation of the core made proofs and ways.
+    """Versions of packages, by their names, and the implementation of the core: everything that decides a result.
 
     The same dictionary each time, not to be changed.
     """
@@ -178,5 +178,5 @@ def versions() -> dict[str, str]:
 
 
 def version_text() -> str:
-    """What ``--version`` prints: of the package, and which core answers, in two lines."""
+    """The text of ``--version``: the version of the package, and which core answers, in two lines."""
     return f"tpbso-casadi {version('tpbso-casadi')}\n{CORE}: {core_account()}"

@@ -48,7 +48,7 @@ class Frames:
 
     @property
     def duration(self) -> float:
-        """Of the motion, s."""
+        """The duration of the motion, s."""
         return float(self.times[-1])
 
     @property
@@ -60,7 +60,7 @@ class Frames:
 
     @cached_property
     def courses(self) -> tuple[Course, ...]:
-        """Where the obstacles that move are at these times."""
+        """The places of the moving obstacles at these times."""
         return courses_of(self.problem.task.scenery, self.times)
 
     @cached_property
@@ -86,14 +86,14 @@ def frames_of(motion: JudgedMotion, count: int = FRAME_COUNT) -> Frames:
 
 
 def judged_frames(motion: JudgedMotion, count: int = FRAME_COUNT) -> Frames:
-    """The same, with what the motion's verdicts say of its clearance, and when it breaks which limits."""
+    """Frames of a motion with its clearance, and with the times at which it breaks limits."""
     frames = frames_of(motion, count)
     notes = broken_notes(motion.broken_spans, frames.duration)
     return replace(frames, clearance=motion.clearance_in_words, broken=motion.broken_spans, notes=notes)
 
 
 def broken_notes(broken: Mapping[str, Spans], duration: float) -> tuple[tuple[float, str], ...]:
-    """Which limits are broken, from when on; what lasts a moment is told a little longer."""
+    """Notes on the limits that are broken, from when on; short breaks are shown a little longer."""
     least = LEAST_NOTE * duration
     lasting = [(start, max(end, start + least), name) for name, spans in broken.items() for start, end in spans]
     times = sorted({time for start, end, _ in lasting for time in (start, end)})

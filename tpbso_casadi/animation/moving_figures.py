@@ -79,7 +79,7 @@ class Encoder(FFMpegWriter):
     _proc: subprocess.Popen[bytes]  # of matplotlib, whose types do not know it
 
     def setup(self, *args: Any, **kwargs: Any) -> None:
-        """Start it."""
+        """Start writing the film."""
         super().setup(*args, **kwargs)
         self._watchdog = Timer(ENCODER_SECONDS, self._proc.kill)
         self._watchdog.daemon = True

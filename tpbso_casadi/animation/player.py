@@ -59,7 +59,7 @@ STYLE = Markup(f":root{{{_PRINTED}}}\n{_read('player/player.css')}")
 
 @dataclass(frozen=True)
 class Stage:
-    """Where a motion is shown.
+    """A place in a page where a motion is shown.
 
     Attributes:
         name: of the script's stage.

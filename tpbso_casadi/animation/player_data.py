@@ -54,7 +54,7 @@ def _foot(points: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray
 
 
 def _crossing(start: FloatArray, end: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
-    """Where segments cross, (n, m, 2); not a number where they do not."""
+    """The points where segments cross, (n, m, 2); not a number where they do not."""
     one, two, between = end - start, last - first, first - start
     turn = _cross(one, two)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -104,7 +104,7 @@ def closest_of(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clos
 
 
 def _closest_in(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Closest | None:
-    """The same of criteria that hold at all these times.
+    """The nearest pair of criteria that hold at all these times.
 
     How far they are apart is what the limits say of balls, and of lines that meet; lines that do not are measured as
     they are drawn, because some limits know only a lower bound. Of a robot with a cover they are those of the verdict
@@ -166,13 +166,13 @@ def _drawn_apart(pairs: Sequence[Pair], frames: Sequence[Matrix], times: FloatAr
 
 
 def _between_lines(pair: Pair, frames: Sequence[Matrix], times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where the middle lines of two in the plane are nearest: (n, 2), m, each."""
+    """The nearest points of two middle lines in the plane, (n, 2), m, each."""
     start, end = (as_array(end) for end in pair.ends(frames)[:2])
     return nearest(start, end, pair.opposite(frames, times))
 
 
 def _points_on_lines(pair: Pair, frames: Sequence[Matrix], times: FloatArray, distances: FloatArray) -> FloatArray:
-    """Where the surfaces of two in the plane are nearest: (n, 2, 2)."""
+    """The nearest points on the surfaces of two bodies in the plane, (n, 2, 2)."""
     near, far = _between_lines(pair, frames, times)
     toward = (far - near) / np.maximum(np.linalg.norm(far - near, axis=1, keepdims=True), np.finfo(float).tiny)
     first, *second = map(float, pair.radii)
@@ -180,7 +180,7 @@ def _points_on_lines(pair: Pair, frames: Sequence[Matrix], times: FloatArray, di
 
 
 def _points_on_balls(pair: Pair, frames: Sequence[Matrix], times: FloatArray, distances: FloatArray) -> FloatArray:
-    """Where the surface of the first ball of a pair, and that of the other thing, are nearest: (n, 2, 3)."""
+    """The nearest points on the first ball of a pair and on the other thing, (n, 2, 3)."""
     ends = [as_array(end) for end in pair.ends(frames)]
     middle, radius = ends[0], float(pair.radii[0])
     toward = -_gradient(pair, ends, times)
@@ -269,7 +269,7 @@ def _closest(closest: Closest) -> dict[str, Any]:
 
 
 def plane_data(frames: Frames) -> dict[str, Any]:
-    """What is seen of the arm and its surroundings: lengths in m."""
+    """The arm and its surroundings in the plane, as a page draws them: lengths in m."""
     problem = frames.problem
     return {
         "extent": rounded(np.array(frames.extent)),
@@ -294,7 +294,7 @@ LIGHT = np.array([-0.35, -0.45, 0.82])
 
 
 def space_data(frames: Frames) -> dict[str, Any]:
-    """What is seen of the robot and its surroundings, and from where: lengths in m, angles in rad."""
+    """The robot and its surroundings in space, and the view of them: lengths in m, angles in rad."""
     scene, robot = frames.scene, frames.problem.robot
     bounds = scene.bounds(frames.theta)
     view = scene.view(frames.theta, bounds)
@@ -327,7 +327,7 @@ def _kinds(names: list[str]) -> Iterator[int]:
 
 
 def _solid(solid: Polyhedron) -> dict[str, Any]:
-    """Its surface; of something round, of which only the outline is drawn, the sharp edges alone."""
+    """The surface of a solid; of a round one, drawn as an outline, the sharp edges alone."""
     edges = [edge for edge in solid.edges if edge.sharp or len(solid.faces) <= ROUND]
     return {
         "vertices": rounded(solid.vertices, FINE),
@@ -352,7 +352,7 @@ def _frames(frames: FloatArray) -> list[Any]:
 
 
 def _appearance(appearance: LinkAppearance) -> dict[str, Any]:
-    """What is seen of a link: on which body, its triangles there, and the shades of its colour."""
+    """The appearance of a link: its body, the triangles there, and the shades of its colour."""
     triangles = appearance.triangles
     return {
         "body": appearance.body,

@@ -48,7 +48,7 @@ class CertificateTable:
             raise OutputError(f"{self.path}: is no table of certificates; --out says where else it is to be")
 
     def known(self, files: Sequence[Path]) -> dict[str, Certificate]:
-        """What it says already of files that have not changed, by their names."""
+        """The rows of files that have not changed, by their names."""
         try:
             rows = list(csv.DictReader(read_text(self.path, LARGEST_TABLE).splitlines())) if self.path.exists() else []
         except csv.Error:

@@ -25,7 +25,7 @@ LONGEST_PART = 100  # characters without a space, of a path for example
 
 
 class Exit(IntEnum):
-    """Exit statuses."""
+    """The exit statuses of all commands."""
 
     FEASIBLE = 0
     INFEASIBLE = 1
@@ -52,7 +52,7 @@ WIDEST = 100  # columns of a help text
 
 
 class Help(argparse.HelpFormatter):
-    """At most ``WIDEST`` columns wide; ends the help of every option that takes a value with its default."""
+    """Help texts of at most ``WIDEST`` columns, in which every option that takes a value ends with its default."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=30, width=min(shutil.get_terminal_size().columns, WIDEST) - 2)
@@ -92,7 +92,7 @@ class OneLineParser(argparse.ArgumentParser):
         return super().format_help() + ("\nexamples:\n" + "\n".join(lines) + "\n") * bool(lines)
 
     def parse_example(self, example: str) -> argparse.Namespace:
-        """What an example of the help means."""
+        """The options that an example of the help states."""
         return self.parse_args(shlex.split(example))
 
 
@@ -103,7 +103,7 @@ class PrintVersion(argparse.Action):
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, default=argparse.SUPPRESS, help=help)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        """Do it."""
+        """Print the version and end the process."""
         print(version_text())
         parser.exit()
 

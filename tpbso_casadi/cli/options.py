@@ -115,7 +115,7 @@ def is_silent(options: argparse.Namespace) -> bool:
 
 
 class Wanted(NamedTuple):
-    """What the option of a key asks for, by the type of the key.
+    """The demand of an option on its value, by the type of its key.
 
     Attributes:
         kind: makes the value of a text; None where the option has no value.
@@ -127,7 +127,7 @@ class Wanted(NamedTuple):
 
 
 def wanted(hint: Any) -> Wanted:
-    """What the option of a key of a type asks for."""
+    """The demand of an option of a key of a type."""
     parts = [part for part in get_args(hint) if part is not NoneType]
     if get_origin(hint) is Literal:
         return Wanted(str, [*map(str, parts)])
@@ -244,7 +244,7 @@ def add_robot(group: Group, default: object) -> None:
 
 
 def add_payload(group: Group) -> None:
-    """What the tool of that robot carries."""
+    """Add the option for the mass that the tool of the robot carries."""
     group.add_argument(
         "--payload",
         type=not_negative,
@@ -265,7 +265,7 @@ def add_row_interpolation(group: Group, kinds: Iterable[str], default: object) -
 
 
 def add_solvers(group: Group, default: str) -> None:
-    """Several solvers."""
+    """Add the option for several solvers."""
     group.add_argument(
         "--solvers",
         default=default,
@@ -319,7 +319,7 @@ def add_json(group: Group) -> None:
 
 
 def add_no_plots(group: Group) -> None:
-    """Whether to draw."""
+    """Add the option for no figures."""
     group.add_argument(
         "--no-plots",
         action="store_true",

@@ -115,7 +115,7 @@ class Output:
 
     @classmethod
     def of(cls, options: argparse.Namespace, free_folder: Callable[[], Path], title: str) -> Self:
-        """What the options of a command line state.
+        """The output that the options of a command line state.
 
         Args:
             options: of :func:`add_output_options`.
@@ -180,7 +180,7 @@ class Output:
                 return folder
 
     def told(self, plan: PlannedMotion) -> Iterator[str]:
-        """What there is to say of files that hold another motion than the plan, or maybe do: rows for a controller."""
+        """Remarks on files that hold another motion than the plan, or maybe do: rows for a controller."""
         if any(kind in MESSAGES for kind in self.exports):
             yield f"joint_trajectory: {rows_for_controller(plan.motion, self.rate).said}"
 

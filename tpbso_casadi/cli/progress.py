@@ -153,7 +153,7 @@ class State:
         return failures + ("" if left is None else f"about {duration(left)} left")
 
     def line(self) -> str:
-        """All of it."""
+        """The progress in one line."""
         elapsed = duration(time.perf_counter() - self.began)
         return f"{self.done} of {self.runs} runs after {elapsed}, {self.words()}".rstrip(", ")
 

@@ -65,7 +65,7 @@ def _off(optimum: dict[str, Any]) -> str:
 
 
 def _print_ranking(ranking: list[dict[str, Any]], unit: str, console: OutputConsole) -> None:
-    """What planning again with a limit looser saves, as a table and in words."""
+    """Print the savings of planning again with a limit looser, as a table and in words."""
     if not ranking:
         console.say("nothing is saved by planning again with any limit one per cent looser")
         return
@@ -104,7 +104,7 @@ def of_one(price: dict[str, Any], unit: str) -> str:
 
 
 def sentences(ranking: list[dict[str, Any]], unit: str) -> list[str]:
-    """What a stronger motor and a lighter payload save, as planned again: of the motors that which saves most."""
+    """Savings of a stronger motor and a lighter payload, as planned again: of the motors that which saves most."""
     replanned = [price for price in ranking if price["per_unit"]]
     motors = [price for price in replanned if price["constraint"] == "torque"][:1]
     loads = [price for price in replanned if price["constraint"] == "payload"]
@@ -113,7 +113,7 @@ def sentences(ranking: list[dict[str, Any]], unit: str) -> list[str]:
 
 
 def _of_step(price: dict[str, Any], unit: str) -> str:
-    """What the step saves that was planned."""
+    """The saving of the step that was planned."""
     return saved(-price["per_unit"] * price["step"], unit)
 
 
@@ -198,7 +198,7 @@ def print_run_audit(audit: dict[str, Any], console: OutputConsole) -> None:
 
 
 def print_retiming(retiming: dict[str, Any], console: OutputConsole) -> None:
-    """What the last stage made of the motion of search and polish, which the conditions of optimality are about."""
+    """Print what the last stage made of the motion of search and polish, whose optimality is judged."""
     before, after = retiming["before"], retiming["after"]
     if not retiming["accepted"]:
         console.say("timed anew, which made it no better")

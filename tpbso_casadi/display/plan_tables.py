@@ -152,7 +152,7 @@ def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
 
 
 def remarks(plan: PlannedMotion) -> Iterator[str]:
-    """What a user may want to change: a polish left out, joints that turn more than once, a plan far from the best."""
+    """Remarks on a polish left out, joints that turn more than once, and a plan far from the best."""
     found = plan.searched
     if found is not None and plan.scenario.solver.polish_starts and not found.problem.has_program:
         yield "not polished: this task has no nonlinear program"
@@ -170,7 +170,7 @@ def remarks(plan: PlannedMotion) -> Iterator[str]:
 
 
 def print_scenarios(console: OutputConsole) -> None:
-    """The built-in scenarios."""
+    """Print the names of the built-in scenarios."""
     table = table_of(word("name"), prose("content"))
     for name, title in TITLES.items():
         table.add_row(name, title + (" (the default)" if name == DEFAULT else ""))

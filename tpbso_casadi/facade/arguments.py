@@ -127,7 +127,7 @@ def whole_or_not(name: str, value: Any) -> int:
 
 
 def whole(name: str, value: Any) -> int:
-    """A whole number.
+    """A value as a whole number.
 
     Raises:
         ScenarioError: it is none.
@@ -150,7 +150,7 @@ def several(name: str, value: Any, what: str) -> list[Any]:
 
 
 def function(name: str, value: Any) -> None:
-    """That it can be called.
+    """Refuse a value that cannot be called.
 
     Raises:
         TypeError: it cannot.
@@ -160,7 +160,7 @@ def function(name: str, value: Any) -> None:
 
 
 def times_array(value: Any) -> FloatArray:
-    """Times (n,), s.
+    """A value as times (n,), s.
 
     Raises:
         ValueError: there are none, or they are no list of numbers.

@@ -31,7 +31,7 @@ WIDTH = 120  # columns of an audit as text
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Audit(ABC):
-    """What is common to both kinds; ``print(audit)`` shows all of it.
+    """An audit of a plan or of a statement; ``print(audit)`` shows all of it.
 
     Attributes:
         content: everything as plain data, as ``tpbso audit --json`` prints it.
@@ -66,12 +66,12 @@ class RunAudit(Audit):
 
     @property
     def status(self) -> CertificateStatus:
-        """Of all constraints together, for all t: certified, violated or undecided."""
+        """The status of all constraints together, for all t: certified, violated or undecided."""
         return CertificateStatus(self.content["certificate"]["verdict"])
 
     @property
     def not_judged(self) -> list[str]:
-        """What no verdict speaks of, although it is or may be there, a line each."""
+        """Everything that no verdict speaks of, although it is or may be there, a line each."""
         return list(self.content["certificate"]["not_judged"])
 
     @property
@@ -81,7 +81,7 @@ class RunAudit(Audit):
 
     @property
     def constraints(self) -> list[dict[str, Any]]:
-        """Of each constraint ``name``, ``worst``, ``bound``, ``margin``, ``unit``, ``status``, ``where``, ``active``.
+        """Each constraint of the search model with ``name``, ``rows``, ``formula``, ``unit``, ``degree`` and more.
 
         Worst value, bound and margin are in the constraint's unit.
         """
@@ -99,7 +99,7 @@ class RunAudit(Audit):
 
     @property
     def shadow_prices(self) -> list[dict[str, Any]]:
-        """What planning again with each limit looser saves, certified; that first of which one per cent saves most.
+        """Certified savings of planning again with each limit looser; that first of which one per cent saves most.
 
         ``step`` is by how much it was looser (tighter where negative, where there is no looser). ``per_unit`` is the
         change of the optimum's objective by it, for one unit, ``per_cent`` for one per cent of the limit;
@@ -111,7 +111,7 @@ class RunAudit(Audit):
 
     @property
     def advice(self) -> list[str]:
-        """What a stronger motor and a lighter payload save, a sentence each."""
+        """Savings of a stronger motor and of a lighter payload, a sentence each."""
         return sentences(self.shadow_prices, self._unit)
 
     @property
@@ -149,7 +149,7 @@ class ScenarioAudit(Audit):
 
     @property
     def constraints(self) -> list[dict[str, Any]]:
-        """Of each constraint of the search model ``name``, ``rows``, ``formula``, ``unit``, ``degree`` and more."""
+        """Each constraint of the search model with ``name``, ``rows``, ``formula``, ``unit``, ``degree`` and more."""
         return list(self.content["search"]["constraints"])
 
     @property

@@ -154,7 +154,7 @@ def _further(known: Scenario, constraints: Any, limits: Any) -> Content:
 def surrounding_scenario(
     robot: AnyRobot | None, scene: str | Path | None, payload: float | None, around: Scenario | None = None
 ) -> Scenario:
-    """What motions are judged by, without any of them; as :func:`certified_scenario`.
+    """The robot and the surroundings by which motions are judged, without a motion.
 
     Args:
         robot: as of :func:`certify`.

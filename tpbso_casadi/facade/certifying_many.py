@@ -25,7 +25,7 @@ AT_ONCE = 8  # files that a process is given at a time
 
 @dataclass(frozen=True)
 class Certificate:
-    """What is said of one file.
+    """The judgement of one file.
 
     Attributes:
         file: its name.
@@ -58,7 +58,7 @@ class Certificate:
 
     @classmethod
     def from_row(cls, row: Mapping[str, str]) -> Self:
-        """One of a table.
+        """The certificate that a row of a table states.
 
         Raises:
             ValueError: it is none.
@@ -76,7 +76,7 @@ class Certificate:
 
     @property
     def row(self) -> list[object]:
-        """Its cells."""
+        """The cells of the certificate in a table."""
         return list(asdict(self).values())
 
 
@@ -87,7 +87,7 @@ def trajectory_files(folder: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class Statement:
-    """What motions are judged by.
+    """The robot, surroundings and form of rows by which motions are judged.
 
     Args:
         scenario: the robot and what is around it.
@@ -98,7 +98,7 @@ class Statement:
     task: Mapping[str, Any]
 
     def digest_of(self, file: Path) -> str:
-        """Of a file's content and of all that it is judged by; empty where it cannot be read."""
+        """A digest of a file's content and of all that it is judged by; empty where it cannot be read."""
         stated = json.dumps([plain(self.scenario.table()), dict(self.task), versions()], sort_keys=True)
         try:
             content = file.read_bytes()

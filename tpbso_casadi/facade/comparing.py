@@ -122,7 +122,7 @@ class Comparison:
 
     @property
     def objectives(self) -> dict[tuple[str, str], FloatArray]:
-        """By scenario and solver the objectives of all runs that did not fail, (n,); inf without a certified plan."""
+        """The objectives of all runs that did not fail, (n,), by scenario and solver; inf without a certified plan."""
         return {(summary.case, summary.solver): summary.objectives for summary in self.summaries}
 
     @property
@@ -334,7 +334,7 @@ def _check_plannable(scenarios: Iterable[Any]) -> None:
 
 
 def specs_of(solvers: AnySolvers) -> list[SolverSpec]:
-    """What a campaign runs.
+    """The solvers that a campaign runs.
 
     Raises:
         ScenarioError: there is none, one is none, or is there twice.

@@ -175,7 +175,7 @@ def _any_of_drake(motion: Any) -> scipy.interpolate.PPoly:
 
 
 def _ruckig_profiles(motion: Any) -> scipy.interpolate.PPoly:
-    """Of each joint a brake and seven phases of constant jerk, section after section."""
+    """The brake and the seven phases of constant jerk of each joint, section after section."""
     starts = [0.0, *list(motion.intermediate_durations)[:-1]]
     curves: list[list[tuple[float, FloatArray]]] = [[] for _ in range(motion.degrees_of_freedom)]
     for start, section in zip(starts, motion.profiles, strict=True):

@@ -130,12 +130,12 @@ class Plan:
 
     @property
     def times(self) -> FloatArray:
-        """At least 201 times from 0 to T, (n,), s."""
+        """Times of the rows, at least 201 from 0 to T, (n,), s."""
         return self.planned.times
 
     @property
     def duration(self) -> float:
-        """T, s."""
+        """The duration T of the motion, s."""
         return self.trajectory.duration
 
     @property
@@ -150,7 +150,7 @@ class Plan:
 
     @property
     def status(self) -> CertificateStatus:
-        """Of all constraints together, for all t."""
+        """The status of all constraints together, for all t."""
         return self.motion.status
 
     @property
@@ -160,13 +160,13 @@ class Plan:
 
     @property
     def stages(self) -> tuple[PlannedStage, ...]:
-        """Those of a sequence, in their order; none of a plan that is one motion."""
+        """The stages of a sequence, in their order; none of a plan that is one motion."""
         judged = zip(self.motion.stages, self.motion.by_stage, strict=False)
         return tuple(PlannedStage.of(stage, verdicts, self.trajectory) for stage, verdicts in judged)
 
     @property
     def not_judged(self) -> tuple[str, ...]:
-        """What no verdict speaks of, although it is or may be there, a line each: links without geometry, for one."""
+        """Things that no verdict speaks of although they may be there, such as links without geometry; a line each."""
         return self.motion.not_judged
 
     @property
@@ -207,7 +207,7 @@ class Plan:
         return dict(zip(header, table.T, strict=True))
 
     def to_dataframe(self, times: FloatArray | None = None) -> pd.DataFrame:
-        """The same as a pandas data frame; needs pandas.
+        """The rows as a pandas data frame; needs pandas.
 
         Args:
             times: at which, (n,), s; :attr:`times` by default.
@@ -316,7 +316,7 @@ class Plan:
         return RunAudit(audit_run(self.as_run()))
 
     def as_run(self) -> StoredRun:
-        """What reading the plan's run folder would give."""
+        """The run that reading the plan's run folder would give."""
         return stored(self.planned)
 
     def _repr_html_(self) -> str:

@@ -135,7 +135,7 @@ def replan(
     every: float = 0.1,
     fail_safe_rate: float = 0.0,
 ) -> Step:
-    """What an arm does that has executed a plan up to some time and then sees another scene.
+    """Plan again for an arm that has executed a plan up to some time and then sees another scene.
 
     Args:
         previous: a plan, a step, or a motion alone.

@@ -19,7 +19,7 @@ LEAST_SLOWING = 1.0 + 1e-12  # relative: what is no slower is the same motion
 
 @dataclass(frozen=True)
 class Repair:
-    """What became of a motion.
+    """The outcome of repairing a motion.
 
     Attributes:
         plan: the shortest motion that is proven, on the same path; the given one where that is; None where there is
@@ -96,7 +96,7 @@ def _failed(plan: Plan) -> list[Verdict]:
 
 
 def _to_move(checked: Plan, tried: Plan) -> tuple[str, ...]:
-    """What is not proven of the given motion, nor of another one on its path: by how much, from when to when."""
+    """Limits that neither the given motion nor another one on its path keeps: by how much, from when to when."""
     still = {verdict.name for verdict in _failed(tried)}
     spans = checked.motion.broken_spans
     lines = []

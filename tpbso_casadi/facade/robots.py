@@ -72,7 +72,7 @@ class StatedRobot:
 
     @property
     def tables(self) -> dict[str, Any]:
-        """What states it in a scenario: its own table, and keys of [model] and beside the tables that it keeps."""
+        """The tables of a scenario that state the robot: its own, and keys of [model] and beside the tables."""
         name = self.table.prefix.partition(".")[0]
         kept = {key: value for key, value in self.kept.items() if key in OF_THE_MODEL}
         beside = {key: plain(value) for key, value in self.kept.items() if key in BESIDE}

@@ -195,7 +195,7 @@ class Detach(StatedStage):
 
 @dataclass(frozen=True, eq=False)
 class Wait(StatedStage):
-    """Stand still.
+    """Stand still for a while.
 
     Args:
         seconds: for how long.

@@ -47,7 +47,7 @@ def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple
 
 
 def exports_of(motion: JudgedMotion, kinds: Sequence[str], rate: float | None = None) -> list[Writer]:
-    """What writes each export, at a rate in Hz where one is stated.
+    """The writers of exports, at a rate in Hz where one is stated.
 
     Raises:
         ValueError: there is no such kind, or the rate is no number above 0.

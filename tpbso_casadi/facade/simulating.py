@@ -46,7 +46,7 @@ class SimulationRun:
 
     @property
     def scenario(self) -> Scenario:
-        """As it was simulated, its [simulation] table and all postures complete."""
+        """The scenario as it was simulated, its [simulation] table and all postures complete."""
         return self.record.scenario
 
     @property
@@ -56,7 +56,7 @@ class SimulationRun:
 
     @property
     def duration(self) -> float:
-        """That was simulated, s."""
+        """The time that was simulated, s."""
         return self.record.duration
 
     @property
@@ -71,7 +71,7 @@ class SimulationRun:
 
     @property
     def faults(self) -> list[str]:
-        """What should not have been, a few words each."""
+        """Faults of the simulation, a few words each; none of a good one."""
         summary = self.summary
         faults = [f"{limit.name} not kept" for limit in self.result.limits if not limit.satisfied]
         if not summary.is_smooth:
@@ -82,7 +82,7 @@ class SimulationRun:
         return faults
 
     def plot(self) -> Figure:
-        """Its way, distances and answers over time, which a notebook shows."""
+        """A figure of path, distances and answers over time, which a notebook shows."""
         from tpbso_casadi.figures.notebook import notebook_figure  # noqa: PLC0415 (matplotlib is slow to load)
         from tpbso_casadi.figures.simulation import simulation_figure  # noqa: PLC0415
 

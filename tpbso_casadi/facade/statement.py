@@ -41,7 +41,7 @@ What: TypeAlias = Scenario | Task | AnyRobot
 
 
 class HasScenario(Protocol):
-    """What a scenario is known of: a plan, a step, a run that was read."""
+    """An object with a scenario: a plan, a step, a run that was read."""
 
     @property
     def scenario(self) -> Scenario:
@@ -77,7 +77,7 @@ def scenario_of(
 
 
 def check_plannable(name: str, what: Any, also: str = "") -> None:
-    """That something can be planned, as far as its kind tells.
+    """Refuse a value that cannot be planned, as far as its kind tells.
 
     Args:
         name: of the argument.

@@ -130,7 +130,7 @@ def _of_file(file: Path, content: Content, task: Content) -> Scenario:
 
 
 def _tables_of(scenario: Scenario) -> Content:
-    """What a scenario states of its robot and of what is around it, as it is."""
+    """The tables of a scenario that state its robot and its surroundings, as they are."""
     model = {key: getattr(scenario.model, key) for key in MODEL_KEYS if key in scenario.model.stated_keys}
     tables = {key: getattr(scenario, key) for key in (*ROBOTS, *AROUND)}
     return {key: value for key, value in tables.items() if value} | {"model": model}

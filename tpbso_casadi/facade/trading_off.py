@@ -49,12 +49,12 @@ class Front:
 
     @property
     def objectives(self) -> tuple[str, str]:
-        """Both with their units."""
+        """The names of the two objectives, with their units."""
         return self.trade_off.headings
 
     @property
     def values(self) -> FloatArray:
-        """Of both objectives in their units, (n, 2)."""
+        """The values of both objectives in their units, (n, 2)."""
         return np.array([point.values for point in self.points])
 
     @property

@@ -47,7 +47,7 @@ def write_run(
 
 
 def figure_writers(plan: PlannedMotion, formats: Sequence[str]) -> list[Writer]:
-    """What draws the figures of a plan into the folder that it is given; nothing where there are no formats."""
+    """Writers of a plan's figures into a folder; none where there are no formats."""
 
     def draw(folder: Path) -> None:
         from tpbso_casadi.figures.run import draw_figures  # noqa: PLC0415 (matplotlib is slow to load)

@@ -26,12 +26,12 @@ def shades_of(colour: str) -> FloatArray:
 
 
 def written_shades(colour: str) -> list[str]:
-    """The same as #rrggbb."""
+    """Shades of a colour as #rrggbb."""
     return [to_hex(shade) for shade in shades_of(colour)]
 
 
 def front_of(view: View, corners: FloatArray) -> tuple[np.ndarray, np.ndarray]:
-    """Which of triangles (n, 3, 3) are seen from their outside, (m,), and the numbers of these triangles' shades."""
+    """Numbers of those triangles (n, 3, 3) that are seen from their outside, (m,), and of their shades."""
     one, two, three = corners.swapaxes(0, 1)
     normals = np.cross(two - one, three - one)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -67,7 +67,7 @@ def placed_corners(appearances: Sequence[LinkAppearance], frames: FloatArray) ->
 def layers(
     view: View, places: FloatArray, solids: Sequence[Polyhedron], order: Sequence[int]
 ) -> Iterator[tuple[np.ndarray, int | None]]:
-    """What is to be painted before each solid, farthest first, and that solid; at last what is before all, and None.
+    """Parts of a picture before each solid, farthest first, with that solid; at last those before all, with None.
 
     Args:
         view: where they are seen from.

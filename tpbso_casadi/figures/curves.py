@@ -147,7 +147,7 @@ def joints_figure(plan: PlannedMotion) -> Figure:
 
 
 def rows_of(plan: PlannedMotion) -> Iterator[Row]:
-    """What is known of the joints, with its limits."""
+    """The curves of the joints, with their limits."""
     robot, samples = plan.criteria.robot, plan.trajectory.samples(plan.times)
     limits, unit = robot.limits, alternatives(robot.joint_units)
     ranges = None if limits.position is None else np.array(limits.position).T
@@ -196,7 +196,7 @@ def ranges_of(names: Sequence[str], joints: np.ndarray) -> str:
 
 
 def progress_figures(plan: SearchedMotion) -> dict[str, tuple[str, Figure]]:
-    """By file name, the caption and the figure of each of the problem's progress measures."""
+    """Captions and figures of the problem's progress measures, by file name."""
     return {
         measure.name: (measure.label, progress_figure(plan, measure)) for measure in plan.problem.progress_measures()
     }
@@ -232,7 +232,7 @@ def progress_history(plan: SearchedMotion, measure: ProgressMeasure) -> FloatArr
 
 
 def curve_figures(plan: PlannedMotion) -> dict[str, tuple[str, Figure]]:
-    """By file name, the caption and the figure of the problem's bounded curves; those of one name share a figure."""
+    """Captions and figures of the problem's bounded curves, by file name; curves of one name share a figure."""
     groups = curve_groups(plan)
     return {name: (group[0].label, curve_figure(plan.times, group)) for name, group in groups.items()}
 

@@ -176,12 +176,12 @@ class DistanceCurve:
 
     @property
     def label(self) -> str:
-        """For a legend."""
+        """The label for a legend."""
         return f"obstacle {self.number}, moving" if self.number else "nearest standing obstacle"
 
     @property
     def short_label(self) -> str:
-        """For the end of a line."""
+        """The label for the end of a line."""
         return f"obstacle {self.number}" if self.number else "standing"
 
 
@@ -238,7 +238,7 @@ def clearance_figure(curves: list[DistanceCurve], approach: ClosestApproach) -> 
 
 
 def clearance_drawings(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
-    """By file name, what draws the figure of distances over time; none where no obstacle moves."""
+    """Drawings of distances over time, by file name; none where no obstacle moves."""
     criteria = plan.criteria
     scene = criteria.robot, criteria.obstacles, plan.trajectory
     approach = closest_to_moving(*scene)

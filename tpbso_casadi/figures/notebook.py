@@ -20,7 +20,7 @@ class ShownFigure(Figure):
 
 
 def notebook_figure(figure: Figure) -> Figure:
-    """The same figure as one that a notebook shows."""
+    """A figure that a notebook shows."""
     figure.__class__ = ShownFigure  # Matplotlib's own class has no picture of itself
     return figure
 

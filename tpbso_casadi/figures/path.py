@@ -75,12 +75,12 @@ def snapshots(motion: JudgedMotion) -> list[Snapshot]:
 
 
 def times_of(shown: list[Snapshot]) -> FloatArray:
-    """Their times, (n,), s."""
+    """The times of the postures in a fan, (n,), s."""
     return np.array([snapshot.time for snapshot in shown])
 
 
 def legend_of(motion: JudgedMotion) -> str:
-    """What a legend says of the fan."""
+    """The text of a legend on the fan of postures."""
     return f"{COUNT} postures, every {motion.trajectory.duration / (COUNT - 1):.3g} s, light to dark"
 
 
@@ -163,7 +163,7 @@ NEAREST = {2: in_plane, 3: in_space}  # by the robot's dimensions
 
 
 def passed_by(motion: JudgedMotion) -> list[Points]:
-    """Where the tool is at the motion's times of interest, each (1, dim), m."""
+    """Places of the tool at the motion's times of interest, each (1, dim), m."""
     return [
         Points(milestone.label, motion.joint_positions(np.array([milestone.time]))[:, -1])
         for milestone in motion.criteria.milestones(motion.trajectory)
@@ -243,7 +243,7 @@ def draw_nearest(axes: Axes, nearest: Nearest) -> None:
 
 
 def labels_of(plan: PlannedMotion, nearest: Nearest | None, courses: Sequence[Course]) -> list[PlaceLabel]:
-    """What stands beside points: the distance, start and goal, places that are passed, obstacles, and their times."""
+    """Labels of points: the distance, start and goal, places that are passed, obstacles, and their times."""
     motion, problem = plan.motion, plan.criteria
     labels = [] if nearest is None else [PlaceLabel(nearest.label, nearest.points.mean(axis=0), CLOSEST)]
     ends = motion.joint_positions(np.array([0.0, plan.trajectory.duration]))[:, -1]

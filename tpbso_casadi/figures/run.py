@@ -24,7 +24,7 @@ def draw_figures(folder: Path, plan: PlannedMotion, formats: Sequence[str] = DEF
 
 
 def drawings_of(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
-    """What draws each figure of a plan, by file name."""
+    """Drawings of each figure of a plan, by file name."""
     drawings: dict[str, Callable[[], Figure]] = {name: partial(draw, plan) for name, draw in FIGURES.items()}
     drawings |= clearance_drawings(plan)
     searched = None if plan.searched is None or not plan.searched.search.evaluations else plan.searched

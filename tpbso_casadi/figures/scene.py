@@ -39,7 +39,7 @@ class Course:
 
     @cached_property
     def frames(self) -> FloatArray:
-        """Where its frame is at each time: origin and axes in rows, (n, dim + 1, dim), m and unit vectors."""
+        """The frame of the obstacle at each time: origin and axes in rows, (n, dim + 1, dim), m and unit vectors."""
         corners = placed(self.obstacle, np.vstack([np.zeros(self.obstacle.dim), np.eye(self.obstacle.dim)]), self.times)
         return np.concatenate([corners[:, :1], corners[:, 1:] - corners[:, :1]], axis=1)
 
@@ -50,11 +50,11 @@ class Course:
 
     @cached_property
     def middles(self) -> FloatArray:
-        """Where its middle is at each time, (n, dim), m."""
+        """The middle of the obstacle at each time, (n, dim), m."""
         return placed(self.obstacle, self.obstacle.unmoved.bounding_box().mean(axis=0)[None], self.times)[:, 0]
 
     def within(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
-        """What is seen of it in a box: lower and upper corner of that over all times, (2, dim), m; (0, dim) if nothing.
+        """The corners of all that is seen of it in a box, over all times, (2, dim), m; (0, dim) if nothing is.
 
         Args:
             lower: corner of the box, (dim,), m.
@@ -74,7 +74,7 @@ def placed(obstacle: Obstacle, points: FloatArray, times: FloatArray) -> FloatAr
 
 
 def courses_of(obstacles: Sequence[Obstacle], times: FloatArray) -> tuple[Course, ...]:
-    """Those of the obstacles that move, at times (n,) in s."""
+    """The courses of the obstacles that move, at times (n,) in s."""
     return tuple(
         Course(number, obstacle, times) for number, obstacle in enumerate(obstacles, start=1) if obstacle.moves
     )

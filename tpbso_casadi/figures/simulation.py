@@ -50,7 +50,7 @@ def draw_simulation(folder: Path, record: SimulationRecord, formats: Sequence[st
 
 @in_print
 def simulation_figure(record: SimulationRecord) -> Figure:
-    """Where the tool went, and obstacles; below, distances and the time of each answer."""
+    """A figure of the tool's path and obstacles; below, distances and the time of each answer."""
     motion = simulated_motion(record)
     scene_height = HEIGHTS[record.robot.dim]
     figure = Figure(figsize=(TWO_COLUMNS, scene_height + 3.9), layout="constrained")
@@ -142,7 +142,7 @@ def shown_times(record: SimulationRecord) -> FloatArray:
 
 
 def opacities() -> FloatArray:
-    """Of obstacles at these times, (SHOWN,)."""
+    """Opacities of obstacles at these times, (SHOWN,)."""
     return np.linspace(LIGHT, STRONG, SHOWN)
 
 

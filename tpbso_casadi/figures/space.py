@@ -225,7 +225,7 @@ class Posture:
 
 @dataclass(frozen=True, kw_only=True)
 class Way:
-    """Where a tool goes.
+    """The path of a tool in a picture.
 
     Attributes:
         path: of the tool.
@@ -367,7 +367,7 @@ def literal(label: str) -> str:
 
 @dataclass(frozen=True)
 class Picture:
-    """What changes with the posture in a view in perspective: painted balls and solids, and a line."""
+    """The parts of a perspective view that change with the posture: painted balls and solids, and a line."""
 
     painting: Painting
     arm: Line2D

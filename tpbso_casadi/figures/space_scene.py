@@ -22,7 +22,7 @@ AZIMUTH, ELEVATION = -50.0, 24.0  # degrees; where it is
 
 @dataclass(frozen=True)
 class View:
-    """Where a picture is seen from.
+    """The view from which a picture is seen.
 
     Attributes:
         axes: to the right, up, and toward the eye: unit vectors in rows, (3, 3).
@@ -58,7 +58,7 @@ class View:
 
     @property
     def eye(self) -> FloatArray:
-        """Where the eye of a view in perspective is, (3,), m."""
+        """The place of the eye of a view in perspective, (3,), m."""
         return np.asarray(self.center + (self.distance or 0.0) * self.axes[2])
 
 
@@ -71,7 +71,7 @@ TOP, FRONT, SIDE = orthogonal(0, 1, (0, 0, 1)), orthogonal(0, 2, (0, -1, 0)), or
 
 
 def perspective(center: FloatArray, radius: float, azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> View:
-    """What lies in a ball seen by an eye at so many degrees."""
+    """The view of a ball by an eye at so many degrees."""
     a, e = np.radians([azimuth, elevation])
     toward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([-np.sin(a), np.cos(a), 0.0])
@@ -121,7 +121,7 @@ class Polyhedron:
 
     @cached_property
     def offsets(self) -> FloatArray:
-        """Of the faces' planes from the origin along the normals, (faces,), m."""
+        """Offsets of the faces' planes from the origin along the normals, (faces,), m."""
         middles = np.array([self.vertices[list(face)].mean(axis=0) for face in self.faces])
         return np.asarray(np.sum(middles * self.normals, axis=1))
 
@@ -145,7 +145,7 @@ class Polyhedron:
 
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
-        """Each once."""
+        """The edges of the solid, each once."""
         meeting: dict[tuple[int, int], list[int]] = {}
         for number, face in enumerate(self.faces):
             for one, two in zip(face, (*face[1:], face[0]), strict=True):
@@ -165,7 +165,7 @@ def polyhedron_of(obstacle: Obstacle) -> Polyhedron:
 def separating_planes(
     solids: Sequence[Polyhedron], pairs: Iterable[tuple[int, int]] | None = None
 ) -> dict[tuple[int, int], int]:
-    """For pairs (a, b) the face of a outside of whose plane b lies; pairs are left out where there is none.
+    """Faces of a outside of whose plane b lies, by pairs (a, b); pairs without one are left out.
 
     Args:
         solids: all of them.
@@ -212,12 +212,12 @@ class Scene:
 
     @cached_property
     def radii(self) -> FloatArray:
-        """Of the balls, (balls,), m."""
+        """The radii of the balls, (balls,), m."""
         return np.array([float(body.radius) for body in self.balls])
 
     @property
     def appearances(self) -> tuple[LinkAppearance, ...]:
-        """Of the robot's links, as far as they are known."""
+        """Appearances of the robot's links, as far as they are known."""
         return self.robot.appearances if isinstance(self.robot, SpatialArm) else ()
 
     @cached_property
@@ -242,7 +242,7 @@ class Scene:
 
     @cached_property
     def planes(self) -> dict[tuple[int, int], int]:
-        """That part the obstacles that stand."""
+        """Planes that part the standing obstacles."""
         return separating_planes(self.solids, self._pairs(moving=False))
 
     def solids_at(self, time: float) -> tuple[Polyhedron, ...]:
@@ -253,7 +253,7 @@ class Scene:
         )
 
     def planes_of(self, solids: Sequence[Polyhedron]) -> dict[tuple[int, int], int]:
-        """That part the obstacles where they are at some time."""
+        """Planes that part the obstacles where they are at some time."""
         return self.planes | separating_planes(solids, self._pairs(moving=True))
 
     def _pairs(self, *, moving: bool) -> list[tuple[int, int]]:
@@ -262,7 +262,7 @@ class Scene:
         return [pair for pair in pairs if bool(set(pair) & set(self.moving)) == moving]
 
     def centers(self, theta: FloatArray) -> FloatArray:
-        """Of the balls in n postures (n, dof), rad: (n, balls, 3), m."""
+        """Centres of the balls in n postures (n, dof), rad: (n, balls, 3), m."""
         frames = self.robot.positions(ca.DM(theta))
         found = [as_array(frames[body.start]) for body in self.balls]
         return np.stack(found, axis=1) if found else np.empty((len(theta), 0, 3))

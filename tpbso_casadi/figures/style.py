@@ -139,7 +139,7 @@ HANDLE = 0.65  # inches beside a label of a legend: what is drawn, and space
 
 
 def legend_columns(labels: Sequence[str], inches: float) -> int:
-    """In how many columns a legend is no wider than so many inches; 1 where it is in any case."""
+    """The number of columns in which a legend is no wider than so many inches; at least 1."""
     widths = [max(map(width_of, label.split("\n"))) + HANDLE for label in labels]
     for columns in range(len(widths), 1, -1):
         if sum(max(column) for column in np.array_split(widths, columns)) <= inches:
@@ -153,7 +153,7 @@ LEADER = 8.0  # points from the end of a line to its label
 
 @dataclass(frozen=True)
 class EndLabel:
-    """What stands at the right end of a line.
+    """A label at the right end of a line.
 
     Attributes:
         text: of the label.
@@ -219,7 +219,7 @@ SPACING = 3.0  # points between two looks along a line
 
 @dataclass(frozen=True)
 class PlaceLabel:
-    """What stands beside a point.
+    """A label beside a point.
 
     Attributes:
         text: of the label.

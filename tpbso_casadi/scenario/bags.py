@@ -98,7 +98,7 @@ def _unpacked_size(chunk: Any) -> int:
 
 
 def _decoded(message: _Recorded) -> Any:
-    """Its content as plain data."""
+    """The content of a message as plain data."""
     from mcap_ros2.decoder import DecoderFactory  # noqa: PLC0415
 
     try:

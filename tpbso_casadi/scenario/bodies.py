@@ -47,7 +47,7 @@ class ShapeInFile(ObstacleSection):
             raise ScenarioError(f"file: {error}") from error
 
     def made_of(self, name: str, content: bytes) -> Any:
-        """What is made of a file.
+        """Make the shape that stands beside the name of a file.
 
         Args:
             name: of the file.
@@ -60,7 +60,7 @@ class ShapeInFile(ObstacleSection):
 
     @property
     def known(self) -> list[Any]:
-        """What was made of its file.
+        """The shape that was made of the file.
 
         Raises:
             InvalidProblem: nothing yet.
@@ -72,7 +72,7 @@ class ShapeInFile(ObstacleSection):
 
     @property
     def rotation(self) -> FloatArray:
-        """From the axes of the file to those outside, (3, 3)."""
+        """The rotation from the axes of the file to those outside, (3, 3)."""
         return np.eye(3) if self.quaternion is None else np.array(matrix_of(self.quaternion))
 
     @property

@@ -26,7 +26,7 @@ BODY = "body"
 
 
 class CarriedSection(Section):
-    """One of the [[carried]]: the keys of an obstacle, in the tool's frame, and its mass in kg, spread evenly."""
+    """A table of [[carried]]: the keys of an obstacle, in the tool's frame, and its mass in kg, spread evenly."""
 
     mass: Positive | None = None
     body: AnyObstacle = field(repr=False)
@@ -46,11 +46,11 @@ class CarriedSection(Section):
 
     @property
     def name(self) -> str:
-        """Its own, or the usual one."""
+        """The name of the body, or the usual one."""
         return self.body.name or DEFAULT_NAME
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with what is in the file that it names.
+        """The table with the content of the file that it names.
 
         Raises:
             ScenarioError: it cannot be read.
@@ -58,7 +58,7 @@ class CarriedSection(Section):
         return self.replaced(body=self.body.with_files(folder))
 
     def build(self) -> Carried:
-        """The body itself.
+        """The body that the table states.
 
         Raises:
             InvalidProblem: it cannot be carried.
@@ -99,7 +99,7 @@ def _points(places: FloatArray) -> tuple[tuple[float, float, float], ...]:
 
 
 def carried_bodies(tables: Sequence[CarriedSection]) -> tuple[Carried, ...]:
-    """The bodies themselves.
+    """The bodies that tables of [[carried]] state.
 
     Raises:
         ScenarioError: one cannot be carried, or two have the same name.
@@ -116,7 +116,7 @@ def carried_bodies(tables: Sequence[CarriedSection]) -> tuple[Carried, ...]:
 
 
 def own_contacts(pairs: Sequence[tuple[str, str]], obstacles: Sequence[Obstacle]) -> list[tuple[str, str]]:
-    """Of the pairs of names that may touch those of the robot's own bodies: of none of the obstacles."""
+    """Pairs of names that may touch in which no obstacle is named: of links of the robot."""
     names = {obstacle.unmoved.name for obstacle in obstacles}
     return [pair for pair in pairs if names.isdisjoint(pair)]
 

@@ -49,7 +49,7 @@ TITLES = {
 
 
 def builtin(name: str) -> Scenario:
-    """A built-in scenario.
+    """The built-in scenario of a name.
 
     Raises:
         ScenarioError: no such name; ``TITLES`` has them all.

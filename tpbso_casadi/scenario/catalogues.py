@@ -134,7 +134,7 @@ def _hint(name: str, known: Iterable[str]) -> str:
 
 
 def failure(error: BaseException) -> str:
-    """What a plug-in raised, and where, in one line."""
+    """The exception of a plug-in, and where it was raised, in one line."""
     where = traceback.extract_tb(error.__traceback__)[-1]
     return f"{_one_line(error)} ({Path(where.filename).name}:{where.lineno})"
 

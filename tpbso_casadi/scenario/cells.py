@@ -31,7 +31,7 @@ PICTURES = 400  # times at which what is carried is placed for a picture
 
 
 def criteria_of(scenario: Scenario, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> Criteria:
-    """What a motion of a scenario is judged by that is known already.
+    """The criteria that judge a known motion of a scenario.
 
     Args:
         scenario: of the motion.
@@ -76,7 +76,7 @@ def _stands(trajectory: Trajectory, start: float, end: float, seconds: float) ->
 
 @dataclass(frozen=True)
 class Cell:
-    """What is where at one moment of a sequence.
+    """The robot, and everything around it and in its hand, at one moment of a sequence.
 
     Attributes:
         scenario: of the sequence.
@@ -92,7 +92,7 @@ class Cell:
 
     @classmethod
     def at_first(cls, scenario: Scenario) -> Self:
-        """As the scenario says.
+        """The cell as the scenario states it.
 
         Raises:
             ScenarioError: something moves by itself.
@@ -103,7 +103,7 @@ class Cell:
         return cls(scenario, scenario.robot_table.build(), tuple(scenario.obstacles), tuple(scenario.carried))
 
     def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Self:
-        """With a body in the hand: an obstacle as it lies, or one that is stated in the tool's frame.
+        """The cell with a body in the hand: an obstacle as it lies, or one that is stated in the tool's frame.
 
         Raises:
             ScenarioError: there is no such obstacle, or one is carried by that name already.
@@ -120,7 +120,7 @@ class Cell:
         return replace(self, obstacles=others, carried=(*self.carried, held))
 
     def detached(self, name: str, posture: FloatArray) -> Self:
-        """With a body that was carried standing where it is now.
+        """The cell with a body that was carried standing where it is now.
 
         Raises:
             ScenarioError: nothing of that name is carried.
@@ -189,7 +189,7 @@ class Cell:
 
 
 def _posed(body: ObstacleSection, pose: Any) -> ObstacleSection:
-    """A body elsewhere.
+    """A body moved to another frame.
 
     Args:
         body: a solid in space, or one of a file.
@@ -235,7 +235,7 @@ def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSect
 
 
 def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray) -> SequenceCriteria:
-    """What a motion is judged by whose stages end at times (n,), s."""
+    """The criteria of a motion whose stages end at times (n,), s."""
     times = np.append(0.0, ends)
     postures = trajectory.at(times)
     stages, labels = [], scenario.task.labels  # type: ignore[attr-defined]
@@ -283,7 +283,7 @@ def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArra
 
 
 def _frames_of(name: str, cells: Sequence[Cell], tools: FloatArray) -> FloatArray:
-    """Where a body is, with the hand or by itself, in each of n moments, (n, 4, 4); before it is there, as at first."""
+    """The frames of a body, in the hand or standing, at n moments, (n, 4, 4); before it is there, its first one."""
     found: list[FloatArray | None] = []
     for cell, tool in zip(cells, tools, strict=True):
         body = next((obstacle for obstacle in cell.obstacles if obstacle.name == name), None)

@@ -22,7 +22,7 @@ from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, Arguments, Word
 
 
 class HandSection(NamedSection):
-    """One of [[constraints]] with a ``kind``, whose keys are the fields of its class."""
+    """A table of [[constraints]] with a ``kind``, whose keys are the fields of its class."""
 
     kind: Word
     arguments: Arguments

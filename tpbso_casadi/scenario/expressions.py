@@ -44,7 +44,7 @@ class NamedSection(Section):
 
 
 class ConstraintSection(NamedSection):
-    """One of [[constraints]] without a ``kind``: bounds, in ``unit``, of an expression in one instant of the motion."""
+    """A table of [[constraints]] without a ``kind``: bounds, in ``unit``, of an expression in one instant."""
 
     unit: Word = "1"
     lower: Number | Bound | None = None
@@ -72,7 +72,7 @@ class ConstraintSection(NamedSection):
 
 
 class ObjectiveSection(NamedSection):
-    """One of [[task.objectives]]: the integral over time of ``expression``, and ``terminal`` of the duration."""
+    """A table of [[task.objectives]]: the integral over time of ``expression``, and ``terminal`` of the duration."""
 
     unit: Word = "1"
     expression: Expression | None = None
@@ -85,7 +85,7 @@ class ObjectiveSection(NamedSection):
             raise InvalidTable(error.reason) from error
 
     def built(self) -> ExpressionObjective:
-        """The objective."""
+        """The objective that the table states."""
         rate, terminal = (None if text is None else SampleFunction(text) for text in (self.expression, self.terminal))
         return ExpressionObjective(self.name, self.unit, rate, terminal)
 
@@ -94,7 +94,7 @@ S = TypeVar("S", bound=NamedSection)
 
 
 def check_names(sections: list[S]) -> list[S]:
-    """That no two of them have the same name."""
+    """Refuse tables of which two have the same name."""
     names = [section.name for section in sections]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:

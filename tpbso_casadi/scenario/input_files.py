@@ -43,7 +43,7 @@ LARGEST_TOML = 1_000_000  # bytes, which take a second to parse
 
 @dataclass(frozen=True)
 class MeshPlace:
-    """Where the meshes of a URDF are looked for.
+    """The places where the meshes of a URDF are looked for.
 
     Attributes:
         urdf: name of its file, in the scenario's folder.
@@ -81,7 +81,7 @@ class MeshPlace:
                 yield above / rest, False
 
     def looked_for(self, name: str) -> str:
-        """In words, what would help."""
+        """The advice on a mesh that was not found, in words."""
         if not name.startswith(SCHEMES):
             return ""
         package = name.partition("://")[2].partition("/")[0] or "it"
@@ -400,7 +400,7 @@ def _motion_row(place: str, line: str, width: int) -> list[float]:
 
 
 def _parts(rows: list[list[float]], dim: int) -> tuple[list[float], FloatArray, FloatArray | None]:
-    """Times, positions, turns."""
+    """The times, positions and turns of rows."""
     table = np.array(rows, dtype=np.float64)
     turns = table[:, 1 + dim :] if table.shape[1] > 1 + dim else None
     return table[:, 0].tolist(), table[:, 1 : 1 + dim], turns

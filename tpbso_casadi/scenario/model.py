@@ -51,7 +51,7 @@ ObjectiveChoice = Word | Annotated[dict[Word, Positive], Checked(_at_least_one)]
 
 
 def without_empty(content: dict[str, Any], key: str) -> dict[str, Any]:
-    """What is written of a section: without a key where it has nothing, as files had it before there was one."""
+    """The content of a table without a key that has nothing to say."""
     return content if content.get(key, True) else {name: value for name, value in content.items() if name != key}
 
 
@@ -143,12 +143,12 @@ class TaskSection(Section):
 
     @property
     def own_objectives(self) -> dict[str, Objective]:
-        """Those that the task states itself, by name."""
+        """The objectives that the task states itself, by name."""
         return {objective.name: objective.built() for objective in getattr(self, "objectives", ())}
 
     @property
     def stated_objective(self) -> str | dict[str, float]:
-        """What is minimised, by name or as weights by name; no name where a kind of task states none."""
+        """The objective by name, or weights by name; an empty name where a kind of task states none."""
         chosen = getattr(self, "objective", "")
         return chosen if isinstance(chosen, dict) else str(chosen)
 
@@ -159,7 +159,7 @@ class TaskSection(Section):
             yield from (key for key in keys if key not in own and getattr(self, key) is not None)
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same task with the content of the files that it names.
+        """The task with the content of the files that it names.
 
         Args:
             folder: of the scenario file; reads them, if it holds them.
@@ -178,7 +178,7 @@ class TaskSection(Section):
         raise ScenarioError(f"task.kind: {self.kind!r} is no move from one place to another")
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
-        """The problem itself.
+        """The problem that the task states for a robot.
 
         Raises:
             InvalidProblem: the robot cannot do the task.
@@ -186,7 +186,7 @@ class TaskSection(Section):
         raise NotImplementedError
 
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
-        """What a motion is judged by; the problem itself, where there is something to search.
+        """The criteria of a motion; the problem, where there is something to search.
 
         Raises:
             InvalidProblem: the robot cannot do the task.
@@ -194,7 +194,7 @@ class TaskSection(Section):
         return self.build(robot, obstacles, model)
 
     def judged(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
-        """What a finished motion is judged by, without what only a search needs.
+        """The criteria of a finished motion, without the parts that only a search needs.
 
         Raises:
             InvalidProblem: the robot cannot do the task.
@@ -204,7 +204,7 @@ class TaskSection(Section):
 
 @dataclass(frozen=True)
 class MotionFamily:
-    """What a family of motions has to do with a scenario.
+    """The keys and forms that a family of motions allows in a scenario.
 
     Attributes:
         keys: of the [model] table, that belong to it alone.

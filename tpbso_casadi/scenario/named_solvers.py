@@ -20,7 +20,7 @@ BETWEEN = re.compile(r",(?![^()]*\))")  # solvers, not settings
 
 @dataclass(frozen=True)
 class NamedSolver:
-    """What ``NAME(setting=value,...)+polishN`` says.
+    """A solver as ``NAME(setting=value,...)+polishN`` states it.
 
     Attributes:
         name: of the solver, a plug-in's path ``package.module:Class`` too.

@@ -30,7 +30,7 @@ def _printable(name: str) -> str:
 
 
 class ObstacleSection(Section):
-    """One of the [[obstacles]]: the interface of every shape, and how the obstacle moves.
+    """A table of [[obstacles]]: the interface of every shape, and how the obstacle moves.
 
     ``velocity`` is in m/s. ``motion`` names a file with the header ``t,x,y[,angle]`` or ``t,x,y,z[,qx,qy,qz,qw]``: s, m
     and the unit of the file's angles; where the frame is over time in which the rest of the table is stated. Once it is
@@ -60,7 +60,7 @@ class ObstacleSection(Section):
 
     @property
     def rows(self) -> int:
-        """Those of its table of motion."""
+        """The number of rows in the table of motion."""
         return len(self.motion_rows or ())
 
     def build(self) -> Obstacle:
@@ -81,7 +81,7 @@ class ObstacleSection(Section):
 
     @property
     def pose(self) -> tuple[Sequence[float], Sequence[float] | None]:
-        """Where a body in space is, m, and how it is turned, (x, y, z, w); None where it is not.
+        """The centre of a body in space, m, and its quaternion (x, y, z, w); None where it is not turned.
 
         Raises:
             ScenarioError: it has no pose.
@@ -98,7 +98,7 @@ class ObstacleSection(Section):
         return self.velocity is not None or self.motion is not None or self.motion_rows is not None
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same obstacle with what is in the files that it names.
+        """The obstacle with the content of the files that it names.
 
         Raises:
             InvalidProblem: it cannot be.
@@ -114,11 +114,11 @@ class ObstacleSection(Section):
         return shaped.replaced(motion_rows=rows)
 
     def _with_shape(self, folder: InputFolder) -> Self:
-        """The same with its shape, where a file has it; by default none does."""
+        """The obstacle with the shape that a file has; itself by default."""
         return self
 
     def in_radians(self) -> Self:
-        """The same, read as a table in degrees; so is the angle of a table of motion."""
+        """The table read as one in degrees, the angle of a table of motion included."""
         converted = super().in_radians()
         if self.motion_rows is None or not self._is_planar:
             return converted

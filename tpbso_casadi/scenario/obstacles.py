@@ -44,7 +44,7 @@ MOST_JOINT_CORNERS = 10_000  # joints times corners, those of all convex parts o
 
 
 class ShapeSection(ObstacleSection):
-    """One of the [[obstacles]] whose keys are the fields of the obstacle's class.
+    """A table of [[obstacles]] whose keys are the fields of the obstacle's class.
 
     Attributes:
         of_class: the class.
@@ -162,7 +162,7 @@ def _kind_for(name: str, table: Mapping[str, Any]) -> type[Obstacle | ObstacleSe
 
 
 def _of_either(plane: type[Obstacle], space: type[Obstacle], table: Mapping[str, Any]) -> type[Obstacle]:
-    """Of two shapes of one name that in space where something has three coordinates, or a key is there of it alone."""
+    """The solid of two shapes of one name where something has three coordinates, or a key that only solids have."""
     own, others = keys_of_shape(space).keys(), keys_of_shape(plane).keys()
     given = [table[key] for key in own & others if key in table]
     spatial = any(isinstance(value, list | tuple) and len(value) == 3 for value in given)
@@ -170,13 +170,13 @@ def _of_either(plane: type[Obstacle], space: type[Obstacle], table: Mapping[str,
 
 
 def name_of(kind: type[Obstacle]) -> str:
-    """What a scenario calls a shape: its name, or the path of a class that is none of ours."""
+    """The word for a shape in a scenario: its name, or the path of a class of a plug-in."""
     names = {known: name for registry in SHAPES.maps for name, known in registry.items()}
     return names.get(kind) or path_of(kind)
 
 
 def _still_at_start(obstacle: MovingObstacle) -> Obstacle:
-    """Where an obstacle begins to move, as tables state it: in the world, not in a frame that has an origin there.
+    """The obstacle where it begins to move, in the world's frame, as tables state it.
 
     Raises:
         ScenarioError: its shape moves itself, or is placed neither by a centre nor by points.
@@ -247,14 +247,14 @@ class NamesFiles(Protocol):
     """A table that may name files."""
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with what is in them."""
+        """The table with the content of the files that it names."""
 
 
 N = TypeVar("N", bound=NamesFiles)
 
 
 def with_files(tables: Sequence[N], folder: InputFolder, key: str) -> list[N]:
-    """The same tables with what is in the files that they name.
+    """The tables of a list with the content of the files that they name.
 
     Args:
         tables: of a list.

@@ -62,7 +62,7 @@ class GivenPathTask(TaskSection):
     total_time: tuple[Positive, Positive] | None = None
 
     def path(self) -> JointPath:
-        """The path itself.
+        """The path in joint space that the table states.
 
         Raises:
             InvalidProblem: it is none.
@@ -74,7 +74,7 @@ class GivenPathTask(TaskSection):
         return ()
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
-        """Nothing: there is no search.
+        """Refuse to build a problem: a given path is timed, not searched.
 
         Raises:
             ScenarioError: always.
@@ -246,7 +246,7 @@ def _traced_in_plane(
 
 
 def _in_space(table: PathTask, robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> SpaceTracing:
-    """The same in space."""
+    """The task of tracing a path in space."""
     if table.elbow != "free":
         raise InvalidProblem("elbow", "of an arm in space the search chooses among all postures; leave it out")
     return SpaceTracing(robot, table.path(), table.accuracy, table.angular_accuracy, obstacles, table.total_time)

@@ -30,7 +30,7 @@ class JointsTable(Section):
     within: NotNegative = 0.0
 
     def built(self) -> Joints:
-        """The place itself."""
+        """The posture that the table states."""
         return Joints(tuple(self.joints), self.within)
 
 
@@ -41,7 +41,7 @@ class PositionTable(Section):
     within: NotNegative = 0.0
 
     def built(self) -> Position:
-        """The place itself."""
+        """The position that the table states."""
         return Position(self.position, self.within)
 
 
@@ -53,12 +53,12 @@ class PoseTable(Section):
     within: NotNegative = 0.0
 
     def built(self) -> Pose:
-        """The place itself."""
+        """The pose that the table states."""
         return Pose(self.position, self.quaternion, within=self.within)
 
 
 def read_place(value: Any) -> Place:
-    """The place of a point, or of a table with the one key that says what it is; or of a place, as its table states it.
+    """The place of a point, of a table with the one key that says what it is, or of a place from Python.
 
     Raises:
         ValueError: it is neither.

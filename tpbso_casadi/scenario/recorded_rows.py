@@ -63,7 +63,7 @@ def check_count(rows: int) -> None:
 
 
 def joint_order(names: list[str], known: Iterator[tuple[str, ...]], place: str = "joint_names") -> list[int]:
-    """For each joint of a robot the column that has it.
+    """The column of each joint of a robot.
 
     Args:
         names: of the columns.

@@ -47,7 +47,7 @@ class StatedMotionTask(TaskSection):
         raise NotImplementedError
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
-        """Nothing: there is no search.
+        """Refuse to build a problem: a recorded motion is judged, not searched.
 
         Raises:
             ScenarioError: always.

@@ -39,14 +39,14 @@ from tpbso_casadi.scenario.validation import (
 
 
 class PlanarPayloadTable(Section):
-    """In the plane: kg, m along the last link and to its left, kg m^2 about the centre of mass."""
+    """A payload in the plane: kg, m along the last link and to its left, kg m^2 about the centre of mass."""
 
     mass: NotNegative
     center: PlanarPoint = (0.0, 0.0)
     inertia: NotNegative = 0.0
 
     def build(self) -> Payload:
-        """The payload itself.
+        """The payload that the table states.
 
         Raises:
             InvalidProblem: a number is out of range, or no body has such an inertia.
@@ -91,7 +91,7 @@ class ArmSection(Section):
 
     @property
     def title(self) -> str:
-        """What robot it is, in a few words."""
+        """The kind of robot in a few words."""
         return f"arm of {len(self.link_lengths)} links"
 
     def in_radians(self) -> Self:
@@ -99,7 +99,7 @@ class ArmSection(Section):
         return super().in_radians().replaced(base=base)
 
     def with_links(self, links: int) -> Self:
-        """The same reach and limits with another number of equal links."""
+        """The table with the same reach and limits, and another number of equal links."""
         return self.replaced(link_lengths=[sum(self.link_lengths) / links] * links)
 
     def build(self) -> PlanarArm:
@@ -172,7 +172,7 @@ class RobotSection(Section):
         return self.model
 
     def in_radians(self) -> Self:
-        """The same, read as a table in degrees, of the fields that the robot's class calls angular."""
+        """The table read as one in degrees, in the fields that the robot's class calls angular."""
         try:
             angular = ROBOT_CATALOGUE.find(self.model).angular
         except PluginError:  # said when it is built
@@ -186,11 +186,11 @@ class RobotSection(Section):
         return [self.model]
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same; it names no files."""
+        """The table itself: it names no files."""
         return self
 
     def build(self) -> Robot:
-        """The robot itself.
+        """The robot that the table states.
 
         Raises:
             InvalidProblem: it cannot be.

@@ -144,7 +144,7 @@ def rows_of_message(document: Any) -> RecordedRows:
 
 
 def _start_remarks(place: str, start: dict[str, Any], first: dict[str, float]) -> Iterator[str]:
-    """What a message says of the state that the motion begins in, and rows of joints do not."""
+    """Remarks on the state in which a motion begins, as far as rows of joints do not say it."""
     attached = start.get("attached_collision_objects")
     if isinstance(attached, list) and attached:
         objects = (each.get("object") if isinstance(each, dict) else None for each in attached)

@@ -198,7 +198,7 @@ class Scenario(FileSection):
 
     @property
     def plugins(self) -> list[str]:
-        """What of it is not ours: names of plug-ins, which may raise anything."""
+        """The names of plug-ins that the scenario uses, which may raise anything."""
         objective = self.task.stated_objective
         minimised = [objective] if isinstance(objective, str) else list(objective)
         named = [self.task.kind, *minimised, *self.model.limits, self.solver.name]
@@ -246,7 +246,7 @@ class Scenario(FileSection):
         return table
 
     def problem(self) -> Problem[Any]:
-        """The problem itself.
+        """The problem that the scenario states.
 
         Raises:
             ScenarioError: the robot cannot do the task, it is larger than what is planned, or a plug-in failed.
@@ -255,7 +255,7 @@ class Scenario(FileSection):
             return self._stated(self.task.build)
 
     def criteria(self) -> Criteria:
-        """What a motion is judged by; the problem, where there is something to search.
+        """The criteria of a motion; the problem, where there is something to search.
 
         Raises:
             ScenarioError: as :meth:`problem`.
@@ -264,7 +264,7 @@ class Scenario(FileSection):
             return self._stated(self.task.criteria)
 
     def judged(self) -> Criteria:
-        """What a finished motion is judged by, without what only a search needs.
+        """The criteria of a finished motion, without the parts that only a search needs.
 
         Raises:
             ScenarioError: as :meth:`problem`.

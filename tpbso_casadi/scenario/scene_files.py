@@ -31,7 +31,7 @@ class _Words:
         self.line = 0
 
     def word(self) -> str:
-        """The next one.
+        """The next word of the file.
 
         Raises:
             ScenarioError: there is none.
@@ -42,7 +42,7 @@ class _Words:
         return word
 
     def numbers(self, count: int) -> list[float]:
-        """So many numbers.
+        """The next numbers of the file, so many of them.
 
         Raises:
             ScenarioError: a word is none, or not finite.

@@ -70,7 +70,7 @@ class SequenceTask(TaskSection):
         return found[:-1] if self.cyclic else found
 
     def in_order(self, order: Sequence[int]) -> SequenceTask:
-        """The same with its visits in another order, which is given from then on."""
+        """The task with its visits in another order, which is given from then on."""
         moves = [number for number, stage in enumerate(self.stages) if stage.moves]
         before, after = self.stages[: moves[0]], self.stages[moves[-1] :] if self.cyclic else []
         stages = [*before, *(stage for visit in order for stage in self.visits[visit]), *after]
@@ -94,14 +94,14 @@ class SequenceTask(TaskSection):
 
     @property
     def labels(self) -> list[str]:
-        """What these are called."""
+        """The names of the legs, in their order."""
         return [_label(numbers, stage.kind) for numbers, stage in self.legs]
 
     def with_files(self, folder: InputFolder) -> Self:
         return self.replaced(stages=with_files(self.stages, folder, "task.stages"))
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
-        """Nothing: each stage has a problem of its own.
+        """Refuse to build one problem: each stage has a problem of its own.
 
         Raises:
             ScenarioError: always.

@@ -56,14 +56,14 @@ Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
 
 
 class PayloadTable(Section):
-    """In space: kg, m, kg m^2, in the tool's frame; the inertia is about the centre of mass, a matrix row by row."""
+    """A payload in space: kg, m, kg m^2, in the tool's frame; inertia about the centre of mass, a matrix row by row."""
 
     mass: NotNegative
     center: SpacePoint = (0.0, 0.0, 0.0)
     inertia: Rows = MASSLESS
 
     def build(self) -> Payload:
-        """The payload itself.
+        """The payload that the table states.
 
         Raises:
             InvalidProblem: a number is out of range, or no body has such an inertia.
@@ -97,13 +97,13 @@ AnyTrackingError: TypeAlias = Annotated[ErrorPerJoint, ANGULAR] | TrackingTable
 
 
 class PoseTable(Section):
-    """Where something stands, and how it is turned: m, and a quaternion (x, y, z, w)."""
+    """A pose: a position in m, and a quaternion (x, y, z, w)."""
 
     position: SpacePoint = (0.0, 0.0, 0.0)
     quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     def build(self) -> Transform:
-        """The pose itself.
+        """The pose that the table states.
 
         Raises:
             InvalidProblem: the quaternion is none.
@@ -167,7 +167,7 @@ class SpatialRobotSection(Section):
             raise InvalidTable("one of model and urdf is needed, not both", "model")
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with the texts of the files that it names.
+        """The table with the texts of the files that it names.
 
         Raises:
             ScenarioError: a file cannot be read.
@@ -180,7 +180,7 @@ class SpatialRobotSection(Section):
         return self.replaced(**texts)._with_covers(folder)._with_looks(folder)
 
     def _with_covers(self, folder: InputFolder) -> Self:
-        """The same with covers of the URDF's links, made of the meshes that it names, where no spheres are stated.
+        """The table with covers of the URDF's links, made of their meshes, where no spheres are stated.
 
         Raises:
             ScenarioError: a mesh cannot be read or covered.
@@ -198,7 +198,7 @@ class SpatialRobotSection(Section):
         return self.replaced(covers_text=covers_text(covers.values())) if covers else self
 
     def _with_looks(self, folder: InputFolder) -> Self:
-        """The same with what the URDF's links look like; what cannot be shown is told in one note."""
+        """The table with the appearance of the URDF's links; a note says which cannot be shown."""
         if self.urdf is None or self.urdf_text is None or self.looks_text is not None:
             return self
         try:
@@ -281,7 +281,7 @@ class SpatialRobotSection(Section):
         return stated.table() if isinstance(stated, TrackingTable) else {"constant": stated}
 
     def in_radians(self) -> Self:
-        """The same, read as a table in degrees.
+        """The table read as one in degrees.
 
         Raises:
             ScenarioError: a joint slides, so that which numbers are angles depends on the joint.
@@ -303,7 +303,7 @@ class SpatialRobotSection(Section):
             raise InvalidProblem(f"{key}.{error.field}", error.reason) from error
 
     def description(self) -> RobotDescription:
-        """What the model or the URDF says.
+        """The description of the model or of the URDF.
 
         Raises:
             InvalidProblem: it is none.
@@ -391,7 +391,7 @@ def _described(
     appearances: str | None,
     covers: str | None,
 ) -> RobotDescription:
-    """What texts say of a robot between two links."""
+    """The description of a robot between two links, as texts state it."""
     description = read_urdf(urdf, *ends, dict(locked))
     if appearances is not None:
         description = description.with_appearances(read_appearances(appearances))

@@ -45,20 +45,20 @@ Name: TypeAlias = Annotated[Word, Count(1, LONGEST_WORD)]
 
 
 class Changing(Protocol):
-    """What is where in a sequence, as far as stages change it."""
+    """A state of a sequence, as far as stages change it."""
 
     def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Self:
-        """What is where with a body in the hand: an obstacle by its name, or one in the tool's frame."""
+        """The state with a body in the hand: an obstacle by its name, or one in the tool's frame."""
 
     def detached(self, name: str, posture: FloatArray) -> Self:
-        """What is where with a body that was carried standing where it is."""
+        """The state with a body that was carried standing where it is."""
 
 
 C = TypeVar("C", bound=Changing)
 
 
 class StageSection(Section):
-    """One of [[task.stages]]: the interface of every kind.
+    """A table of [[task.stages]]: the interface of every kind.
 
     Attributes:
         moves: whether the arm moves, which is then planned.
@@ -74,14 +74,14 @@ class StageSection(Section):
         return 0.0
 
     def changed(self, cell: C, posture: FloatArray) -> C:
-        """What is where afterwards, if the arm is then in a posture (dof,)."""
+        """The state after the stage, if the arm is then in a posture (dof,)."""
         return cell
 
     def table(self) -> dict[str, Any]:
         return {key: value for key, value in super().table().items() if value not in (None, [], "")}
 
     def with_files(self, folder: InputFolder) -> Self:
-        """The same with what is in the files that it names."""
+        """The stage with the content of the files that it names."""
         return self
 
 
@@ -110,7 +110,7 @@ class MovingStage(StageSection):
         return None
 
     def goals_from(self, robot: Robot, posture: FloatArray) -> Place | list[Place]:
-        """Where it ends, if it begins in a posture (dof,)."""
+        """The goals of the stage, if it begins in a posture (dof,)."""
         raise NotImplementedError
 
     def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
@@ -118,12 +118,12 @@ class MovingStage(StageSection):
         return None
 
     def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
-        """What is kept besides what is stated; nothing by default."""
+        """Further constraints of the stage besides the stated ones; none by default."""
         return []
 
 
 class MoveStage(MovingStage):
-    """To a place in the least time, among obstacles; blended it goes on to the next without a stop.
+    """A move to a place in the least time, among obstacles; a blended one goes on to the next without a stop.
 
     Attributes:
         blend: how far from its goal the motion may pass, m of the tool or rad of all joints together.
@@ -147,7 +147,7 @@ class MoveStage(MovingStage):
         return f"{in_words(keys)} would have to be the same in both stages" if keys else None
 
     def blended(self, following: MoveStage) -> MoveStage:
-        """Both as one: a move past the goal of the first."""
+        """Two moves as one: past the goal of the first to that of the second."""
         assert not isinstance(self.goal, list)  # of several goals none is blended
         corner: Any = self.goal
         corner = replace(corner, within=self.blend)
@@ -169,7 +169,7 @@ class LedStage(MovingStage):
     max_tool_speed: Positive | None = None
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
-        """Where the way ends that begins in a posture (dof,)."""
+        """The end of the path that begins in a posture (dof,)."""
         raise NotImplementedError
 
     def way(self, robot: Robot, start: FloatArray, end: FloatArray) -> ToolCurve:
@@ -344,7 +344,7 @@ AnyStage = Annotated[StageSection, ReadBy(read_stage)]
 
 
 def _tool(robot: Robot, posture: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-    """Where the tool is in a posture (dof,), (dim,), m, and how it is turned, (3, 3); None in the plane."""
+    """The position of the tool in a posture (dof,), (dim,), m, and its rotation, (3, 3); None in the plane."""
     if not isinstance(robot, SpatialArm):
         return as_array(robot.tool(ca.DM(posture).T))[0], None
     (frame,) = tool_frames(robot, posture[None])

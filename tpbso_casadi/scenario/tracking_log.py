@@ -33,14 +33,14 @@ class TrackingLog:
 
     @classmethod
     def of(cls, times: FloatArray, commanded: FloatArray, measured: FloatArray) -> TrackingLog:
-        """Of times (n,), s, and joints (n, k)."""
+        """The log of times (n,), s, and joints (n, k) as commanded and as measured."""
         speed = np.gradient(commanded, times, axis=0, edge_order=2)
         acceleration = np.gradient(speed, times, axis=0, edge_order=2)
         return cls(measured - commanded, speed, acceleration)
 
     @classmethod
     def joined(cls, logs: Sequence[TrackingLog]) -> TrackingLog:
-        """Several in one."""
+        """Several logs joined in one."""
         parts = ([log.errors for log in logs], [log.speed for log in logs], [log.acceleration for log in logs])
         return cls(*(np.concatenate(part) for part in parts))
 

@@ -58,7 +58,7 @@ def _is_found(name: str, find: Callable[[str], object]) -> bool:
 
 
 def plain(value: Any) -> Any:
-    """The same with lists in place of arrays and tuples, and text in place of paths and classes."""
+    """A value as plain data: lists for arrays and tuples, text for paths and classes."""
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, Mapping):
@@ -161,7 +161,7 @@ class Section(Table):
     """A table of a scenario file."""
 
     def in_radians(self) -> Self:
-        """The same table, read as one in degrees: what is stated of its ``ANGULAR`` fields, and of tables within."""
+        """The table read as one in degrees: stated values of angular keys, and tables within, are converted."""
         keys = self.schema()
         return self.replaced(
             **{
@@ -230,7 +230,7 @@ class FileSection(Section):
     unit: Literal["rad", "deg"] = "rad"
 
     def normalised(self) -> Self:
-        """The same file in rad: whoever reads one calls this first, so that nothing else knows of degrees."""
+        """The file in rad, whatever its unit; readers call this first, so that nothing else knows of degrees."""
         return self.in_radians().replaced(unit="rad") if self.unit == "deg" else self
 
 

@@ -142,7 +142,7 @@ def certify(options: argparse.Namespace) -> int:
 
 
 def beside(folder: Path) -> Path:
-    """Where the repaired motion of a run folder goes to."""
+    """The folder of the repaired motion of a run folder."""
     return folder.with_name(f"{folder.name}-repaired")
 
 

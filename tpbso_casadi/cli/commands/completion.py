@@ -26,7 +26,7 @@ OR_FILES = {"bash": '  compgen -f -- "$1"\n', "zsh": " 'files:file:_files'"}
 
 
 class Completion(Protocol):
-    """What a value is completed with."""
+    """The way in which a value is completed."""
 
     @property
     def patterns(self) -> Mapping[str, str]:
@@ -35,7 +35,7 @@ class Completion(Protocol):
 
 @dataclass(frozen=True)
 class Entries:
-    """Files or folders.
+    """Completion by files or folders.
 
     Attributes:
         patterns: how each shell is told.
@@ -50,7 +50,7 @@ FOLDERS = Entries({shell: str(pattern) for shell, pattern in shtab.DIRECTORY.ite
 
 @dataclass(frozen=True)
 class Words:
-    """Names.
+    """Completion by a list of names.
 
     Attributes:
         label: what they are names of.

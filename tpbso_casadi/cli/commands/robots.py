@@ -49,7 +49,7 @@ def print_list(robots: Sequence[tuple[str, RobotDescription]], console: OutputCo
 
 
 def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
-    """Its joints with limits and masses, its reach, its spheres, and what is not known of it."""
+    """Print the joints of a robot with limits and masses, its reach, its spheres, and what is not known of it."""
     chain = robot.chain
     console.say(
         f"{robot.title or chain.name}: {len(chain.joints)} joints from {chain.base_link} to {chain.tip_link}, "
@@ -80,7 +80,7 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
 
 
 def print_covers(robot: RobotDescription, console: OutputConsole) -> None:
-    """What holds the robot's links, and how far it is from being them."""
+    """Print the spheres that hold the robot's links, and how far they stick out."""
     coarse = [(cover.link, cover.coarse) for cover in robot.covers]
     fine = [(cover.link, cover.fine) for cover in robot.covers]
     console.print_table("spheres that hold meshes, proven, for searches; how far beyond, mm", _overhangs(coarse))

@@ -65,7 +65,7 @@ class ReplanLines:
 
 
 def print_simulation(result: SimulationResult, console: OutputConsole) -> None:
-    """What was measured, each with a mark where it should be otherwise; and limits that were broken."""
+    """Print the measurements, each with a mark where it should be otherwise, and limits that were broken."""
     summary = result.summary
     table = table_of(word("measured"), number("value"), prose(""))
     for name, value, good, remark in _rows(summary):

@@ -235,13 +235,13 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
 
 
 def what_there_is(solution: PlannedMotion, folder: Path | None) -> str:
-    """What a search that was cut short leaves, and where."""
+    """The remains of a search that was cut short, and their place."""
     what = f"best plan so far, {summary_of(solution)}," if solution.feasible else "best attempt, not feasible,"
     return f"the {what} is {'printed' if folder is None else f'in {folder}'}"
 
 
 def broken(solution: PlannedMotion, places: bool = False) -> str:
-    """What is not proven of a plan, by how much and, if asked for, where."""
+    """The limits that a plan is not proven to keep: by how much and, if asked for, where."""
     failed = [verdict for verdict in solution.verdicts if not verdict.satisfied]
     return ", ".join(
         f"{verdict.name} is {verdict.worst:.6g} {verdict.unit} where {verdict.bound:.6g} is the limit"
@@ -275,5 +275,5 @@ def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:
 
 
 def stated(options: argparse.Namespace, *keys: str) -> dict[str, Any]:
-    """Those options that the command line states."""
+    """The options that the command line states."""
     return {key: getattr(options, key) for key in keys if getattr(options, key) is not None}

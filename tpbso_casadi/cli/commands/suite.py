@@ -106,7 +106,7 @@ def parser() -> OneLineParser:
 
 
 def add_problems(group: Group) -> None:
-    """Which problems of which suite."""
+    """Add the options that choose problems of a suite."""
     group.add_argument(
         "--suite", choices=SUITES, default=SUITE, help="which version: later ones mend what is wrong in earlier ones"
     )
@@ -117,7 +117,7 @@ def add_problems(group: Group) -> None:
 
 
 def add_search(group: Group) -> None:
-    """By which solvers, how long."""
+    """Add the options that choose solvers and budgets."""
     add_solvers(group, USUAL_SOLVERS)
     group.add_argument(
         "--budget",
