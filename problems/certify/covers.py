@@ -86,7 +86,7 @@ def _halved(cells: CoverCells, items: Items) -> tuple[CoverCells, Items]:
     """The cells of items cut in halves, and the items in both."""
     used, rows = np.unique(items.row, return_inverse=True)
     both = [Items(rows + side * len(used), items.node, items.other) for side in (0, 1)]
-    return CoverCells(cells.travel, halves(cells.edges[used])), Items.joined(both)
+    return CoverCells(cells.travel, halves(cells.edges[used])), Items.concatenated(both)
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ class Postures(NamedTuple):
         columns = _frames(arm)(np.ascontiguousarray(theta.T)).T.reshape(len(theta), -1, 12)
         return cls(times, columns[:, :, :9].reshape(len(theta), -1, 3, 3), columns[:, :, 9:])
 
-    def joined(self, other: Postures) -> Postures:
+    def concatenated(self, other: Postures) -> Postures:
         """The poses of both in one."""
         return Postures(*(np.concatenate(parts) for parts in zip(self, other, strict=True)))
 
@@ -128,6 +128,6 @@ class Items(NamedTuple):
         return Items(*(part[chosen] for part in self))
 
     @classmethod
-    def joined(cls, parts: Sequence[Items]) -> Items:
+    def concatenated(cls, parts: Sequence[Items]) -> Items:
         """The items of all parts in one."""
         return cls(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))

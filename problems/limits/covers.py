@@ -172,7 +172,7 @@ class CoverLimit(Limit):
     def parted(self, items: Items) -> Items:
         """The items in smaller parts, where they have any."""
         whole = self.sizes(items) == 0.0
-        return items if whole.all() else Items.joined([items.taken(whole), self.opened(items.taken(~whole))])
+        return items if whole.all() else Items.concatenated([items.taken(whole), self.opened(items.taken(~whole))])
 
     @abstractmethod
     def surfaces(self, found: Nearest, postures: Postures) -> FloatArray:
@@ -409,7 +409,7 @@ class CoverSelfClearance(CoverLimit):
         children, parents = self.nodes.tree.children(one.node)
         others, owners = self.nodes.tree.children(two.other)
         parts = Items(one.row[parents], children, one.other[parents]), Items(two.row[owners], two.node[owners], others)
-        return Items.joined(parts)
+        return Items.concatenated(parts)
 
     def travel(self, items: Items, turns: FloatArray, cells: FloatArray) -> FloatArray:
         return np.asarray(np.einsum("mj,mj->m", self.nodes.levers[items.node] * self._between(items), turns[items.row]))
