@@ -141,8 +141,9 @@ def _marked(hint: Any) -> Kind:
 
     def read(value: Any) -> Any:
         found = kind.read(value)
-        for check in bounds:
-            check(value)  # which is shown as it was stated
+        if isinstance(value, int | float):
+            for check in bounds:
+                check(value)  # which is shown as it was stated
         return reduce(lambda known, check: check(known), checks, found)
 
     return Kind(kind.fits, read) if bounds or checks else kind
@@ -162,6 +163,8 @@ def _check(mark: Any) -> Reader | None:
 
 
 def _of_length(count: Count, value: Any) -> Any:
+    if value is None:
+        return value
     if isinstance(value, str) and not count.least <= len(value) <= count.most:
         words = "a shorter word is needed" if len(value) > count.most else "a longer word is needed"
         raise InvalidTable(f"{words}, not {shown_value(value)}")
@@ -242,7 +245,7 @@ _FINISHED: dict[Any, Reader] = {float: _finite, str: _encodable}
 
 
 def _mapping(hint: Any) -> Kind:
-    key, entry = map(kind_of, get_args(hint))
+    key, entry = map(kind_of, get_args(hint) or (Any, Any))
 
     def read(value: Any) -> Any:
         if not isinstance(value, Mapping):
@@ -257,7 +260,7 @@ def _mapping(hint: Any) -> Kind:
 
 
 def _listed(hint: Any) -> Kind:
-    made, parts = get_origin(hint), get_args(hint)
+    made, parts = get_origin(hint) or hint, get_args(hint) or (Any, ...)
     open_ended = made is list or parts[-1] is Ellipsis
     kinds = [kind_of(part) for part in parts if part is not Ellipsis]
 
