@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from html import escape
 from math import isfinite
 from pathlib import Path
@@ -11,6 +12,25 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
+
+
+@dataclass(frozen=True, kw_only=True)
+class PagePicture:
+    """A figure on a page, or why there is none.
+
+    Attributes:
+        title: of its section.
+        name: of its files.
+        reading: how it is read.
+        svg: for the page; empty where it is left out.
+        reason: why it is left out.
+    """
+
+    title: str
+    name: str
+    reading: str
+    svg: Markup
+    reason: str = ""
 
 
 def heading(text: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from markupsafe import Markup
 
 from solvers import Budget
 from tpbso_casadi.figures.palette import DEFAULT
-from tpbso_casadi.html import number
+from tpbso_casadi.html import PagePicture, number
 from tpbso_casadi.judging.referee import SHOWN_TARGETS, TARGETS, Referee, evaluations_text
 from tpbso_casadi.judging.results import POLISH_HEADER, Best, Results
 from tpbso_casadi.judging.run import AnyRun
@@ -48,25 +47,6 @@ def page(name: str, filters: dict[str, Callable[..., Any]], folder: Path = TEMPL
     sheets = [path for path in (TEMPLATES / "page.css", folder / f"{name}.css") if path.exists()]
     style = Markup("\n").join(Markup(path.read_text(encoding="utf-8")) for path in sheets)
     return environment.get_template(f"{name}.html").render(style=style, versions=versions(), **content)
-
-
-@dataclass(frozen=True, kw_only=True)
-class PagePicture:
-    """A figure on a page, or why there is none.
-
-    Attributes:
-        title: of its section.
-        name: of its files.
-        reading: how it is read.
-        svg: for the page; empty where it is left out.
-        reason: why it is left out.
-    """
-
-    title: str
-    name: str
-    reading: str
-    svg: Markup
-    reason: str = ""
 
 
 # Comparisons

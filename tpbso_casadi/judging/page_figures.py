@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from tpbso_casadi.figures.palette import SERIES
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.figures.style import METADATA, RC, write_figure
+from tpbso_casadi.html import PagePicture
 from tpbso_casadi.judging.figures import (
     EQUAL,
     FEWEST_FOR_QUARTILES,
@@ -28,7 +29,6 @@ from tpbso_casadi.judging.figures import (
     rank_figure,
     shares_figure,
 )
-from tpbso_casadi.judging.page import PagePicture
 from tpbso_casadi.judging.referee import Referee
 from tpbso_casadi.judging.results import Best, Results
 from tpbso_casadi.judging.statistics import FEWEST_SOLVERS, cases_needed
