@@ -192,9 +192,9 @@ def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProble
 
 
 def test_the_model_says_the_same_as_the_program(problems: tuple[MoveProblem, MoveProblem]) -> None:
-    names = [constraint.name for constraint in problems[1].constraints]
+    names = [constraint.name for constraint in problems[1].model.constraints]
     assert names.count("clearance at the goal") == 1
-    assert "clearance at the goal" not in [constraint.name for constraint in problems[0].constraints]
+    assert "clearance at the goal" not in [constraint.name for constraint in problems[0].model.constraints]
     program = problems[1].nlp()
     assert "clearance at the goal" in [constraint.name for constraint in program.constraints(0.0)]
 

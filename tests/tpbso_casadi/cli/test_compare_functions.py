@@ -171,7 +171,7 @@ WRONG = [
     (["function:sphere-2", "--solvers", "bso+polish"], "function:sphere-2: bso+polish: IPOPT needs"),
     (["function:sphere-2", "--solvers", "bos"], "function:sphere-2: bos: solver.name: no solver 'bos'; did you"),
     (["function:sphere-2", "--solvers", "bso(c9=1)"], "solver.settings.c9: bso has no such setting"),
-    (["function:sphere-2", "--population", str(10**8)], "function:sphere-2: bso: solver.population:"),
+    (["function:sphere-2", "--population", str(10**8)], "argument --population: input should be less than"),
     (["function:sphere-2", "--runs", "100001"], "runs: a campaign has at most 100000 in all"),
     (["function:sphere-2", "--format", "csv"], "argument --format: csv is none of coco, ioh"),
     ([f"function:sphere-{d}" for d in range(1, 26)] + ["--format", "coco"], "--format coco: 25 cases where COCO's"),

@@ -344,7 +344,7 @@ MISTAKES: list[tuple[Callable[[SearchedMotion], object], str]] = [
     (lambda plan: Replanner(scenario(), within=-1.0), "within: -1 is not within"),
     (lambda plan: Replanner(fits(task={"via": [{"joints": [0.0, 0.2, 0.2]}]})), "task: only a move to a goal at rest"),
     (lambda plan: Replanner(fits(task=POINTS)).first(), "task.start: joints at rest are needed"),
-    (lambda plan: replanner().first(obstacles=[FAR, SECTION]), "obstacles: obstacle 2: EllipseSection is not an Obs"),
+    (lambda plan: replanner().first(obstacles=[FAR, SECTION]), "obstacles: obstacle 2: ShapeSection is not an Obs"),
     (lambda plan: replanner().replan(still(0.0, 0.0), []), "executed: a motion of 2 joints for a robot of 3"),
     (lambda plan: replanner().replan(still(0.0, np.nan, 0.0), []), "executed: it is no motion"),
     (lambda plan: replanner().replan(STANDING, [], Joints((0.0, 0.0))), "goal: 2 joints for a robot of 3"),
