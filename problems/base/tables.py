@@ -107,13 +107,13 @@ class Table:
         return self.from_table({name: getattr(self, name) for name in self.stated_keys} | dict(content))
 
     def replaced(self, **values: Any) -> Self:
-        """The table with other values of some keys, which are stated from then on; the values are believed."""
+        """The table with other values of some keys, which are stated from then on; the values are not checked."""
         made = self.filled_in(**values)
         object.__setattr__(made, "stated_keys", self.stated_keys | values.keys())
         return made
 
     def filled_in(self, **values: Any) -> Self:
-        """The table with values of keys that nobody stated, or that stand elsewhere; the values are believed."""
+        """The table with values of keys that nobody stated, or that stand elsewhere; the values are not checked."""
         made = object.__new__(type(self))  # without what was computed of the other keys
         for name, value in {**self.values(), **values, "stated_keys": self.stated_keys}.items():
             object.__setattr__(made, name, value)

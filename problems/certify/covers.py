@@ -36,7 +36,7 @@ class CoverCells:
 
     @cached_property
     def middles(self) -> FloatArray:
-        """The middles of all cells, (n,), s."""
+        """The middles of all cells of time, (n,), s."""
         return np.asarray(self.edges.mean(axis=1))
 
     @cached_property

@@ -54,7 +54,7 @@ class WholeRows:
 
     @classmethod
     def none(cls, width: int, joints: int) -> Self:
-        """No row, for so many control points."""
+        """An empty set of rows for ``width`` control points of each joint."""
         empty = np.empty(0)
         return cls(np.empty(0, dtype=np.intp), np.empty((0, width, joints)), empty, empty, empty)
 

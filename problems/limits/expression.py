@@ -108,7 +108,7 @@ class ExpressionLimit(Limit):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the values."""
+        """The names of the values of the expression, for tables."""
         width = self.function.width
         return ("value",) if width == 1 else tuple(f"value {number}" for number in range(1, width + 1))
 

@@ -203,7 +203,7 @@ class SampleFunction:
 
     @property
     def operations(self) -> int:
-        """The number of its operations."""
+        """The number of operations of the expression."""
         return self.text.count("(")
 
     def uses(self, *names: str) -> bool:

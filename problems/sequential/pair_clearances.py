@@ -89,7 +89,7 @@ class PairClearances:
 
     @cached_property
     def pairs(self) -> list[Pair]:
-        """The pairs of all limits."""
+        """The pairs of bodies and obstacles whose distance some clearance limit bounds."""
         return [pair for limit in self.limits for pair in limit.pairs]
 
     @cached_property

@@ -221,7 +221,7 @@ def draw_band(axes: Axes, marker: Marker) -> None:
 
 
 def outlines(points: FloatArray, width: float, *, joined: bool) -> Sequence[FloatArray]:
-    """Outlines (m, 2), all counter-clockwise, that together are all within a width of points (n, 2), or of lines."""
+    """Counter-clockwise outlines (m, 2) of the region within a width of points (n, 2), or of lines."""
     turn = np.linspace(0.0, 2.0 * np.pi, CORNERS + 1)
     circle = width * np.column_stack([np.cos(turn), np.sin(turn)])
     found = [point + circle for point in points]

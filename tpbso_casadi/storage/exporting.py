@@ -86,7 +86,7 @@ def ros_message(rows: ControllerRows) -> dict[str, Any]:
 
 
 def message_json(rows: ControllerRows) -> str:
-    """The message in JSON."""
+    """A trajectory message of ROS in JSON, made of the rows for a controller."""
     return json.dumps(ros_message(rows), indent=1, allow_nan=False) + "\n"
 
 
