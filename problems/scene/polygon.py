@@ -379,7 +379,7 @@ class Polygon(Obstacle):
         return False
 
     def segment_clearance(self, start: Matrix, end: Matrix) -> Matrix:
-        """The signed clearance of segments from the polygon, (n, 1), m: exact outside and, for a convex polygon, inside."""
+        """The signed clearance of segments from the polygon, (n, 1), m: exact outside and, for a convex one, inside."""
         each = [convex_clearance([self._corner(share) for share in part], start, end) for part in self.parts]
         return reduce(ca.fmin, each)
 
