@@ -209,7 +209,6 @@ def test_a_broken_scene(old: str, new: str, reason: str, tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("table", "reason"),
     [
-        ({"shape": "mesh"}, r"obstacles\.0\.file: missing key"),
         ({"shape": "mesh", "file": "none.stl"}, r"obstacles\.0\.file: .*none\.stl: cannot be read: No such file"),
         ({"shape": "mesh", "file": "fixture.stl"}, r"obstacles\.0\.file: .*fixture\.stl: it is .* in mm, and scale"),
         ({"shape": "mesh", "file": "../secret.stl"}, r"lies outside the scenario's folder"),
@@ -217,8 +216,6 @@ def test_a_broken_scene(old: str, new: str, reason: str, tmp_path: Path) -> None
         ({"shape": "points", "file": "fixture.stl", "radius": 0.1}, r"ends with 'stl'; ply, xyz, npy are read"),
         ({"shape": "polytope", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}, r"in one plane"),
         ({"shape": "mesh", "name": "two\nlines"}, r"obstacles\.0\.name: a name of one line is needed"),
-        ({"shape": "meshes", "file": "fixture.stl"}, r"did you mean mesh\?"),
-        ({"shape": "mesh", "file": "fixture.stl", "scael": 1.0}, r"scael: unknown key; did you mean scale\?"),
     ],
 )
 def test_what_is_refused(table: dict[str, Any], reason: str, folder: Path) -> None:

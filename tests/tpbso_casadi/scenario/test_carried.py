@@ -1,4 +1,4 @@
-"""[[carried]] and may_touch: kept clear, weighed, stored, named; what is refused."""
+"""[[carried]] and may_touch: kept clear, weighed, stored and named."""
 
 from __future__ import annotations
 
@@ -103,45 +103,6 @@ def test_a_mass_that_is_not_stated_is_said() -> None:
     part = {key: value for key, value in BOX.items() if key != "mass"}
     arm = arm_of(scenario(carried=[part]))
     assert arm.payload is None and "the weight of part: no mass is stated" in arm.unjudged
-
-
-@pytest.mark.parametrize(
-    ("keys", "reason"),
-    [
-        ({"carried": [BOX, BOX]}, r"carried\.1\.name: 'part' is there twice"),
-        ({"carried": [BOX | {"name": "panda_link5"}]}, r"carried: the robot has a link 'panda_link5'"),
-        (
-            {"carried": [BOX | {"velocity": [0.1, 0.0, 0.0]}]},
-            r"carried\.0\.velocity: what is carried moves with",
-        ),
-        (
-            {"carried": [BOX | {"margin_rate": 0.1}]},
-            r"carried\.0\.margin_rate: what is carried is",
-        ),
-        (
-            {"carried": [{"shape": "half-space", "center": [0, 0, 0]}]},
-            r"carried\.0\.shape: HalfSpace cannot be",
-        ),
-        ({"carried": [{"center": [0, 0], "semi_axes": [1, 1]}]}, r"carried\.0\.shape: Ellipse is in the plane"),
-        ({"carried": [BOX | {"mass": -1.0}]}, r"carried\.0\.mass: "),
-        ({"carried": [BOX | {"sise": 1.0}]}, r"carried\.0\.sise: unknown key; did you mean size"),
-        ({"carried": [{"shape": "mesh"}]}, r"carried\.0\.file: missing key"),
-        (
-            {"may_touch": [["panda_hand", "tabel"]], "obstacles": [TABLE]},
-            r"may_touch\.0: nothing is called 'tabel'; did",
-        ),
-        ({"may_touch": [["table", "bin"]], "obstacles": [TABLE, BIN]}, r"may_touch\.0: both are obstacles"),
-        (
-            {"may_touch": [["panda_hand", "part"]], "obstacles": [TABLE | {"name": "part"}], "carried": [BOX]},
-            r"may_touch\.0: an obstacle and a body are called 'part'",
-        ),
-        ({"may_touch": [["panda_hand"]]}, r"may_touch\.0"),
-        ({"may_touch": [["panda_hand", "panda_hand"]]}, r"may_touch\.0: 'panda_hand' twice; a pair is of two"),
-    ],
-)
-def test_what_is_refused(keys: dict[str, Any], reason: str) -> None:
-    with pytest.raises(ScenarioError, match=reason):
-        scenario(**keys).problem()
 
 
 def test_in_the_plane_nothing_is_carried() -> None:

@@ -57,22 +57,14 @@ def test_python_states_the_same() -> None:
     ("table", "said"),
     [
         ({"kind": "uprigt"}, "constraints.0.kind: .*'upright', .*, not 'uprigt'; did you mean upright[?]"),
-        ({"kind": 3}, "constraints.0.kind: .* not 3"),
-        ({"kind": "upright"}, "constraints.0.tolerance: missing key"),
-        ({"kind": "upright", "tolerance": "1"}, "constraints.0.tolerance: a number is needed, not '1'"),
-        ({"kind": "upright", "tolerance": 0}, "constraints.0.tolerance: .* greater than 0, not 0"),
         (
             {"kind": "upright", "tolerance": 0.1, "axes": [1, 0]},
             "constraints.0.axes: unknown key; did you mean axis[?]",
         ),
         ({"kind": "upright", "tolerance": 0.1, "axis": [1]}, "constraints.0.axis: .* at least 2 items.*"),
-        ({"kind": "tool orientation", "tolerance": 0.1}, "constraints.0.quaternion: missing key"),
         ({"kind": "tool region", "size": [1, 0]}, "constraints.0.size.1: .* greater than 0, not 0"),
-        ({"kind": "tool speed"}, "constraints.0.max: missing key"),
-        ({"kind": "tool speed", "max": -1.0}, "constraints.0.max: .* greater than 0, not -1.0"),
         ({"kind": "tool speed", "max": 1.0, "name": "a:b"}, "constraints.0.name: a name in printable characters.*"),
         ({"name": "own"}, "constraints.0.expression: missing key"),
-        (3, "constraints.0: a table is needed, not 3"),
     ],
 )
 def test_what_is_no_constraint_is_refused(table: Any, said: str) -> None:

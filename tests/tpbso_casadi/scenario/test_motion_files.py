@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,11 @@ def point(row: int, **keys: Any) -> dict[str, Any]:
 def message(**keys: Any) -> dict[str, Any]:
     header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
     return {"header": header, "joint_names": NAMES, "points": [point(row) for row in range(3)]} | keys
+
+
+def second(dump: Callable[[Any], str] = json.dumps, **keys: Any) -> str:
+    """A message of two rows, the second with other keys."""
+    return dump(message(points=[point(0), point(1, **keys)]))
 
 
 def written(name: str, content: str | bytes) -> InputFolder:
@@ -194,33 +200,19 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "infinite": ("m.npz", npz(t=[0.0, np.inf], q=POSITIONS[:2]), "times: a number is not finite, or larger than 1e+09"),
     "an unknown array": ("m.npz", npz(**NPZ, velocity=TIMES), "has no use for the array 'velocity'; did you mean vel"),
     "half of pieces": ("m.npz", npz(**NPZ, breakpoints=TIMES), "has breakpoints alone; exact pieces are "),
-    "other ends": (
-        "m.npz",
-        npz(**NPZ, breakpoints=[0.0, 0.25, 1.1], coefficients=PIECES),
-        "times: from 0 to 1 s where breakpoints are from 0 to 1.1 s; they are two motions",
-    ),
-    "two motions": (
-        "m.npz",
-        npz(**NPZ, breakpoints=TIMES, coefficients=np.add(PIECES, [[[0.0]], [[1e-3]]])),
-        "positions: row 0 is not on the pieces of breakpoints and coefficients; they are two motions",
-    ),
-    "a huge coefficient": (
-        "m.npz",
-        npz(**NPZ, breakpoints=TIMES, coefficients=1e200 * np.array(PIECES)),
-        "coefficients: a number is not finite, or larger than 1e+100",
-    ),
+    "other ends": ("m.npz", npz(**NPZ, breakpoints=[0.0, 0.25, 1.1], coefficients=PIECES),
+        "times: from 0 to 1 s where breakpoints are from 0 to 1.1 s; they are two motions"),
+    "two motions": ("m.npz", npz(**NPZ, breakpoints=TIMES, coefficients=np.add(PIECES, [[[0.0]], [[1e-3]]])),
+        "positions: row 0 is not on the pieces of breakpoints and coefficients; they are two motions"),
+    "a huge coefficient": ("m.npz", npz(**NPZ, breakpoints=TIMES, coefficients=1e200 * np.array(PIECES)),
+        "coefficients: a number is not finite, or larger than 1e+100"),
     "a key twice in json": ("m.json", '{"points": [], "points": []}', "the key 'points' is there twice"),
     "a key twice in yaml": ("m.yaml", "a: []\na: []\n", "not YAML in line 2: the key 'a' is there twice"),
-    "two motions in a message": (
-        "m.json",
-        json.dumps({"joint_trajectory": message(), "trajectory": message()}),
-        "trajectory: a second motion beside joint_trajectory; one is judged at a time",
-    ),
-    "half a start": (
-        "m.json",
+    "two motions in a message": ("m.json", json.dumps({"joint_trajectory": message(), "trajectory": message()}),
+        "trajectory: a second motion beside joint_trajectory; one is judged at a time"),
+    "half a start": ("m.json",
         json.dumps({"start_state": {"joint_state": {"name": ["a"], "position": []}}, "trajectory": message()}),
-        "start_state.joint_state: as many positions as names are needed",
-    ),
+        "start_state.joint_state: as many positions as names are needed"),
     "not json": ("m.json", "{", "not JSON in line 1: Expecting property name enclosed in double quotes"),
     "deep json": ("m.json", "[" * 100_000, "not JSON: "),
     "digits": ("m.json", "[" + "1" * 10_000 + "]", "not JSON: "),
@@ -233,61 +225,31 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "no document": ("m.yaml", "", "one document is needed, not 0"),
     "a number": ("m.json", "3", "no JointTrajectory with joint_names and points is in it"),
     "several": ("m.json", json.dumps({"trajectory": [message(), message()]}), "trajectory: 2 trajectories; one is"),
-    "planar base": (
-        "m.json",
+    "planar base": ("m.json",
         json.dumps({"joint_trajectory": message(), "multi_dof_joint_trajectory": {"points": [{}]}}),
-        "multi_dof_joint_trajectory: joints of several degrees of freedom are not judged",
-    ),
+        "multi_dof_joint_trajectory: joints of several degrees of freedom are not judged"),
     "no names": ("m.json", json.dumps(message(joint_names=[])), "joint_names: a list of words is needed"),
     "half a letter": ("m.json", json.dumps(message(joint_names=["\ud800", "b"])), "joint_names: a list of words is"),
     "no list": ("m.json", json.dumps(message(points={})), "points: a list is needed"),
     "no points": ("m.json", json.dumps(message(points=[])), "0 rows; a motion needs two at least"),
-    "no time": (
-        "m.json",
-        json.dumps(message(points=[point(0), point(1, time_from_start=None)])),
-        "points[1].time_from_start: missing key",
-    ),
-    "half a time": (
-        "m.json",
-        json.dumps(message(points=[point(0), point(1, time_from_start={"sec": 1})])),
-        "points[1].time_from_start: sec and nanosec are needed",
-    ),
-    "no positions": (
-        "m.json",
-        json.dumps(message(points=[point(0), point(1, positions=[])])),
-        "points[1].positions: 2 numbers are needed",
-    ),
-    "too few": (
-        "m.json",
-        json.dumps({"trajectory": message(points=[point(0), point(1, velocities=[0.1])])}),
-        "trajectory.points[1].velocities: 2 numbers are needed, one for each of joint_names, not 1",
-    ),
-    "a truth": (
-        "m.json",
-        json.dumps(message(points=[point(0), point(1, velocities=[True, 0.0])])),
-        "points[1].velocities: a number of at most 1e+09 is needed, not True",
-    ),
+    "no time": ("m.json", second(time_from_start=None), "points[1].time_from_start: missing key"),
+    "half a time": ("m.json", second(time_from_start={"sec": 1}),
+        "points[1].time_from_start: sec and nanosec are needed"),
+    "no positions": ("m.json", second(positions=[]), "points[1].positions: 2 numbers are needed"),
+    "too few": ("m.json", json.dumps({"trajectory": message(points=[point(0), point(1, velocities=[0.1])])}),
+        "trajectory.points[1].velocities: 2 numbers are needed, one for each of joint_names, not 1"),
+    "a truth": ("m.json", second(velocities=[True, 0.0]),
+        "points[1].velocities: a number of at most 1e+09 is needed, not True"),
     "an underscore in a cell": ("m.csv", "t,q1\n0,1\n1_0,2\n", "line 3: 2 numbers are needed"),
-    "an underscore": (
-        "m.yaml",
-        yaml.safe_dump(message()).replace("- 0.4\n", "- 1_0\n"),
-        "points[1].velocities: a number of at most 1e+09 is needed, not '1_0'",
-    ),
-    "a word with an underscore": (
-        "m.json",
-        json.dumps(message(points=[point(0), point(1, positions=["1_0", 0.0])])),
-        "points[1].positions: a number of at most 1e+09 is needed, not '1_0'",
-    ),
-    "a tag and an underscore": (
-        "m.yaml",
+    "an underscore": ("m.yaml", yaml.safe_dump(message()).replace("- 0.4\n", "- 1_0\n"),
+        "points[1].velocities: a number of at most 1e+09 is needed, not '1_0'"),
+    "a word with an underscore": ("m.json", second(positions=["1_0", 0.0]),
+        "points[1].positions: a number of at most 1e+09 is needed, not '1_0'"),
+    "a tag and an underscore": ("m.yaml",
         yaml.safe_dump(message()).replace("nanosec: 250000000", "nanosec: !!int 250_000_000"),
-        "not YAML in line ",
-    ),
-    "a tag and minutes": (
-        "m.yaml",
-        yaml.safe_dump(message()).replace("- 0.4\n", "- !!float 1:30\n"),
-        "not YAML in line ",
-    ),
+        "not YAML in line "),
+    "a tag and minutes": ("m.yaml", yaml.safe_dump(message()).replace("- 0.4\n", "- !!float 1:30\n"),
+        "not YAML in line "),
     **{
         f"{key} {value}": (
             "m.json",
@@ -296,21 +258,12 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
         )
         for key, value in (("nanosec", -1), ("nsecs", 1000000000), ("nsec", -5))
     },
-    "seconds of both": (
-        "m.json",
-        json.dumps(message(points=[point(0), point(1, time_from_start={"sec": 1, "secs": 1, "nanosec": 0})])),
-        "points[1].time_from_start: sec beside secs, which are the same; one is needed",
-    ),
-    "nanoseconds of both": (
-        "m.yaml",
-        yaml.safe_dump(message(points=[point(0), point(1, time_from_start={"sec": 1, "nsecs": 0, "nanosec": 0})])),
-        "points[1].time_from_start: nanosec beside nsecs, which are the same; one is needed",
-    ),
-    "not finite": (
-        "m.yaml",
-        yaml.safe_dump(message(points=[point(0), point(1, positions=[float("nan"), 0.0])])),
-        "points[1].positions: a number of at most 1e+09 is needed, not '.nan'",
-    ),
+    "seconds of both": ("m.json", second(time_from_start={"sec": 1, "secs": 1, "nanosec": 0}),
+        "points[1].time_from_start: sec beside secs, which are the same; one is needed"),
+    "nanoseconds of both": ("m.yaml", second(yaml.safe_dump, time_from_start={"sec": 1, "nsecs": 0, "nanosec": 0}),
+        "points[1].time_from_start: nanosec beside nsecs, which are the same; one is needed"),
+    "not finite": ("m.yaml", second(yaml.safe_dump, positions=[float("nan"), 0.0]),
+        "points[1].positions: a number of at most 1e+09 is needed, not '.nan'"),
 }  # fmt: skip
 
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.running import line_of, scenario_error
 
 from problems.tasks import Joints, Position
 from tpbso_casadi import ScenarioError, builtin, parse_scenario
@@ -23,10 +21,6 @@ VIA = {"via": [{"joints": [0.1, 0.2, 0.3]}]}
 
 def parsed(task: dict[str, Any], **model: Any) -> Any:
     return parse_scenario({"arm": ARM, "task": task, "model": model})
-
-
-def error_of(task: dict[str, Any], **model: Any) -> str:
-    return scenario_error({"arm": ARM, "task": task, "model": model})
 
 
 MOTIONS: list[tuple[dict[str, Any], dict[str, Any], str]] = [
@@ -64,79 +58,6 @@ RETIMED: list[tuple[dict[str, Any], dict[str, Any], bool]] = [
 def test_plans_are_timed_anew_where_their_objective_leaves_time_free() -> None:
     for task, model, retime in RETIMED:
         assert parsed(task, **model).model.retime is retime
-
-
-NOT_OF_THE_MOTION: list[tuple[dict[str, Any], dict[str, Any], str]] = [
-    (POINTS | VIA, {"motion": "paper"}, "task.via: needs motion = 'spline' in [model]"),
-    (POINTS | VIA, {"formulation": "paper"}, "task.via: needs motion = 'spline' in [model]"),
-    (POINTS | {"start": {"joints": [0.0, 0.0, 0.0]}}, {"motion": "paper"}, "task.start: needs motion = 'spline'"),
-    (POINTS | {"goal": [[0.5, 1.0], [0.6, 1.0]]}, {"motion": "paper"}, "task.goal: needs motion = 'spline'"),
-    (POINTS | {"goal_velocity": [0.1, 0.0, 0.0]}, {"motion": "paper"}, "task.goal_velocity: needs motion"),
-    (POINTS | {"total_time": [0.1, 2.0]}, {"motion": "paper"}, "task.total_time: needs motion"),
-    (POINTS | {"segment_time": [0.1, 2.0]}, {"motion": "spline"}, "task.segment_time: needs motion = 'paper'"),
-    (POINTS, {"motion": "spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion = 'paper'"),
-    (POINTS, {"motion": "spline", "knots": 5}, "model.knots: needs motion = 'paper'"),
-    (POINTS, {"motion": "paper", "pieces": 5}, "model.pieces: needs motion = 'spline'"),
-    (PATH, {"motion": "spline", "pieces": 5}, "model.pieces: the points of a path decide about its pieces"),
-    (POINTS, {"motion": "splin"}, "model.motion: input should be"),
-    (POINTS, {"retime": 1}, "model.retime: true or false is needed"),
-    (POSTURES | {"start_acceleration": [1.0]}, {}, "task.start_acceleration: 1 values for 3 joints"),
-    (POSTURES | {"start_acceleration": [21.0, 0.0, 0.0]}, {}, "task.start_acceleration: joint 1: 21 is not within"),
-    (
-        LEAVING,
-        {"motion": "spline"},
-        "task.start_acceleration: needs motion = 'time-spline'",
-    ),
-    (
-        LEAVING,
-        {"motion": "paper"},
-        "task.start_acceleration: needs motion = 'time-spline'",
-    ),
-    (POSTURES, {"motion": "time-spline", "retime": True}, "model.retime: motion = 'time-spline' keeps the timing"),
-    (POSTURES, {"motion": "time-spline", "knots": 4}, "model.knots: needs motion = 'paper' in [model]"),
-    (POSTURES, {"motion": "time-spline", "formulation": "paper"}, "model.formulation: 'paper' needs motion"),
-    (POSTURES | VIA, {"motion": "time-spline"}, "task.via: needs motion = 'spline' in [model]"),
-    (POSTURES | {"goal_velocity": [0.1, 0.0, 0.0]}, {"motion": "time-spline"}, "task.goal_velocity: needs motion"),
-    (POINTS, {"motion": "time-spline"}, "task.start: motion 'time-spline' needs joint angles there"),
-    (PATH, {"motion": "time-spline"}, "model.motion: kind = 'path' is planned with"),
-]
-
-
-def test_what_does_not_belong_to_the_motion_is_one_line() -> None:
-    for task, model, expected in NOT_OF_THE_MOTION:
-        error = error_of(task, **model)
-        assert error.startswith(expected), error
-    assert "did you mean spline" in error_of(POINTS, motion="splin")
-
-
-WRONG_PLACES: list[tuple[str, object, str]] = [
-    ("start", "home", "task.start: [x, y], { joints = [...] } or { position = [...] } is needed, not 'home'"),
-    ("start", {}, "task.start: [x, y], { joints"),
-    ("start", {"joint": [1.0]}, "task.start: [x, y], { joints"),
-    ("start", {"joints": [0.0], "position": [1.0, 0.0]}, "task.start: [x, y], { joints"),
-    ("start", {"joints": [0.0, "x", 0.0]}, "task.start.joints.1: a number is needed, not 'x'"),
-    ("start", {"joints": [0.0, 0.0]}, "task.start: 2 joints for a robot of 3"),
-    ("start", {"joints": [0.0, 0.0, 1e7]}, "task.start: "),
-    ("start", {"position": [1.0]}, "task.start.position.1: missing key"),
-    ("start", [1.0, "y"], "task.start.1: a number is needed, not 'y'"),
-    ("start", [1.0, True], "task.start.1: a number is needed"),
-    ("start", {"position": [9.0, 0.0]}, "task.start: (9.0, 0.0) is 9 m from the base, out of reach"),
-    ("goal", [], "task.goal"),
-    ("goal", [[0.5, 1.0], [9.0, 0.0]], "task.goal: goal[1]: (9.0, 0.0)"),
-    ("goal", [[0.5, 1.0], {"joints": ["x"]}], "task.goal.1.joints.0: a number is needed"),
-    ("goal", [[0.5, 1.0], 3], "task.goal.1: [x, y], { joints"),
-    ("goal", [[0.5, 1.0]] * 101, "task.goal: 101 places; at most 100"),
-    ("via", [], "task.via: a list of [x, y], { joints"),
-    ("via", [1.0, 0.5], "task.via.0: [x, y], { joints"),
-    ("start_velocity", [0.1, 0.0], "task.start_velocity: 2 values for 3 joints"),
-    ("start_velocity", [9.0, 0.0, 0.0], "task.start_velocity: joint 1: "),
-]
-
-
-def test_a_wrong_place_is_one_line() -> None:
-    for key, value, expected in WRONG_PLACES:
-        error = error_of(POINTS | {key: value})
-        assert error.startswith(expected), error
 
 
 def test_a_spline_over_time_keeps_its_timing() -> None:
@@ -219,24 +140,6 @@ def test_one_entry_of_weight_one_is_the_objective_itself() -> None:
     assert weighed({"time": 2.0}).problem().objective.name == "2 time"
     assert weighed({"rotation": 1.0, "length": 1.0}).model.retime
     assert not weighed({"time": 1.0, "energy": 1.0}, MASSIVE | {"segment_time": [0.1, 9.0]}).model.retime
-
-
-WRONG_OBJECTIVES: list[tuple[Any, str]] = [
-    ({}, ": an objective with its weight is needed, such as { time = 1.0, energy = 0.02 }"),
-    (
-        {"tme": 1.0},
-        ".tme: input should be 'time', 'rotation', 'length', 'energy' or 'work', not 'tme'",
-    ),
-    ({"time": -1.0}, ".time: input should be greater than 0, not -1.0"),
-    ({"time": "a"}, ".time: a number is needed, not 'a'"),
-    (3, ": a word is needed, not 3"),
-    (["time"], ": a word is needed, not ['time']"),
-]
-
-
-def test_what_is_wrong_with_an_objective_is_one_line() -> None:
-    for objective, line in WRONG_OBJECTIVES:
-        assert line_of(partial(weighed, objective)).startswith(f"task.objective{line}")
 
 
 def test_what_the_problem_refuses_names_the_key() -> None:

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Rectangle
-from problems.base import InvalidProblem, InvalidTable
+from problems.base import InvalidProblem
 from problems.scene import Tabulated
 from problems.scene.moving import MovingObstacle
 from problems.scene.tabulated import as_numbers
@@ -122,24 +122,8 @@ def test_what_is_stored_is_complete_without_files(tmp_path: Path) -> None:
 
 
 STATED = {
-    "velocity = [1.0]": "obstacles.1.velocity: ",
-    "velocity = [1.0, 2.0, 3.0]": "obstacles.1.velocity: 3 numbers of an obstacle in 2 dimensions",
-    "velocity = [1.0, 2.0, 3.0, 4.0]": "obstacles.1.velocity: at most 3 items",
-    'velocity = "fast"': "obstacles.1.velocity: a list is needed",
-    "velocity = [inf, 0.0]": "obstacles.1.velocity.0: a finite number is needed",
-    "velocity = [nan, 0.0]": "obstacles.1.velocity.0: a finite number is needed",
-    "velocity = [1e9, 0.0]": "obstacles.1.velocity: 1e+09 is not within -1e+08 and 1e+08 m/s",
-    "velocity = [1e13, 0.0]": "obstacles.1.velocity.0: ",
-    "velocty = [1.0, 0.0]": "obstacles.1.velocty: unknown key; did you mean velocity?",
-    "margin_rate = 0.1": "obstacles.1.margin_rate: the obstacle stands still",
     "velocity = [1.0, 0.0]\nmargin_rate = -0.1": "obstacles.1.margin_rate: ",
     "velocity = [1.0, 0.0]\nmargin_rate = 1e9": "obstacles.1.margin_rate: ",
-    'velocity = [1.0, 0.0]\nmotion = "cart.csv"': "obstacles.1.velocity: the motion says already",
-    "motion_rows = []": "obstacles.1.motion: rows of t,x,y or t,x,y,angle are needed",
-    "motion_rows = [[0.0, 0.0, 0.0], [1.0]]": "obstacles.1.motion: rows of t,x,y or t,x,y,angle are needed",
-    "motion_rows = [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]": "obstacles.1.motion: row 2: times have to increase",
-    "motion = 3": "obstacles.1.motion: a word is needed",
-    'motion = ""': "obstacles.1.motion: ",
     'motion = "gone.csv"': "obstacles.1.motion: ",
     'motion = "../scene.toml"': "lies outside the scenario's folder; --allow-outside-files allows that",
     'motion = "/etc/passwd"': "lies outside the scenario's folder",
@@ -310,43 +294,6 @@ def test_a_half_space_is_below_its_normal(normal: tuple[float, float, float]) ->
     assert solid.distance_of(tuple(CENTER + 0.7 * away), CENTER) == pytest.approx(0.7, abs=1e-9)
     across = np.cross(away, np.roll(away, 1) + 0.1)
     assert solid.distance_of(tuple(CENTER + across - 0.7 * away), CENTER) == pytest.approx(-0.7, abs=1e-9)
-
-
-NO_SHAPES: list[tuple[dict[str, Any], str]] = [
-    ({"shape": "box", "center": CENTER, "size": [0.2, 0.1]}, "size.2: missing key"),
-    ({"shape": "box", "center": [0.1, 0.2], "size": [0.2, 0.1, 0.1]}, "center.2: missing key"),
-    ({"shape": "box", "center": CENTER, "size": [0.2, 0.1, 0.0]}, "size.2: input should be greater than 0, not 0"),
-    ({"shape": "box", "center": CENTER, "size": [1, 1, 1], "angle": 0.1}, "angle: unknown key"),
-    ({"shape": "box", "center": CENTER, "size": [1, 1, 1], "quaternion": [0, 1]}, "quaternion.2: missing key"),
-    ({"shape": "sphere", "center": CENTER}, "radius: missing key"),
-    ({"shape": "sphere", "center": CENTER, "radius": 1.0, "quaternion": TURN}, "quaternion: unknown key"),
-    ({"shape": "capsule", "center": [0.1, 0.2], "radius": 1.0, "length": 1.0}, "center.2: missing key"),
-    ({"shape": "cylinder", "center": CENTER, "radius": 1.0, "height": 1.0}, "length: missing key"),
-    ({"shape": "half-space", "center": CENTER, "normal": "up"}, "normal: a list is needed, not 'up'"),
-    ({"shape": "ellipsoid", "center": CENTER, "semi_axes": [1.0, 1.0]}, "semi_axes.2: missing key"),
-    ({"shape": "spere", "center": CENTER}, "shape: input should be .*'spere'; did you mean sphere?"),
-]
-
-
-def test_a_table_that_fits_no_shape_is_named() -> None:
-    for table, reason in NO_SHAPES:
-        with pytest.raises(InvalidTable, match=reason):
-            read_obstacle(table)
-
-
-NO_HALF_SPACES: list[tuple[dict[str, Any], str]] = [
-    ({"quaternion": [0.0, 0.0, 0.0, 2.0]}, r"obstacles.0.quaternion: \(0.0, 0.0, 0.0, 2.0\) is not of length 1"),
-    ({"normal": [0.0, 0.0, 0.0]}, "obstacles.0.normal: a vector of no length has no direction"),
-    ({"normal": [0.0, 0.0, 1.0], "quaternion": TURN}, "obstacles.0.normal: the quaternion says already how"),
-    ({"center": [0.0, 0.0, 1e9]}, "obstacles.0.center: 1e\\+09 is not within"),
-]
-
-
-def test_an_impossible_half_space_is_named() -> None:
-    for table, reason in NO_HALF_SPACES:
-        section = read_obstacle({"shape": "half-space", "center": CENTER, **table})
-        with pytest.raises(ScenarioError, match=reason):
-            build_obstacles([section], 7)
 
 
 def test_a_solid_is_nothing_for_a_robot_in_the_plane() -> None:

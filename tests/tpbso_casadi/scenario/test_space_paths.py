@@ -110,8 +110,6 @@ def test_what_is_wrong_with_a_file_of_poses(folder: Path) -> None:
 WRONG_TASKS: list[tuple[dict[str, Any], str]] = [
     ({"points": [[0.4, 0.0, 0.5], [0.4, 0.1]]}, "task.points: points[1] has 2 numbers, points[0] has 3"),
     ({"points": [[0.4, 0.0, 0.5, 1.0]]}, "task.points.0: two numbers x,y are needed, three in space"),
-    ({"points": [[0.4, "x", 0.5]]}, "task.points.0.1: a number is needed, not 'x'"),
-    ({"points": 5}, "task.points: a list is needed, not 5"),
     ({"angular_accuracy": 0.1}, "task.angular_accuracy: the path gives no orientations"),
     ({"elbow": "up"}, "task.elbow: of an arm in space the search chooses among all postures"),
     ({"points": [[1.0, 0.0, 0.0], [0.5, 0.0, 0.0]]}, "task.points: points[0]: inverse kinematics finds no posture"),
