@@ -7,6 +7,8 @@
 a checkout, and keeps the exit status and every trajectory (CSV) of each; ``compare`` says which of them differ
 between two recordings, and ends with 1 where any does. Seeds are fixed and budgets are the files' own, so that a
 change that is not meant to change results leaves no difference, whatever the load of the machine.
+``benchmarks/results/same_results`` is a recording of 26 November 2026, with CasADi 3.8, NumPy 2.4 and SciPy 1.17; the
+code has been reorganised since, and compared with it.
 """
 
 from __future__ import annotations
