@@ -71,7 +71,7 @@ def nearest_word(word: str, known: Iterable[str], cutoff: float = 0.6) -> str | 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
     """The end of a message that names the nearest known word; empty where none is near."""
-    near = nearest_word(str(word)[:LONGEST_HINT], known)
+    near = nearest_word((word if isinstance(word, str) else shown_value(word))[:LONGEST_HINT], known)
     return f"; did you mean {near}?" if near else ""
 
 

@@ -132,10 +132,12 @@ class TaskSection(Section):
     kind: Word
 
     def check(self) -> None:
+        if "objective" not in self.stated_keys:
+            return
         chosen, own = self.stated_objective, {each.name for each in getattr(self, "objectives", ())}
         for name in [chosen] if isinstance(chosen, str) else chosen:
             with at("objective", *[name][: not isinstance(chosen, str)]):
-                if name and name not in own:
+                if name not in own:
                     OF_CATALOGUE.function(name)
 
     def table(self) -> dict[str, Any]:

@@ -241,10 +241,9 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
         return table
     if not isinstance(table, dict):
         raise ValueError(f"a table is needed, not {shown_value(table)}")
-    in_space = "model" not in table or "urdf" in table or str(table["model"]) in BUILT_IN
-    if in_space:
-        return SpatialRobotSection.from_table(table)
-    return RobotSection.from_table(table)
+    model = table.get("model")
+    in_space = not isinstance(model, str) or "urdf" in table or model in BUILT_IN
+    return (SpatialRobotSection if in_space else RobotSection).from_table(table)
 
 
 AnyRobotTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection

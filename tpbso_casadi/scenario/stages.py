@@ -334,7 +334,7 @@ def read_stage(table: Any) -> StageSection:
     if isinstance(table, StageSection):
         return table
     kind = table.get("kind") if isinstance(table, dict) else None
-    if kind not in STAGES:
+    if not isinstance(kind, str) or kind not in STAGES:
         options = in_words([f"kind = {name!r}" for name in STAGES])
         raise InvalidTable(f"needs {options}{did_you_mean(kind, STAGES)}")
     return STAGES[kind].from_table(table)

@@ -370,6 +370,7 @@ THERE = '[[task.stages]]\nkind = "move"\ngoal = { joints = [0.4, -0.6, 0.0, -2.2
     ("stages", "task", "obstacle", "line"),
     [
         ('[[task.stages]]\nkind = "jump"', "", "", "task.stages.0: needs kind = 'move'"),
+        ('[[task.stages]]\nkind = ["move"]', "", "", "task.stages.0: needs kind = 'move'"),
         ('[[task.stages]]\nkind = "move"', "", "", "task.stages.0.goal: missing key"),
         ('[[task.stages]]\nkind = "line"', "", "", "task.stages.0.goal: one of goal and by is needed"),
         (
