@@ -76,27 +76,26 @@ def test_how_many_bodies_of_one_name_may_be_touched_is_said() -> None:
     assert [line for line in lines if line not in alone] == [several]
 
 
-@pytest.mark.parametrize(
-    "shape",
-    [
-        {"shape": "sphere", "center": [0, 0, 0.1], "radius": 0.05},
-        {"shape": "cylinder", "center": [0, 0, 0.1], "radius": 0.05, "length": 0.1},
-        {"shape": "capsule", "center": [0, 0, 0.1], "radius": 0.03, "length": 0.1},
-        {"shape": "ellipsoid", "center": [0, 0, 0.1], "semi_axes": [0.05, 0.03, 0.08]},
-        {"shape": "polytope", "points": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]]},
-        {"shape": "mesh", "file": "part.stl", "scale": 0.001, "center": [0, 0, 0.1]},
-        {"shape": "points", "file": "part.npy", "radius": 0.01, "center": [0, 0, 0.1]},
-    ],
-    ids=lambda shape: shape["shape"],
-)
-def test_any_shape_is_carried(shape: dict[str, Any], tmp_path: Path) -> None:
+SHAPES: list[dict[str, Any]] = [
+    {"shape": "sphere", "center": [0, 0, 0.1], "radius": 0.05},
+    {"shape": "cylinder", "center": [0, 0, 0.1], "radius": 0.05, "length": 0.1},
+    {"shape": "capsule", "center": [0, 0, 0.1], "radius": 0.03, "length": 0.1},
+    {"shape": "ellipsoid", "center": [0, 0, 0.1], "semi_axes": [0.05, 0.03, 0.08]},
+    {"shape": "polytope", "points": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]]},
+    {"shape": "mesh", "file": "part.stl", "scale": 0.001, "center": [0, 0, 0.1]},
+    {"shape": "points", "file": "part.npy", "radius": 0.01, "center": [0, 0, 0.1]},
+]
+
+
+def test_any_shape_is_carried(tmp_path: Path) -> None:
     trimesh.creation.icosphere(2, 50.0).export(tmp_path / "part.stl")
     np.save(tmp_path / "part.npy", np.random.default_rng(0).uniform(-0.03, 0.03, (50, 3)))
-    arm = arm_of(scenario(tmp_path, carried=[shape | {"mass": 1.0}]))
-    own = [sphere for sphere in arm.spheres if sphere.name == "carried"]
-    assert own and arm.payload is not None and arm.payload.mass == pytest.approx(1.0)
-    reach = max(np.linalg.norm(np.array(sphere.center)) + sphere.radius for sphere in own)
-    assert reach < 0.5
+    parts = [shape | {"mass": 0.2, "name": f"a {shape['shape']}"} for shape in SHAPES]
+    arm = arm_of(scenario(tmp_path, carried=parts))
+    assert arm.payload is not None and arm.payload.mass == pytest.approx(0.2 * len(parts))
+    for part in parts:
+        own = [sphere for sphere in arm.spheres if sphere.name == part["name"]]
+        assert own and max(np.linalg.norm(np.array(sphere.center)) + sphere.radius for sphere in own) < 0.5
 
 
 def test_a_mass_that_is_not_stated_is_said() -> None:

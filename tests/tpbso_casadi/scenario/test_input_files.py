@@ -15,6 +15,7 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     load,
     load_all,
+    parse_scenario,
     read_joint_rows,
     read_scenario,
     read_text,
@@ -82,6 +83,38 @@ def test_toml_that_takes_too_much(tmp_path: Path) -> None:
 def test_many_numbers_are_no_long_key(tmp_path: Path) -> None:
     (tmp_path / "fine.toml").write_text("a = [" + "1.5, " * 200 + "]\nb.c.d = '" + "x.y " * 100 + "'\n")
     assert len(read_toml(tmp_path / "fine.toml")["a"]) == 200
+
+
+@pytest.mark.parametrize(
+    "text", ["x,y\n1,0\n1,1\n\n0,1.5\n", "\ufeffx, y\r\n1,0\r\n1,1\r\n0,1.5", " 1 , 0\n1,1\n0,1.5\n"]
+)
+def test_points_are_read_from_beside_the_scenario(tmp_path: Path, text: str) -> None:
+    (tmp_path / "mine.toml").write_text(PATH.format("way.csv"))
+    (tmp_path / "way.csv").write_text(text)
+    scenario = read_scenario(tmp_path / "mine.toml")
+    assert scenario.task.points == [(1.0, 0.0), (1.0, 1.0), (0.0, 1.5)]
+    assert parse_scenario(scenario.table()) == scenario
+
+
+WRONG_POINTS: list[tuple[str | None, str]] = [
+    (None, "cannot be read: No such file"),
+    ("1,0\none,1\n", "way.csv line 2: two numbers x,y are needed"),
+    ("1,0\n1\n", "way.csv line 2: two numbers x,y are needed"),
+    ("1,0\n1,2,3\n", "way.csv line 2: two numbers x,y are needed"),
+    ("1,0\n1,nan\n", "way.csv line 2: a number is not finite, or larger than 1e+12"),
+    ("1,0\n1,1e13\n", "larger than 1e+12"),
+    ("", "at least 2 points"),
+    ("1,0\n1,1\n3,1\n", "points[2] = (3.0, 1.0) is 3.16228 m from the base, out of reach: the arm reaches 3 m"),
+]
+
+
+def test_what_is_wrong_with_a_file_of_points(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(PATH.format("way.csv"))
+    for text, expected in WRONG_POINTS:
+        if text is not None:
+            (tmp_path / "way.csv").write_text(text)
+        error = line_of(lambda: read_scenario(tmp_path / "mine.toml").problem())
+        assert expected in error and "task.points" in error
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from helpers.running import line_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Rectangle
+from problems import Box, Rectangle
 from problems.base import InvalidProblem
 from problems.scene import Tabulated
 from problems.scene.moving import MovingObstacle
@@ -253,37 +253,7 @@ def test_the_command_line_says_it_in_one_line(tmp_path: Path, capfd: pytest.Capt
     assert not (tmp_path / "out").exists()
 
 
-CENTER, TURN = (0.3, 0.1, 0.5), (0.0, 0.0, 0.6, 0.8)
-SHAPES: list[tuple[dict[str, Any], object]] = [
-    ({"shape": "box", "center": [0.3, 0.1], "size": [0.2, 0.1]}, Rectangle((0.3, 0.1), (0.2, 0.1))),
-    (
-        {"shape": "box", "center": CENTER, "size": [0.2, 0.1, 0.3], "quaternion": TURN},
-        Box(center=CENTER, quaternion=TURN, size=(0.2, 0.1, 0.3)),
-    ),
-    ({"shape": "sphere", "center": CENTER, "radius": 0.2}, Ball(center=CENTER, radius=0.2)),
-    (
-        {"shape": "capsule", "center": CENTER, "radius": 0.2, "length": 1.0, "quaternion": TURN},
-        Capsule(center=CENTER, quaternion=TURN, radius=0.2, length=1.0),
-    ),
-    (
-        {"shape": "cylinder", "center": CENTER, "radius": 0.2, "length": 1.0},
-        Cylinder(center=CENTER, radius=0.2, length=1.0),
-    ),
-    ({"shape": "half-space", "center": CENTER}, HalfSpace(center=CENTER)),
-    ({"shape": "half-space", "center": CENTER, "quaternion": TURN}, HalfSpace(center=CENTER, quaternion=TURN)),
-    ({"shape": "half-space", "center": CENTER, "normal": [0.0, 0.0, 5.0]}, HalfSpace(center=CENTER)),
-    (
-        {"shape": "ellipsoid", "center": CENTER, "semi_axes": [0.2, 0.1, 0.3]},
-        Ellipsoid(center=CENTER, semi_axes=(0.2, 0.1, 0.3)),
-    ),
-]
-
-
-def test_a_table_becomes_the_obstacle_that_it_states() -> None:
-    for table, expected in SHAPES:
-        section = read_obstacle(table)
-        again = read_obstacle(section.table())
-        assert build_obstacles([section], 7) == build_obstacles([again], 7) == (expected,)
+CENTER = (0.3, 0.1, 0.5)
 
 
 @settings(max_examples=50)

@@ -34,6 +34,8 @@ center = [1.5, 0.75]
 length = 0.3
 radius = 0.1
 angle = 45
+[model]
+retime = false
 [solver]
 name = "bso"
 evaluations = 500

@@ -136,7 +136,7 @@ def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
 def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.05")
     (folder / "way.csv").write_text("\n".join(",".join(map(str, pose)) for pose in POSES))
-    search = ["--solver", "pso", "--evaluations", "40", "--polish", "--backend", "vm"]
+    search = ["--solver", "pso", "--evaluations", "40", "--polish", "--no-retime", "--backend", "vm"]
     out = folder / "run"
     assert solve.main([str(folder / "mine.toml"), *search, "--no-plots", "--out", str(out)]) == 0
     assert "not polished: this task has no nonlinear program" in capsys.readouterr().out
