@@ -13,6 +13,7 @@ import pytest
 from helpers.commands import module_of, options_of, parser_of, parsers
 from helpers.running import refusal
 
+import tpbso_casadi
 from problems.core import core_account
 from problems.robots import BUILT_IN
 from tpbso_casadi import __version__
@@ -172,12 +173,16 @@ def test_the_usage_says_how_the_command_was_called(monkeypatch: pytest.MonkeyPat
         assert parser_of("audit").prog == "tpbso audit"
 
 
+MODULES = [command for command in COMMANDS if Path(tpbso_casadi.__file__).with_name(f"{command}.py").exists()]
+
+
 @pytest.mark.process
-def test_a_module_that_is_run_knows_its_name() -> None:
-    command = [sys.executable, "-m", "tpbso_casadi.audit", "--help"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("usage: python -m tpbso_casadi.audit ")
-    assert "\n  python -m tpbso_casadi.audit runs/first --json\n" in done.stdout
+@pytest.mark.parametrize("command", MODULES)
+def test_a_module_that_is_run_knows_its_name(command: str) -> None:
+    program = f"tpbso_casadi.{command}"
+    done = subprocess.run([sys.executable, "-m", program, "--help"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith(f"usage: python -m {program} ")
+    assert f"\n  python -m {program} {parser_of(command).examples[0]}\n" in done.stdout
 
 
 COMPLETING = """

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 import ruckig
+from helpers.recorded import ARM as TABLE
+from helpers.recorded import TIMES, states
 from helpers.running import line_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -21,20 +23,8 @@ from tpbso_casadi.display.plan_tables import effort_of
 from tpbso_casadi.storage import export_motion
 
 ARM = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0))
-TIMES = np.linspace(0.0, 2.0, 9)
 VIOLATED, CERTIFIED = tp.CertificateStatus.VIOLATED, tp.CertificateStatus.CERTIFIED
 BOX = tp.Rectangle((-0.6, 0.7), (0.1, 0.1))
-
-
-def states(way: tuple[float, float] = (1.0, -0.4), times: np.ndarray = TIMES) -> tuple[np.ndarray, ...]:
-    """Rows of the quintic from rest to rest: positions, velocities, accelerations."""
-    u, total = times / times[-1], times[-1]
-    shapes = (
-        10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5,
-        30.0 * u**2 * (1.0 - u) ** 2 / total,
-        (60.0 * u - 180.0 * u**2 + 120.0 * u**3) / total**2,
-    )
-    return tuple(np.outer(shape, way) + (n == 0) * np.array([0.1, 0.3]) for n, shape in enumerate(shapes))
 
 
 def judged(plan: tp.Plan) -> dict[str, tuple[str, float]]:
@@ -52,6 +42,8 @@ def test_rows_mappings_files_and_trajectories_are_judged_alike(in_an_empty_folde
     q, v, a = states()
     plan = tp.certify((TIMES, q, v, a), ARM, obstacles=[BOX])
     assert plan.certified
+    dense = np.linspace(0.0, 2.0, 1001)
+    np.testing.assert_allclose(plan.trajectory.at(dense), states(times=dense)[0], atol=1e-12)
     np.savetxt(
         "m.csv", np.column_stack([TIMES, q, v, a]), delimiter=",", comments="", header="t,q1,q2,qd1,qd2,qdd1,qdd2"
     )
@@ -64,6 +56,10 @@ def test_rows_mappings_files_and_trajectories_are_judged_alike(in_an_empty_folde
     plan.save("run", figures=())
     same(plan, tp.certify("run"))
     assert tp.read_run("run").certified
+    Path("arm.toml").write_text(TABLE)
+    elsewhere = tp.certify("run", "arm.toml")  # a file states what is around its robot, here nothing
+    assert elsewhere.certified and elsewhere.scenario.obstacles == []
+    assert tp.retime("run").certified
 
 
 def test_the_task_itself_is_planned_as_it_is() -> None:
@@ -152,8 +148,7 @@ def test_a_scene_is_put_around_the_robot(in_an_empty_folder: None) -> None:
     assert plan.scenario.model.margin == 0.01
     assert [verdict.bound for verdict in plan.verdicts if verdict.name == "clearance"] == [0.01]
     assert "height" in judged(plan)
-    arm = "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 2.0\nmax_acceleration = 10.0\n"
-    Path("whole.toml").write_text(arm + Path("cell.toml").read_text())
+    Path("whole.toml").write_text(TABLE + Path("cell.toml").read_text())
     same(plan, tp.certify((TIMES, q, v, a), scene="whole.toml"), 1e-6)
 
 
@@ -262,8 +257,7 @@ class Skewed:
 
 def test_what_a_scene_does_not_state_is_kept(in_an_empty_folder: None) -> None:
     Path("arm.toml").write_text(
-        "limits = []\n[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 2.0\nmax_acceleration = 10.0\n".partition("\n")[2]
-        + '[[obstacles]]\nshape = "ellipse"\ncenter = [0.5, 0.9]\nsemi_axes = [0.1, 0.1]\n'
+        TABLE + '[[obstacles]]\nshape = "ellipse"\ncenter = [0.5, 0.9]\nsemi_axes = [0.1, 0.1]\n'
         '[[constraints]]\nkind = "tool speed"\nname = "slow"\nmax = 1e-3\n[model]\nmargin = 0.02\n'
     )
     Path("cell.toml").write_text("[model]\nself_collision = false\n")
@@ -355,10 +349,7 @@ def test_an_export_is_judged_like_its_plan(
 
 
 def test_constraints_and_limits_hold_besides_those_of_the_file(in_an_empty_folder: None) -> None:
-    Path("arm.toml").write_text(
-        "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 2.0\nmax_acceleration = 10.0\n"
-        '[[model.constraints]]\nname = "slow"\nkind = "tool speed"\nmax = 1e-3\n'
-    )
+    Path("arm.toml").write_text(TABLE + '[[model.constraints]]\nname = "slow"\nkind = "tool speed"\nmax = 1e-3\n')
     beside = tp.Constraint(lambda m: m.tool[1], upper=10.0, name="mine", unit="m")
     for own in ({}, {"constraints": beside}):
         assert judged(tp.certify((TIMES, *states()), "arm.toml", **own))["slow"][0] == str(VIOLATED)

@@ -55,13 +55,18 @@ def test_a_blend_leaves_the_lines_by_its_tolerance_at_most() -> None:
     for a, b in pairwise(ROWS):
         share = np.clip((theta - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
         away.append(np.abs(theta - (a + share[:, None] * (b - a))).max(axis=1))
-    assert 0.0 < np.min(away, axis=0).max() <= 0.05 + 1e-9
+    assert 0.01 < np.min(away, axis=0).max() <= 0.05 + 1e-9
+    stops = tp.retime(ROWS, ARM, interpolation="blend", tolerance=0.0)
+    assert stops.certified and plan.duration < stops.duration
+    lines = next(verdict for verdict in plan.verdicts if verdict.name == "lines")
+    assert 0.0 < lines.worst <= lines.bound == pytest.approx(0.05, rel=1e-6)
 
 
 def test_a_plan_brings_its_robot_along() -> None:
     plan = tp.plan("time-3", solver="pso", evaluations=200, polish=False, retime=False)
     own = tp.retime(plan)
     assert own.duration < plan.duration
+    assert tp.retime(own).duration <= own.duration * (1.0 + 1e-6)
     assert own.motion.problem.robot == plan.motion.problem.robot
     plan.save("run", figures=())
     assert tp.retime("run").duration == pytest.approx(own.duration, rel=1e-12)
@@ -75,6 +80,17 @@ def test_a_plan_brings_its_obstacles_along() -> None:
     plan = tp.plan("time-2", obstacles=[far], solver="pso", evaluations=100, polish=False, retime=False)
     assert tp.retime(plan).motion.problem.obstacles == (far,)
     assert tp.retime(plan, obstacles=[]).motion.problem.obstacles == ()
+
+
+def test_a_run_of_a_given_path_is_retimed_on_the_path_that_was_given() -> None:
+    arm = tp.PlanarArm((0.5, 0.5), SPEED, ACCELERATION, max_jerk=(100.0, 100.0))
+    tp.retime(ROWS[:3], arm).save("run", figures=())
+    tp.retime("run").save("again", figures=())
+    solution = tp.read_run("run").result.solution
+    assert tp.read_run("again").result.solution == tp.retime("again").result.solution == solution
+    moving = tp.retime("run", start_speed=0.2)  # the run is at rest at its ends
+    assert np.linalg.norm(moving.trajectory(0.0, 1)) == pytest.approx(0.2, abs=1e-9)
+    assert tp.retime(ROWS, arm, goal_speed=0.3).certified  # a limit of jerk, and a curved path
 
 
 def test_what_is_asked_besides_is_kept() -> None:
@@ -119,12 +135,21 @@ def test_a_file_states_the_robot_as_for_the_command(tmp_path: Path, monkeypatch:
     monkeypatch.chdir(tmp_path)
     Path("arm.toml").write_text(
         'unit = "deg"\n[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = 100.0\nmax_acceleration = 500.0\n'
-        "[[obstacles]]\ncenter = [5.0, 5.0]\nsemi_axes = [0.1, 0.1]\n[model]\nmargin = 0.02\nretime = false\n"
+        "[[obstacles]]\ncenter = [5.0, 5.0]\nsemi_axes = [0.1, 0.1]\n"
+        '[[obstacles]]\nshape = "box"\ncenter = [0.0, 0.0]\nsize = [0.3, 0.2]\nmotion = "cart.csv"\n'
+        "[model]\nmargin = 0.02\nretime = false\n"
     )
+    Path("cart.csv").write_text("t,x,y\n0,4,4\n1,4,5\n")
     Path("path.csv").write_text("q1,q2\n0,0\n30,20\n10,60\n")
     options = ["path.csv", "--robot", "arm.toml", "--blend", "2", "--start-speed", "5", "--quiet", "--no-plots"]
     assert command.main([*options, "--out", "run"]) == 0
     plan = tp.retime("path.csv", "arm.toml", interpolation="blend", tolerance=2.0, start_speed=5.0)
     assert plan.certified and plan.scenario == tp.read_run("run").scenario and plan.scenario.model.margin == 0.02
+    assert [len(obstacle.motion_rows or ()) for obstacle in plan.scenario.obstacles] == [0, 2]
+    ends = plan.trajectory.at(np.array([0.0, plan.duration]))
+    np.testing.assert_allclose(ends, np.radians([[0.0, 0.0], [10.0, 60.0]]), atol=1e-9)
+    Path("task.toml").write_text(Path("arm.toml").read_text() + '[task]\nkind = "joint-path"\njoints = "path.csv"\n')
+    stated = tp.plan("task.toml").trajectory
+    np.testing.assert_allclose(stated.at(stated.breakpoints[[0, -1]]), ends, atol=1e-9)
     again = tp.retime(plan, tp.robot([0.5, 0.5], max_speed=1.0, max_acceleration=5.0))  # at rest at its ends
-    assert again.certified and (again.scenario.task.start_speed, len(again.scenario.obstacles)) == (0.0, 1)
+    assert again.certified and (again.scenario.task.start_speed, len(again.scenario.obstacles)) == (0.0, 2)
