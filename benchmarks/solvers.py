@@ -25,13 +25,14 @@ from typing import Any
 import numpy as np
 from scipy.stats import rankdata, wilcoxon
 
+from benchmarks.random_scenarios import random_scenarios
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import EXTERNAL, SOLVERS, Budget, SearchBox, Solver, minimize
 from tpbso_casadi import find_solver
 from tpbso_casadi.judging.statistics import holm
-from tpbso_casadi.scenario.cases import TITLES, builtin, random_scenarios
+from tpbso_casadi.scenario.cases import TITLES, builtin
 
 GENERATED_SEED = 2024
 MAX_SHORTFALL = 3.0

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.random_scenarios import random_scenarios
 from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import SOLVERS, Budget, SearchBox, minimize
-from tpbso_casadi.scenario.cases import random_scenarios
 
 TRAINING_SEED, TRAINING_CASES = 7, 16  # not the seed of benchmarks.solvers
 FINALISTS, CONFIRMING_SEEDS = 3, 8

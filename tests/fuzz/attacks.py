@@ -15,10 +15,10 @@ from oracles.csv_checker import check_run
 from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
+from benchmarks.random_scenarios import random_scenario
 from problems.robots import SpatialArm
 from problems.scene import Ball, standing
 from tpbso_casadi.replanning import Replanner
-from tpbso_casadi.scenario.cases import random_scenario
 
 TIMES = 3_000
 SPARE = 1e-9  # relative, or m: rounding alone

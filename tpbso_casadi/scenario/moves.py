@@ -61,11 +61,7 @@ class PointToPointTask(TaskSection):
     def foreign_keys(self, motion: str) -> Iterator[str]:
         yield from super().foreign_keys(motion)
         if motion not in POSTURES_ALLOWED:
-            yield from (
-                key
-                for key in ("start", "goal")
-                if not (isinstance(place := getattr(self, key), Position) and not place.within)
-            )
+            yield from (key for key in ("start", "goal") if not _is_point(getattr(self, key)))
 
     def rest_places(self) -> tuple[Any, Any]:
         for key in ("via", "start_velocity", "goal_velocity", "start_acceleration"):

@@ -10,13 +10,13 @@ from helpers.slow import slow_except
 from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
+from benchmarks.random_scenarios import random_scenario, random_scenarios
 from solvers import EXTERNAL, IPOPT, SOLVERS, Solver
 from tpbso_casadi import Scenario, find_solver, parse_scenario
 from tpbso_casadi.cli.commands.solve import parser
 from tpbso_casadi.judging.grid import function_grid, parse_solvers, suite_grid
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import PluginError, ScenarioError, named_solver
-from tpbso_casadi.scenario.cases import random_scenario, random_scenarios
 
 PLUGIN = """
 from dataclasses import dataclass
