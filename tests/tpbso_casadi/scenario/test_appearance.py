@@ -53,25 +53,15 @@ def test_visual_meshes_are_shown_and_collision_meshes_of_what_has_none(tmp_path:
     assert arm.cover is not None and arm.cover.links[2].balls.radii.max() < 0.05  # that is of the bar still
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "note"),
-    [
-        ("missing.stl", None, "there is no such file"),
-        ("broken.stl", b"solid", "the solid in line 1 does not end: the file is cut off"),
-        ("body.step", b"ISO-10303-21;", "it ends with 'step'; stl, obj, dae are read"),
-    ],
-)
 def test_what_cannot_be_shown_is_told_in_one_note_and_stops_nothing(
-    name: str, content: bytes | None, note: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    urdf = shown_urdf(tmp_path, f"../meshes/{name}")
-    if content is not None:
-        (urdf.parent.parent / "meshes" / name).write_bytes(content)
+    urdf = shown_urdf(tmp_path, "../meshes/missing.stl")
     with caplog.at_level(logging.WARNING):
         arm = built(urdf)
     [record] = caplog.records
-    said = "robot.urdf: not all links are drawn as the URDF shows them: 'upper': mesh ../meshes/"
-    assert record.getMessage() == f"{said}{name}: {note}"
+    said = "robot.urdf: not all links are drawn as the URDF shows them: 'upper': mesh ../meshes/missing.stl: "
+    assert record.getMessage() == said + "there is no such file"
     assert colours(arm) == {"lower": "", "middle": "", "upper": ""}
 
 
