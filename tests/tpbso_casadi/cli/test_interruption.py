@@ -156,6 +156,7 @@ def test_figures_are_not_put_beside_another_plan_of_the_same_scenario(tmp_path: 
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.usefixtures("only_the_path_is_drawn")
 def test_an_export_that_fails_leaves_plan_and_figures(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

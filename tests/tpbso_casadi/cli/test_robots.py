@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -112,13 +110,6 @@ WRONG = [
 def test_one_line_for_what_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, message in WRONG:
         assert refusal(capsys, main, *arguments).startswith(message), arguments
-
-
-@pytest.mark.process
-def test_it_is_a_command_of_its_own() -> None:
-    command, root = [sys.executable, "-m", "tpbso_casadi.robots"], Path(__file__).parents[3]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=True)
-    assert "KUKA LBR iiwa 14 R820" in done.stdout
 
 
 # Meshes
