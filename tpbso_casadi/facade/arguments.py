@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from problems import InvalidProblem
-from problems.base import FloatArray, nearest_word, shown_value
+from problems.base import FloatArray, nearest_word, shown_value, too_much
 from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
 from tpbso_casadi.judging.executors import ExecutorError
 from tpbso_casadi.plain import settings_of
@@ -87,6 +87,8 @@ def in_words_of_python() -> Iterator[None]:
         yield
     except InvalidProblem as error:
         raise ScenarioError(as_argument(str(error))) from error
+    except RecursionError as error:
+        raise ScenarioError(f"an argument: {too_much(error)}") from error
     except (ScenarioError, OutputError, ExecutorError) as error:
         raise type(error)(as_argument(str(error))) from error
 

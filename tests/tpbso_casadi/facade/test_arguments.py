@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, reduce
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +71,7 @@ MISTAKES: dict[type[Exception], list[tuple[Callable[[], object], str]]] = {
         (lambda: tp.plan("time-3", goal=[9.0, 9.0]), r"task\.goal: .* out of reach"),
         (planned(goal=[9.0, 9.0]), r"goal: \(9\.0, 9\.0\) is 12\.7279 m from the base, out of reach"),
         (planned(via=[1.0, 0.5]), r"via: a list of places is needed"),
+        (planned(goal=reduce(lambda inner, _: [inner], range(5000), [])), r"an argument: nested too deeply"),
         (planned(obstacles=tp.Rectangle((0.9, 0.9), (0.1, 0.1))), r"obstacles: a list is needed"),
         (planned(obstacles=[3]), r"obstacles: 3 is none; say tp\.Box"),
         (planned(solver=3), r"solver: 3 is none"),
