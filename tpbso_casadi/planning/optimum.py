@@ -64,6 +64,11 @@ class Price:
     step: float
 
     @property
+    def saves(self) -> bool:
+        """Whether anything is saved where the limit is looser."""
+        return self.per_unit != 0.0 or self.timed_again != 0.0
+
+    @property
     def per_cent(self) -> float:
         """Change of the optimum's objective where the limit is 1 % of its size looser; 0 where it has none."""
         return self.per_unit * STEP * self.size
@@ -93,7 +98,8 @@ class Optimum:
         status: of IPOPT.
         residuals: of the conditions of optimality of the program.
         ranking: prices of what holds the motion back, that of which one per cent saves most first.
-        unpriced: names of limits that are near, and that no number is known of, or there was no time for.
+        unpriced: names of limits that are near, and of which no number is known, for which there was no time, or with
+            which looser no certified motion was found.
         seconds: that it took.
     """
 
@@ -126,9 +132,9 @@ def nearest_optimum(problem: Problem[Any], plan: JudgedMotion, found: JudgedMoti
     near, unpriced = _near(problem, best.motion)
     pricing, prices = Pricing(own, best, again, (found, plan)), list[Price]()
     for relaxation in near:
-        if time.perf_counter() > own.deadline:
+        if time.perf_counter() > own.deadline or (price := pricing.price(relaxation)) is None:
             unpriced.append(relaxation.limit)
-        elif (price := pricing.price(relaxation)) is not None:
+        elif price.saves:
             prices.append(price)
     return Optimum(
         objective=certified,
@@ -256,11 +262,12 @@ class Pricing:
     plans: tuple[JudgedMotion, ...]
 
     def price(self, relaxation: Relaxation) -> Price | None:
-        """The price of a limit; None where it is worth nothing, or no certified motion is found."""
+        """The price of a limit; None where no certified motion is found with the limit looser."""
         looser, step = self.own.relaxed(relaxation), relaxation.step
-        rates = (self._planned_again(looser) / step, self._timed_again(looser) / step if step > 0.0 else 0.0)
+        change = self._planned_again(looser)
+        rates = ((change or 0.0) / step, self._timed_again(looser) / step if step > 0.0 else 0.0)
         planned, timed = (rate if rate * abs(step) < -LEAST_SAVING * abs(self._value_again) else 0.0 for rate in rates)
-        if planned == timed == 0.0:
+        if change is None and timed == 0.0:
             return None
         return Price(
             constraint=relaxation.limit,
@@ -281,12 +288,12 @@ class Pricing:
     def _value_again(self) -> float:
         return self.own.value(self.again.motion)
 
-    def _planned_again(self, looser: ProgramPlanner) -> float:
-        """The change of the objective when the motion is planned again under a looser limit."""
+    def _planned_again(self, looser: ProgramPlanner) -> float | None:
+        """The change of the objective when the motion is planned again under a looser limit; None without a motion."""
         found = looser.descended(self.best.motion)
         value = np.inf if found is None else looser.value(found.motion)
         if found is None or not np.isfinite(value):
-            return 0.0
+            return None
         if value - self._value_again > -LEAST_SAVING * abs(self._value_again):
             return value - self._value_again
         back = self.own.descended(found.motion)
