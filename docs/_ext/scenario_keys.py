@@ -1,6 +1,6 @@
 """``{keys} package.module:Section``: the keys of a table of a scenario or a result, each with what is said of it.
 
-In place of a section, the class of an obstacle: its fields are the keys.
+In place of a section, the class of an obstacle or of a constraint of the hand: its fields are the keys.
 
 What is said stands in the directive's lines or under ``Attributes:`` in the section's docstring; the kind of values and
 the default are those of the section itself. A key of which nothing is said, and a line without a key, is a warning,
@@ -12,6 +12,7 @@ from __future__ import annotations
 import inspect
 import textwrap
 from collections.abc import Callable, Collection
+from dataclasses import MISSING
 from importlib import import_module
 from types import UnionType
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
@@ -22,9 +23,11 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
-from problems.base import Key, Quantity, Range, Table
+from problems.base import Key, Quantity, Range, Table, keys_of_fields
+from problems.limits import HandConstraint
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import keys_of_shape
+from tpbso_casadi.scenario.validation import Word
 
 LOGGER = logging.getLogger(__name__)
 WIDTHS = {"key": 15, "values": 20, "default": 15, "what it is": 50}
@@ -63,9 +66,11 @@ class Keys(SphinxDirective):
 
 
 def keys_of(named: type[Any]) -> dict[str, Key]:
-    """The keys of a section, or those of a table that states an obstacle of a class."""
+    """The keys of a section, or those of a table that states an object of a class."""
     if issubclass(named, Table):
         return named.schema()
+    if issubclass(named, HandConstraint):
+        return {"kind": Key(Word, "", MISSING)} | keys_of_fields(named)
     return ObstacleSection.schema() | keys_of_shape(named)
 
 
