@@ -15,8 +15,6 @@ from problems.robots import ChainJoint, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
 from problems.scene import Ball, Box, Obstacle
 
-pytestmark = pytest.mark.usefixtures("each_core")
-
 FINER = 20
 SPARE = 0.02
 WALL = Box(center=(0.6, 0.0, 0.5), size=(0.5, 0.1, 0.5))

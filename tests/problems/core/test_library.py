@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import re
 import runpy
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +14,7 @@ from helpers.compilers import each_compiler
 from helpers.core_answers import answers
 from helpers.slow import slow_except
 
-from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, SWITCH, VARIANTS, core_library, source
+from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, VARIANTS, core_library, source
 from problems.evaluation import THIS_PROCESSOR, usable_compiler
 
 ROOT = Path(__file__).parents[3]
@@ -59,33 +56,6 @@ def test_functions_that_python_calls_are_defined(library: ctypes.CDLL) -> None:
 
 def test_this_processor_has_a_variant(library: ctypes.CDLL) -> None:
     assert library.core_variant() in (0, 1, 2)
-
-
-def without_a_core(code: str) -> None:
-    """Run code in a process in which the core is switched off."""
-    places = os.pathsep.join(map(str, (ROOT, ROOT / "tests")))
-    subprocess.run(
-        [sys.executable, "-c", code], check=True, timeout=300, cwd=ROOT,
-        env=os.environ | {SWITCH: "off", "PYTHONPATH": places},
-    )  # fmt: skip
-
-
-PLANNED = """
-from helpers.space_scenarios import space_scenario
-from problems.core import core
-from solvers import StopReason
-from tpbso_casadi.planning import plan
-from tpbso_casadi.scenario import parse_scenario
-
-assert core().name == "NumPy"
-found = plan(parse_scenario(space_scenario(solver={"name": "direct", "evaluations": 300})))
-assert found.motion.feasible
-assert found.search.evaluations == 0, found.search.evaluations
-"""
-
-
-def test_switched_off_numpy_answers_and_the_ladder_plans_all_the_same() -> None:
-    without_a_core(PLANNED)
 
 
 def flags_of_variants() -> dict[str, list[str]]:

@@ -13,8 +13,6 @@ from problems.core import Schedule, Separation, World
 from problems.robots import SpatialArm
 from problems.scene import Ball, Box, ConstantVelocity, MovingObstacle, Obstacle, Solid
 
-pytestmark = pytest.mark.usefixtures("each_core")
-
 RATE = 0.05  # m/s
 each_robot = pytest.mark.parametrize("name", ROBOTS)
 

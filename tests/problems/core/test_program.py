@@ -12,8 +12,6 @@ from scipy.interpolate import BSpline
 
 from problems.core import LinearProgram, SingleRows, WholeRows
 
-pytestmark = pytest.mark.usefixtures("each_core")
-
 HARD = 1e-7  # by how much a row may be broken that has to be kept
 COST = 2e-6  # s: no cost is farther from the least one
 DURATION, TRUST, FASTER, SLOWER = 1.3, 0.25, 0.2, 0.4

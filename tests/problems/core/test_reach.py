@@ -16,8 +16,6 @@ from problems.robots import SpatialArm, built_in, geometry_of
 from problems.robots import postures as found_by
 from problems.tasks import Pose
 
-pytestmark = pytest.mark.usefixtures("each_core")
-
 SOLVED = 1e-9  # m and rad
 
 each_robot = pytest.mark.parametrize("name", ROBOTS)

@@ -12,11 +12,7 @@ from helpers.slow import slow_except
 
 from problems.base import FloatArray
 from problems.certify import CertificateStatus, prove
-from problems.core import Separation, World
-from problems.core.description import described
-from problems.core.interface import Core, ProofRequest
-from problems.core.reference import ReferenceCore
-from problems.core.world import known_robot
+from problems.core import World
 from problems.limits import (
     Clearance,
     CoverClearance,
@@ -33,7 +29,6 @@ from problems.scene import Obstacle
 HAIR = 1e-9  # m
 each_robot = pytest.mark.parametrize("name", ROBOTS)
 one_robot_often = pytest.mark.parametrize("name", slow_except(ROBOTS, 1))
-pytestmark = pytest.mark.usefixtures("each_core")
 
 
 def tracked(robot: SpatialArm, constant: float, speed: float = 0.0, acceleration: float = 0.0) -> SpatialArm:
@@ -143,36 +138,3 @@ def test_what_only_the_error_breaks_is_not_said_to_be_broken() -> None:
     ]
     assert statuses[0] == {CertificateStatus.CERTIFIED}
     assert CertificateStatus.UNDECIDED in statuses[1] and CertificateStatus.VIOLATED not in statuses[1]
-
-
-@each_robot
-def test_both_cores_say_the_same(compiled: Core, name: str) -> None:
-    robot, rng = tracked(robot_of(name), 0.004, 0.003, 0.0005), np.random.default_rng(8)
-    told = described(robot, known_robot(robot), SCENE)
-    worlds = compiled.world(*told), ReferenceCore().world(*told)
-    theta, errors = postures(robot, rng, 40), rng.uniform(0.0, 0.04, (40, robot.dof))
-    margins = [np.full(len(theta), np.inf) for _ in worlds]
-    for world, found in zip(worlds, margins, strict=True):
-        world.lower_to_clearance_margins(theta, found, Separation.ALL, False, None, errors)
-    np.testing.assert_allclose(*margins, rtol=0.0, atol=1e-12)
-    one, other = (world.nearest(theta, 0.2, Separation.ALL, None, errors) for world in worlds)
-    np.testing.assert_array_equal(one.samples, other.samples)
-    np.testing.assert_allclose(one.clearance_margins, other.clearance_margins, rtol=0.0, atol=1e-12)
-    assert robot.tracking is not None
-    for seed in range(6):
-        motion = motion_of(robot, np.random.default_rng(seed))
-        asked = ProofRequest(
-            motion.breakpoints,
-            motion.coefficients,
-            Separation.ALL,
-            0.1,
-            48,
-            10**8,
-            None,
-            0.0,
-            robot.tracking.numbers,
-        )
-        first, second = (world.prove(asked) for world in worlds)
-        assert first.status == second.status
-        if first.status == 1:
-            assert first.smallest == pytest.approx(second.smallest, rel=0.15)

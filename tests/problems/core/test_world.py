@@ -16,8 +16,6 @@ from problems.core import Separation, World
 from problems.robots import SpatialArm
 from problems.scene import SOLIDS, Box, Ellipsoid, MovingObstacle, Obstacle, Tabulated
 
-pytestmark = pytest.mark.usefixtures("each_core")
-
 TOLERANCE = 1e-9  # m; where two balls are at the same distance up to rounding, either is the nearest
 
 
