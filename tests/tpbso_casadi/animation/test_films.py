@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.moving_plans import IN_PLANE, moving_space_plan, plane_plan
-from helpers.slow import slow_except
 from PIL import Image, ImageSequence
 
 from tpbso_casadi.animation import moving_figures
@@ -24,16 +23,15 @@ from tpbso_casadi.storage import OutputError
 QUICK = ["time-2", "--evaluations", "100", "--no-plots", "--quiet"]
 
 
+TITLES = ["字 🦾\udcff\x1b[31m\n", "$\\frac[red]</title><script>"]
+
+
 @pytest.mark.usefixtures("in_an_empty_folder")
-def test_films_of_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(writing, "FILM_FRAMES", 5)
-    for name in ("below/way.gif", "way.html"):
-        assert main([*QUICK, "--animate", name]) == 0
+def test_a_film_of_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(writing, "FILM_FRAMES", 4)
+    assert main([*QUICK, "--animate", "below/way.gif"]) == 0
     with Image.open("below/way.gif") as film:
-        images = [np.asarray(frame.convert("RGB"), dtype=np.int64) for frame in ImageSequence.Iterator(film)]
-    assert len(images) >= 5
-    assert np.abs(images[0] - images[3]).max() > 100  # it moves
-    assert 'data-stage="plane"' in Path("way.html").read_text(encoding="utf-8")
+        assert film.n_frames >= 2
 
 
 @pytest.mark.process
@@ -107,14 +105,6 @@ def test_an_ffmpeg_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, s
     assert not (tmp_path / "way.mp4").exists()
 
 
-@pytest.mark.parametrize("title", slow_except(["字 🦾", "\udcff\x1b[31m\n", "$\\frac", "[red]</title><script>"], 2))
-def test_any_name_may_be_a_title(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, title: str) -> None:
-    monkeypatch.setattr(writing, "FILM_FRAMES", 3)
-    for name in ("way.gif", "way.html"):
-        animate(tmp_path / name, title, plane_plan(IN_PLANE[0]).motion)
-    assert "[red]</title><script>" not in (tmp_path / "way.html").read_text(encoding="utf-8")
-
-
 def reds(image: Image.Image) -> np.ndarray:
     """Where an obstacle that stands in front of nothing is seen: columns of its pixels."""
     colours = np.asarray(image.convert("RGB"), dtype=np.int64)
@@ -122,12 +112,16 @@ def reds(image: Image.Image) -> np.ndarray:
     return np.flatnonzero(red.any(axis=0))
 
 
-@pytest.mark.parametrize("plan", [lambda: plane_plan(IN_PLANE[1]), moving_space_plan])
-def test_arm_and_obstacles_move_in_films(
-    plan: Callable[[], PlannedMotion], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("plan", "title"), [(lambda: plane_plan(IN_PLANE[1]), TITLES[0]), (moving_space_plan, TITLES[1])]
+)
+def test_arm_and_obstacles_move_in_films_of_any_title(
+    plan: Callable[[], PlannedMotion], title: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(writing, "FILM_FRAMES", 4)
-    animate(tmp_path / "film.gif", "film", plan().motion)
+    for name in ("film.gif", "film.html"):
+        animate(tmp_path / name, title, plan().motion)
+    assert "</title><script>" not in (tmp_path / "film.html").read_text(encoding="utf-8")
     with Image.open(tmp_path / "film.gif") as film:
         images = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
     first, last = reds(images[0]), reds(images[3])

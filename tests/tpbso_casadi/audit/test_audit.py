@@ -52,7 +52,7 @@ def planned(case: str, polish: bool = False, retime: bool = True) -> PlannedMoti
     content = STATED.get(case) or builtin(case).table()
     if case not in STATED:
         content["model"] |= {"retime": retime, "formulation": "reduced"}
-    solver = {"name": "pso", "evaluations": 2000, "polish_starts": int(polish)}
+    solver = {"name": "pso", "evaluations": 600, "polish_starts": int(polish)}
     return plan(parse_scenario(content | {"solver": content.get("solver", {}) | solver}))
 
 
@@ -96,7 +96,7 @@ def audit(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, A
     return status, json.loads(output.out)
 
 
-OFTEN = ("obstacle-3",)  # which has constraints of every kind
+OFTEN = ("time-3",)
 
 
 @pytest.fixture
@@ -125,7 +125,7 @@ def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureF
         assert all(c["margin"] >= -1e-9 for c in of_run["constraints"])
         assert (of_run["polish"] is not None) == polish
         conditions.append(of_run["optimality"])
-    if case == "obstacle-3":  # a polished motion meets the conditions of an optimum, a beetle does not
+    if case == "time-3":  # a polished motion meets the conditions of an optimum, a particle does not
         assert conditions[1]["stationarity"] < min(1e-3, conditions[0]["stationarity"])
 
 
@@ -133,10 +133,9 @@ def test_every_case_is_audited(case: str, tmp_path: Path, capfd: pytest.CaptureF
 @pytest.mark.usefixtures("no_prices")
 @pytest.mark.parametrize("case", slow_except(STATED, 1))
 def test_moves_and_paths_are_certified_again(case: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    for polish in {False, case != "path"}:
-        status, found = audit(capfd, folder_of(case, tmp_path, polish))
-        assert (status, found["certificate"]["verdict"]) == (0, "certified")
-        assert (found["optimality"] is None) == (case == "path")
+    status, found = audit(capfd, folder_of(case, tmp_path, polish=case != "path"))
+    assert (status, found["certificate"]["verdict"]) == (0, "certified")
+    assert (found["optimality"] is None) == (case == "path")
     names = [c["name"] for c in found["constraints"]]
     assert case != "move" or names[-5:] == ["start", "via 1", "goal", "start velocity", "goal velocity"]
 
@@ -149,12 +148,8 @@ def test_structure_of_a_small_constraint() -> None:
     structure = structure_of(constraint, x, ["a", "b", "c"], *box)
     assert (structure.rows, structure.nonzeros, structure.degree, structure.equality) == (5, 6, "nonlinear", False)
     assert structure.depends_on == ("a", "b", "c")
-    assert (structure.constant_rows, structure.duplicate_rows, structure.never_met, structure.always_met) == (
-        1,
-        1,
-        1,
-        4,
-    )
+    assert (structure.constant_rows, structure.duplicate_rows) == (1, 1)
+    assert (structure.never_met, structure.always_met) == (1, 4)
     assert structure.kinks == {"abs": 1}
     for expression, degree in ((x[0] * x[1], "quadratic"), (2.0 * x[0], "linear"), (ca.SX(2.0), "constant")):
         assert structure_of(replace(constraint, expression=expression), x, ["a", "b", "c"], *box).degree == degree
@@ -234,34 +229,25 @@ def nudged(variable: dict[str, Any], by: float) -> None:
 EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {  # those of different kinds first
     "time-3": [
         (lambda r: r["objective"].update(value=r["objective"]["value"] * (1.0 - 1e-6)), "objective"),
-        (lambda r: r["certificate"].update(verdict="violated"), "verdict"),
         (lambda r: r["scenario"]["task"].update(goal=[0.4, 1.5]), ""),
-        (lambda r: r["solution"]["breakpoints"].__setitem__(0, None), "breakpoints"),
         (teleporting(1e3, 0.5), "do not join"),
         (lambda r: r["solver"]["settings"].update(c1=nested(900)), ""),
         (lambda r: r.update(cost=r["cost"] * 0.999), "cost"),
         (lambda r: r.update(feasible=False), "feasible"),
-        (lambda r: r["constraints"][0].update(worst=0.1), "worst"),
-        (lambda r: r["constraints"][0].update(status="undecided"), "status"),
         (lambda r: r["scenario"]["arm"].update(max_speed=3.0), ""),
         (lambda r: r["scenario"].update(robot=1), "robot"),
         (lambda r: nudged(r["solution"]["variables"][0], 1e-6), ""),
         (lambda r: r["solution"]["variables"].pop(), "variables"),
         (lambda r: pieces_of(r)[0][0].__setitem__(0, 9.0), ""),
         (lambda r: r["solution"]["breakpoints"].__setitem__(1, 0.0), "breakpoints"),
-        (lambda r: r["solution"].pop("coefficients"), "coefficients"),
-        (lambda r: r["solution"].update(coefficients="none"), "coefficients"),
-        (lambda r: r.pop("scenario"), "scenario"),
         (with_a_third_piece, ""),
         (lambda r: r["solution"].update(coefficients=[[[0.0] * 3] * 2] * 1000 + pieces_of(r)), ""),
         (lambda r: pieces_of(r)[0][0].__setitem__(0, 1e308), ""),
         (lambda r: pieces_of(r)[0][0].__setitem__(0, 10**400), ""),
         (lambda r: r["solution"]["breakpoints"].__setitem__(1, 5e-324), ""),
         (lambda r: pieces_of(r)[-1][0].__setitem__(0, 1e9), ""),
-        (teleporting(0.0, 0.5), "do not join"),
         (teleporting(1e8, 0.5), "do not join"),
         (lambda r: r["constraints"][0].update(name="[red]speed[/]", where="[bold"), ""),
-        (lambda r: r["solver"]["settings"].update(c1=nested(150)), ""),
         (lambda r: r["versions"].update({"x" * 10_000_000: "1"}), ""),
         (lambda r: r["scenario"]["solver"].update(name="nowhere:Nothing"), "nowhere"),
         (lambda r: r["retiming"].update(candidate="same path"), "leaves its path"),
@@ -278,14 +264,12 @@ EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {  # th
     "move": [
         (lambda r: moved(r["solution"]), ""),
         (lambda r: nudged(r["solution"]["variables"][0], 1e-3), ""),
-        (lambda r: r.pop("retiming"), "retiming: missing key"),
         (lambda r: r.update(cost=r["cost"] * 0.999), "cost"),
         (lambda r: r["scenario"]["task"].update(goal_velocity=[0.1, 0.0, 0.0]), ""),
     ],
     "path": [
         (lambda r: r["scenario"]["task"]["joints"][1].__setitem__(0, 0.4 + 1e-6), "constraints.path"),
         (lambda r: r.update(evaluations=10), "evaluations: 10 is stored, 0 is computed"),
-        (lambda r: r.update(seed=1), "seed"),
         (lambda r: r["history"].update(cost=[1.0], evaluations=[1]), "history"),
         (lambda r: r["solution"].update(quantities={"theta": [0.0]}), "solution.quantities"),
     ],
@@ -297,7 +281,7 @@ EDITS: dict[str, list[tuple[Callable[[dict[str, Any]], object], str]]] = {  # th
     [
         edited
         for case, edits in EDITS.items()
-        for edited in slow_except([(case, *edit) for edit in edits], 6 if case == "time-3" else 2)
+        for edited in slow_except([(case, *edit) for edit in edits], 4 if case == "time-3" else 1)
     ],
 )
 def test_an_edited_result_is_refused_by_name(
@@ -315,7 +299,7 @@ def test_an_edited_result_is_refused_by_name(
     assert expected in error
 
 
-@pytest.mark.parametrize("line", [1, 2, 60, -1])
+@pytest.mark.parametrize("line", [1, -1])
 def test_an_edited_table_is_refused(line: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = folder_of("time-3", tmp_path)
     path = folder / "trajectory.csv"
@@ -351,15 +335,15 @@ def test_a_spoilt_folder_is_refused(spoil: str, tmp_path: Path, capfd: pytest.Ca
     assert audit(capfd, tmp_path / "nothing.toml")[0] == audit(capfd, "nothing")[0] == 2
 
 
-@pytest.mark.parametrize("name", ["joint_trajectory.json", "joint_trajectory.csv", "path.png"])
-def test_files_of_another_plan_are_refused(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_files_of_another_plan_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = folder_of("time-3", tmp_path)
     (folder / "notes.txt").write_text("of mine")
     assert audit(capfd, folder)[0] == 0
-    (folder / name).write_text("of another plan")
-    status, error = audit(capfd, folder)
-    assert status == 2
-    assert f"{folder / name}: is not of this run" in error
+    for name in ("joint_trajectory.json", "path.png"):
+        (folder / name).write_text("of another plan")
+        status, error = audit(capfd, folder)
+        assert status == 2 and f"{folder / name}: is not of this run" in error
+        (folder / name).unlink()
 
 
 def rewritten(solution: SearchedMotion, folder: Path, factor: float) -> Path:
@@ -414,19 +398,14 @@ def test_no_certificate_is_false(seeds: range) -> None:
         outcomes.update((status, name in checked.broken) for name, status in checked.statuses.items())
     assert outcomes[CertificateStatus.CERTIFIED, True] == 0
     assert outcomes[CertificateStatus.UNDECIDED, True] + outcomes[CertificateStatus.UNDECIDED, False] <= 1
-    assert (
-        outcomes[CertificateStatus.VIOLATED, True] >= len(seeds) // 3
-    )  # there was something to find, and it was found
+    assert outcomes[CertificateStatus.VIOLATED, True] >= len(seeds) // 3  # there was something to find
     assert outcomes[CertificateStatus.CERTIFIED, False] >= len(seeds) // 3
     assert outcomes[CertificateStatus.VIOLATED, False] <= 5  # broken by less than samples show
 
 
 @pytest.mark.optimum
-def test_tables_and_picture_for_a_person(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_tables_for_a_person(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert main([str(folder_of("time-3", tmp_path))]) == 0
     told = capfd.readouterr().out
     assert "certified" in told
     assert "what holds the motion back" in told
-    assert main(["rotation-2", "--plots", str(tmp_path / "plots")]) == 0
-    assert "degrees of freedom" in capfd.readouterr().out
-    assert (tmp_path / "plots/structure.png").read_bytes().startswith(b"\x89PNG")

@@ -61,18 +61,12 @@ def test_what_is_broken_says_when_first_when_worst_where_and_what_would_have_to_
     assert not Path("out-repaired").exists()
 
 
-def test_limits_are_left_out_where_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(*FAST, "--without", "speed", "--without", "acceleration", "--out", "out") == 0
-    assert "not judged: speed, as asked\nnot judged: acceleration, as asked\n" in capsys.readouterr().out
-    assert audit.main(["out", "--quiet"]) == 0
-
-
+@pytest.mark.usefixtures("only_the_path_is_drawn")
 def test_figures_a_film_exports_and_json(capsys: pytest.CaptureFixture[str]) -> None:
     options = ["--out", "out", "--animate", "out/film.html", "--export", "ros-yaml"]
     assert status(main, *FAST, *options, "--quiet") == 1
     names = {path.name for path in Path("out").iterdir()}
-    expected = {"result.json", "trajectory.csv", "path.png", "joints.png", "limits.png", "film.html"}
-    assert names == expected | {"joint_trajectory.yaml"}
+    assert names == {"result.json", "trajectory.csv", "path.png", "film.html", "joint_trajectory.yaml"}
     assert audit.main(["out", "--quiet"]) == 1
     capsys.readouterr()
     assert status(main, *GOOD, "--json") == 0

@@ -5,24 +5,18 @@ from __future__ import annotations
 import json
 import logging
 import re
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 import pytest
 from helpers.evaluation import needs_compiler
 from helpers.running import campaigns_here, refusal, result_of
 from helpers.slow import slow_except
-from matplotlib.figure import Figure
 
 from problems.evaluation import BACKENDS, population
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.cli.command import LOGGERS, logged
 from tpbso_casadi.cli.commands import audit, compare, solve
-from tpbso_casadi.figures.limits import limits_figure
-from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.scenario.cases import BEST_KNOWN, TITLES, best_known
 from tpbso_casadi.storage import read_run
 
@@ -46,17 +40,26 @@ def test_tables_fit_and_cut_nothing(case: str, capfd: pytest.CaptureFixture[str]
     solve.main(["--list"])
     lines = capfd.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 100 and all(len(line) <= 80 for line in lines if "  " in line)
-    assert not any("…" in line for line in lines)
+    assert not any("…" in line for line in lines) and set(TITLES) <= {line.split()[0] for line in lines if line.strip()}
     rows = [line for line in lines if re.match(r"(speed|acceleration|accuracy|clearance) +-?\d", line)]
     assert rows
     assert all(re.match(r"\w+ +-?[\d.e-]+  -?[\d.]+ \S+ ", row) for row in rows)
 
 
-def test_joints_that_turn_more_than_once_are_mentioned(capfd: pytest.CaptureFixture[str]) -> None:
-    solve.main(["pentagram-time", "--evaluations", "1000", "--no-plots", "--out", "out"])
-    assert re.search(r"^joint 1 turns [2-9]\.\d\d times; state joint_limits", capfd.readouterr().out, re.MULTILINE)
-    solve.main(["time-2", "--evaluations", "1000", "--no-plots", "--out", "out"])
-    assert "turns" not in capfd.readouterr().out
+def test_joints_that_turn_more_than_once_and_plans_far_from_the_best_known_are_mentioned(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    turns = r"^joint 1 turns [2-9]\.\d\d times; state joint_limits"
+    above = r"^\d+% above the best plan known, 0\.322\d* s; try --polish, or --within 10$"
+    for arguments, remark in (
+        (["pentagram-time", "--evaluations", "1000"], turns),
+        (["time-5", "--solver", "bso", "--evaluations", "1000"], above),
+        (["time-5", "--links", "6", "--solver", "bso", "--evaluations", "1000"], None),
+        (["time-2"], None),
+    ):
+        solve.main([*arguments, "--no-plots", "--out", "out"])
+        said = capfd.readouterr().out
+        assert re.search(remark, said, re.MULTILINE) if remark else not re.search("turns|best plan known", said)
 
 
 def test_joints_that_are_given_far_apart_are_no_surprise(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -65,16 +68,6 @@ def test_joints_that_are_given_far_apart_are_no_surprise(tmp_path: Path, capfd: 
     file.write_text(ARM.format(4.0) + f'[task]\nkind = "joint-path"\njoints = {joints}\n')
     solve.main([str(file), "--no-plots", "--out", "out"])
     assert "joint 1 turns 1.27 times; the joints that are given are 1.27 turns apart" in capfd.readouterr().out
-
-
-def test_a_plan_far_from_the_best_known_is_called_so(capfd: pytest.CaptureFixture[str]) -> None:
-    solve.main(["time-5", "--solver", "bso", "--evaluations", "1000", "--no-plots", "--out", "out"])
-    advice = r"^\d+% above the best plan known, 0\.322\d* s; try --polish, or --within 10$"
-    assert re.search(advice, capfd.readouterr().out, re.MULTILINE)
-    solve.main(["time-2", "--no-plots", "--out", "out"])
-    assert "best plan known" not in capfd.readouterr().out
-    solve.main(["time-5", "--links", "6", "--solver", "bso", "--evaluations", "1000", "--no-plots", "--out", "out"])
-    assert "best plan known" not in capfd.readouterr().out
 
 
 def test_the_best_known_is_that_of_the_same_statement() -> None:
@@ -116,7 +109,7 @@ def test_v_says_what_is_done_and_how_long_it_took(capsys: pytest.CaptureFixture[
 def test_json_is_alone_on_standard_output(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve.main([*POLISHED, "-vv", "-j"]) == 0
     printed = capsys.readouterr()
-    assert json.loads(printed.out)["solver"]["name"]
+    assert json.loads(printed.out)["stop_reason"] == "evaluations" and not list(Path().iterdir())
     assert "tpbso_casadi.planning.progress: search: " in printed.err  # twice names the loggers
     assert re.search(r"\d+ ms: tpbso_casadi.cli.command: tpbso-casadi \S+, casadi ", printed.err)
 
@@ -185,34 +178,26 @@ def test_what_is_no_run_is_left_alone() -> None:
 
 
 DRAWN = ["time-2", *QUICK[:2], *QUICK[3:]]
-NAMES = ("path", "limits")
-
-
-def drawings_of_two(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
-    return {"path": partial(path_figure, plan), "limits": partial(limits_figure, plan)}
 
 
 def held(folder: str) -> set[str]:
     return {path.name for path in Path(folder).iterdir()}
 
 
-def test_solve_draws_each_format_and_the_audit_knows_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.figures.run.drawings_of", drawings_of_two)
+@pytest.mark.usefixtures("only_the_path_is_drawn")
+def test_solve_draws_each_format_and_the_audit_knows_it() -> None:
     assert solve.main([*DRAWN, "--figures", "pdf,svg", "--out", "run"]) == 0
-    drawn = {f"{name}.{kind}" for name in NAMES for kind in ("pdf", "svg")}
-    assert held("run") == drawn | {"result.json", "trajectory.csv"}
-    assert set(json.loads(Path("run/result.json").read_text())["files"]) == drawn | {"trajectory.csv"}
+    assert held("run") == {"path.pdf", "path.svg", "result.json", "trajectory.csv"}
+    assert set(result_of("run")["files"]) == {"path.pdf", "path.svg", "trajectory.csv"}
     assert audit_run(read_run(Path("run")))["certificate"]["verdict"] == "certified"
-    assert not [path for path in Path("run").glob("*.pdf") if b"/Subtype /Image" in path.read_bytes()]
-    assert not [path for path in Path("run").glob("*.svg") if "<image" in path.read_text()]  # lines, not pixels
-    before = {name: Path(f"run/{name}.pdf").read_bytes() for name in NAMES}
+    picture = Path("run/path.pdf")
+    before = picture.read_bytes()
+    assert b"/Subtype /Image" not in before and "<image" not in Path("run/path.svg").read_text()  # lines, not pixels
     assert solve.main([*DRAWN, "--figures", "pdf", "--out", "run"]) == 0  # in place of the older run
-    assert held("run") == {f"{name}.pdf" for name in NAMES} | {"result.json", "trajectory.csv"}
-    assert {name: Path(f"run/{name}.pdf").read_bytes() for name in NAMES} == before
-    with Path("run/path.pdf").open("a") as file:
-        file.write("% changed")
+    assert held("run") == {"path.pdf", "result.json", "trajectory.csv"} and picture.read_bytes() == before
+    picture.write_bytes(before + b"% changed")
     assert audit.main(["run"]) == 2
-    Path("run/path.pdf").write_bytes(before["path"])
+    picture.write_bytes(before)
     assert solve.main([*DRAWN, "--no-plots", "--figures", "pdf", "--out", "run"]) == 0
     assert held("run") == {"result.json", "trajectory.csv"}
 
@@ -220,6 +205,7 @@ def test_solve_draws_each_format_and_the_audit_knows_it(monkeypatch: pytest.Monk
 def test_audit_draws_the_structure_of_scenarios_alone(capsys: pytest.CaptureFixture[str]) -> None:
     assert audit.main(["time-2", "--plots", "drawn", "--figures", "png,pdf"]) == 0
     assert held("drawn") == {"structure.png", "structure.pdf"}
+    assert "degrees of freedom" in capsys.readouterr().out
     Path("run").mkdir()
     reason = "--figures: an audit draws nothing by itself; say --plots DIR too"
     assert refusal(capsys, audit.main, "time-2", "--figures", "pdf") == reason

@@ -269,8 +269,9 @@ def test_what_a_scene_does_not_state_is_kept(in_an_empty_folder: None) -> None:
 
 
 def test_a_run_keeps_how_long_it_stays() -> None:
-    moving = tp.MovingObstacle(tp.Ellipse((0.9, -0.9), (0.05, 0.05)), tp.ConstantVelocity((0.0, 0.1)))
-    plan = tp.plan(ARM, start=[0.0, 0.5], goal=[0.8, 0.2], obstacles=[moving], stay=3.0, evaluations=300)
+    moving = tp.MovingObstacle(tp.Rectangle((0.9, -0.9), (0.05, 0.05)), tp.ConstantVelocity((0.0, 0.1)))
+    quick: dict[str, Any] = {"evaluations": 100, "polish": False, "retime": False}
+    plan = tp.plan(ARM, start=[0.0, 0.5], goal=[0.8, 0.2], obstacles=[moving], stay=3.0, **quick)
     again = tp.certify(plan)
     assert again.certified and judged(plan).keys() - {"start", "goal"} <= judged(again).keys()
     assert again.motion.criteria.task.stay == 3.0
@@ -325,7 +326,7 @@ def test_a_motion_needs_a_robot() -> None:
     )
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(0.6, 3.0), st.floats(0.2, 0.9), st.booleans())
 def test_an_export_is_judged_like_its_plan(
     in_an_empty_folder: None, first: float, second: float, seconds: float, place: float, as_yaml: bool

@@ -21,6 +21,7 @@ MOVE = {"kind": "point-to-point", "start": [1.6, -0.6], "goal": [0.6, 1.6]}
 PATH = {"kind": "path", "points": [[1.4, 0.0], [1.3, 0.4], [1.1, 0.7], [0.8, 1.0]], "accuracy": 0.02}
 WAY = np.array([[-1.0, 0.5, 0.5], [0.0, 0.6, 0.3], [0.9, 0.8, 0.2]])
 DISC = {"center": [1.9, 1.2], "semi_axes": [0.2, 0.2], "velocity": [-0.6, -0.2]}
+CRATE = {"shape": "box", "center": [1.9, 1.2], "size": [0.2, 0.2], "velocity": [-0.6, -0.2]}
 CART = {"shape": "box", "center": [0.0, 0.0], "size": [0.3, 0.2], "margin_rate": 0.01}
 ROWS = [[0.0, 2.0, 0.2, 0.0], [1.0, 1.9, 0.5, 0.8], [3.0, 1.8, 0.9, 1.6]]
 
@@ -86,8 +87,8 @@ def test_a_given_path_is_judged_at_the_times_of_its_run() -> None:
 
 @pytest.fixture(scope="session")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run among a disc and a cart."""
-    obstacles = [DISC, CART | {"motion_rows": ROWS}]
+    """A run among a crate and a cart."""
+    obstacles = [CRATE, CART | {"motion_rows": ROWS}]
     plan = planned(MOVE | {"stay": 0.3}, obstacles, solver={"name": "pso", "evaluations": 300, "polish_starts": 0})
     assert [verdict.name for verdict in plan.verdicts][2:4] == ["clearance", "clearance at the goal"]
     return plan.save(tmp_path_factory.mktemp("stored") / "run", figures=())
@@ -155,14 +156,9 @@ LEAVING = {
 
 
 def test_a_motion_that_leaves_as_the_robot_moves_is_read_back_and_not_timed_anew(tmp_path: Path) -> None:
-    passing = {"center": [2.3, 1.2], "semi_axes": [0.15, 0.25], "velocity": [-0.3, 0.0]}
-    plan = planned(
-        LEAVING,
-        [passing],
-        arm=ARM | {"max_jerk": 400.0},
-        model={"samples": 20},
-        solver={"name": "pso", "evaluations": 500},
-    )
+    passing = {"shape": "box", "center": [2.3, 1.2], "size": [0.3, 0.5], "velocity": [-0.3, 0.0]}
+    tables: dict[str, Any] = {"arm": ARM | {"max_jerk": 400.0}, "model": {"samples": 20}}
+    plan = planned(LEAVING, [passing], **tables, solver={"name": "pso", "evaluations": 300})
     assert plan.certified
     for order, key in enumerate(("start", "start_velocity", "start_acceleration")):
         stated: Any = LEAVING[key]
