@@ -1,12 +1,15 @@
-"""The compiled core, made with the package where there is a C++ compiler; without one everything works, slower.
+"""The compiled core, made with the package by the machine's C++ compiler, or by the one that pip brings.
 
 Each variant is the same sources for another instruction set and computes the same numbers. They are plain libraries
 that are loaded by ctypes, not modules: :mod:`problems.core.library`.
 """
 
+import os
 import platform
+import shutil
 import sys
 from hashlib import sha256
+from importlib.util import find_spec
 from pathlib import Path
 
 from setuptools import Extension, setup
@@ -20,6 +23,9 @@ VARIANTS = {"_portable": []}
 if platform.machine() in {"x86_64", "AMD64"}:
     VARIANTS |= {"_avx2": ["-mavx2"], "_avx512": ["-mavx512f", "-mavx512dq", "-mprefer-vector-width=512"]}
 
+if not any(map(shutil.which, ("c++", "g++", "clang++"))) and find_spec("ziglang") is not None:
+    os.environ.setdefault("CXX", f"{sys.executable} -m ziglang c++")
+
 setup(
     ext_modules=[
         Extension(
@@ -30,7 +36,7 @@ setup(
             define_macros=[("CORE_DIGEST", f'"{DIGEST}"')],
             extra_link_args=["-s"],
             extra_compile_args=[*FLAGS, *flags],
-            optional=True,  # a machine without a compiler installs all the rest
+            optional=True,  # where no compiler works all the rest is installed
         )
         for name, flags in VARIANTS.items()
         if sys.platform != "win32"

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from problems.core import core_account, implementation
+from problems.core import core_account, found_core
 
 LONGEST_LINE = 300  # characters
 
@@ -169,14 +169,14 @@ CORE = "core"
 
 @cache
 def versions() -> dict[str, str]:
-    """Versions of packages, by their names, and the implementation of the core: everything that decides a result.
+    """Versions of packages, by their names, and whether there is a core: everything that decides a result.
 
     The same dictionary each time, not to be changed.
     """
     packages = {name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")}
-    return packages | {CORE: implementation().name}
+    return packages | {CORE: "none" if found_core() is None else "compiled"}
 
 
 def version_text() -> str:
-    """The text of ``--version``: the version of the package, and which core answers, in two lines."""
+    """The text of ``--version``: the version of the package, and how the core was compiled, in two lines."""
     return f"tpbso-casadi {version('tpbso-casadi')}\n{CORE}: {core_account()}"

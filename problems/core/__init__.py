@@ -1,13 +1,11 @@
-"""The core: what every plan in space needs alike, robot and scene being data; and linear programs.
-
-It is compiled where it can be; else NumPy does the same.
-"""
+"""The compiled core: what every plan in space needs alike, robot and scene being data; and linear programs."""
 
 from problems.core.arm import steps_of
+from problems.core.compiled import NoCore, core, found_core
 from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
 from problems.core.dynamics import Dynamics
-from problems.core.implementation import core, core_account, implementation
 from problems.core.interface import Nearby, Schedule, Separation
+from problems.core.library import core_account
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.trust_region import TrustRegion
@@ -19,6 +17,7 @@ __all__ = [
     "Dynamics",
     "LinearProgram",
     "Nearby",
+    "NoCore",
     "Proof",
     "RobotNumbers",
     "Schedule",
@@ -30,7 +29,7 @@ __all__ = [
     "core",
     "core_account",
     "drifts_of",
-    "implementation",
+    "found_core",
     "known_robot",
     "minimizer",
     "obstacle_numbers",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from problems.base import CACHE_SIZE
-from problems.core.implementation import core
+from problems.core.compiled import core
 from problems.robots import NewtonSteps, SpatialArm, Steps, geometry_of
 
 

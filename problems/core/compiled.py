@@ -2,50 +2,50 @@
 
 from __future__ import annotations
 
+import os
 import weakref
 from ctypes import CDLL, c_void_p
+from functools import cache as once
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray
+from problems.base import FloatArray, InvalidProblem
 from problems.core.description import RobotNumbers, described
-from problems.core.interface import (
-    Core,
-    CoreWorld,
-    MovingSolids,
-    Nearby,
-    PathSearch,
-    ProofRequest,
-    ProofResult,
-    Separation,
-)
+from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, ProofResult, Separation
+from problems.core.library import loaded_core
 from problems.core.rows import ProgramData, WholeRows
-from problems.robots import Bounds, SpatialArm, Steps
+from problems.robots import Bounds, SpatialArm
 
 MOST_STOPS = 1_000  # postures of a way for which there is room at first
+ADVICE = "; install a C++ compiler (g++, clang++ or pip install ziglang), or name one in CXX"
 
 
-class CompiledCore(Core):
-    """The core in compiled C++.
+class NoCore(InvalidProblem):
+    """An arm in space needs the compiled core, which this machine neither has nor can make."""
+
+
+class Core:
+    """The compiled core, called with arrays.
 
     Args:
-        library: the core.
+        library: the core as a library.
     """
-
-    name = "compiled"
 
     def __init__(self, library: CDLL) -> None:
         self._library = library
 
     def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
-        return CompiledWorld(self._library, counts, numbers)
+        """The world of a description."""
+        return CoreWorld(self._library, counts, numbers)
 
-    def steps(self, geometry: SpatialArm) -> Steps:
-        return CompiledSteps(self._library, geometry)
+    def steps(self, geometry: SpatialArm) -> CoreSteps:
+        """Damped Newton steps of an arm, of which nothing counts but its tool's place."""
+        return CoreSteps(self._library, geometry)
 
     def solve_program(self, program: ProgramData) -> tuple[FloatArray, float] | None:
+        """The solution of a program, control points (n, k) and tau; None where nothing was found."""
         n, k = program.lower.shape
         x, tau = np.empty((n, k)), np.empty(1)
         one, reach = program.single, program.single.weights.shape[1]
@@ -64,6 +64,26 @@ class CompiledCore(Core):
             tau.ctypes.data,
         )  # fmt: skip
         return (x, float(tau[0])) if steps > 0 else None
+
+
+@once
+def found_core() -> Core | None:
+    """The core of this process; None where there is none, and no compiler to make it."""
+    library = loaded_core().library
+    return None if library is None else Core(library)
+
+
+def core() -> Core:
+    """The core of this process.
+
+    Raises:
+        NoCore: there is none; the message says why, and how to get it.
+    """
+    found, loaded = found_core(), loaded_core()
+    if found is None:
+        advice = ADVICE if loaded.is_missed and os.name == "posix" else ""
+        raise NoCore("robot", f"arms in space need the compiled core: {loaded.account}{advice}")
+    return found
 
 
 def _parts(rows: WholeRows) -> list[NDArray[Any]]:
@@ -96,7 +116,7 @@ def _at(moving: MovingSolids | None) -> tuple[int | None, int | None]:
     return (None, None) if moving is None else (_place(moving.drifts), _place(moving.times))
 
 
-class CompiledWorld(CoreWorld):
+class CoreWorld:
     """A robot among solids in the compiled core.
 
     Args:
@@ -118,6 +138,16 @@ class CompiledWorld(CoreWorld):
         moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> None:
+        """Lower numbers (n,), m, to the clearance margins of postures (n, dof), rad.
+
+        Args:
+            theta: postures.
+            found: what is replaced.
+            which: what has to keep a distance.
+            first_hit: whether less than what was there is enough, however much less.
+            moving: how solids move; None where they stand still.
+            errors: how far joints may be off, (n, dof), rad or m; None where they are not.
+        """
         self._library.core_rooms(
             self._world, which, first_hit, len(theta), theta.ctypes.data, *_at(moving), _place(errors),
             found.ctypes.data,
@@ -131,6 +161,7 @@ class CompiledWorld(CoreWorld):
         moving: MovingSolids | None = None,
         errors: FloatArray | None = None,
     ) -> Nearby:
+        """The two nearest balls of each link and each solid, and of each two links, with margins below a bound, m."""
         capacity = 16 * len(theta)
         while True:
             places, values = np.empty((capacity, 2), dtype=np.int32), np.empty((capacity, 2 + self._dof))
@@ -144,6 +175,7 @@ class CompiledWorld(CoreWorld):
             capacity = count
 
     def prove(self, asked: ProofRequest) -> ProofResult:
+        """Bound the clearance margin of a motion for all t."""
         values, places = np.empty(5), np.empty(3, dtype=np.int32)
         order, pieces, _ = asked.coefficients.shape
         drifts = _place(asked.drifts)
@@ -156,6 +188,7 @@ class CompiledWorld(CoreWorld):
         return ProofResult(int(status), proven, smallest, time, one, two, kind, start, end)
 
     def connect(self, start: FloatArray, goal: FloatArray, search: PathSearch) -> FloatArray:
+        """A path between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 if none is found."""
         numbers = np.ascontiguousarray(np.stack([start, goal, *search.box]), dtype=np.float64)
         path, width = np.empty((MOST_STOPS, self._dof)), 8 * self._dof
         first, passed = numbers.ctypes.data, None if search.schedule is None else search.schedule.numbers
@@ -167,7 +200,7 @@ class CompiledWorld(CoreWorld):
         return path[: count if count <= MOST_STOPS else 0].copy()
 
 
-class CompiledSteps:
+class CoreSteps:
     """Damped Newton steps of an arm.
 
     Args:

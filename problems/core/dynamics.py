@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from problems.base import CACHE_SIZE, FloatArray
-from problems.core.library import core_library
+from problems.core.library import loaded_core
 from problems.robots import RigidChain, RigidJoint, Robot, SpatialArm
 
 STATE = 3  # angles, velocities, accelerations
@@ -68,5 +68,5 @@ def _numbers(joint: RigidJoint) -> list[float]:
 
 @lru_cache(maxsize=CACHE_SIZE)
 def _known(robot: SpatialArm) -> Dynamics | None:
-    library, chain = core_library(), robot.rigid_chain
+    library, chain = loaded_core().library, robot.rigid_chain
     return None if library is None or chain is None else Dynamics(library, chain)

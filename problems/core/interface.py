@@ -1,21 +1,16 @@
-"""The interface of the core: a robot among solids, linear programs, an arm's tool; compiled, or in NumPy.
-
-Both read the same description (:mod:`problems.core.description`) and follow the same algorithms.
-"""
+"""Questions to the core about a robot among solids, and its answers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.rows import ProgramData
-from problems.robots import SpatialArm, Steps
 
 
 class Separation(IntFlag):
@@ -176,60 +171,3 @@ class ProofResult(NamedTuple):
     kind: int
     start: float = 0.0
     end: float = 0.0
-
-
-class CoreWorld(Protocol):
-    """A robot among solids, as one implementation of the core has it."""
-
-    def lower_to_clearance_margins(
-        self,
-        theta: FloatArray,
-        found: FloatArray,
-        which: Separation,
-        first_hit: bool,
-        moving: MovingSolids | None = None,
-        errors: FloatArray | None = None,
-    ) -> None:
-        """Lower numbers (n,), m, to the clearance margins of postures (n, dof), rad.
-
-        Args:
-            theta: postures.
-            found: what is replaced.
-            which: what has to keep a distance.
-            first_hit: whether less than what was there is enough, however much less.
-            moving: how solids move; None where they stand still.
-            errors: how far joints may be off, (n, dof), rad or m; None where they are not.
-        """
-
-    def nearest(
-        self,
-        theta: FloatArray,
-        below: float,
-        which: Separation,
-        moving: MovingSolids | None = None,
-        errors: FloatArray | None = None,
-    ) -> Nearby:
-        """The two nearest balls of each link and each solid, and of each two links, with margins below a bound, m."""
-
-    def prove(self, asked: ProofRequest) -> ProofResult:
-        """Bound the clearance margin of a motion for all t."""
-
-    def connect(self, start: FloatArray, goal: FloatArray, search: PathSearch) -> FloatArray:
-        """A path between two postures (dof,), rad, by RRT-Connect and shortcuts, (m, dof); m = 0 if none is found."""
-
-
-class Core(Protocol):
-    """An implementation of the core."""
-
-    @property
-    def name(self) -> str:
-        """The name of the implementation."""
-
-    def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
-        """The world of a description."""
-
-    def steps(self, geometry: SpatialArm) -> Steps:
-        """Damped Newton steps of an arm, of which nothing counts but its tool's place."""
-
-    def solve_program(self, program: ProgramData) -> tuple[FloatArray, float] | None:
-        """The solution of a program, control points (n, k) and tau; None where nothing was found."""

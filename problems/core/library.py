@@ -1,8 +1,7 @@
 """The compiled core as a library: one that came with the package, one made of its sources, or none.
 
 With the package come libraries for several instruction sets; each computes the same numbers. Where there is none, as in
-a source tree, a compiler makes one once and it is kept in the cache. Where there is no compiler either, NumPy answers
-(:mod:`problems.core.reference`).
+a source tree, a compiler makes one once and it is kept in the cache.
 """
 
 from __future__ import annotations
@@ -100,9 +99,10 @@ def loaded_core() -> CoreLibrary:
     return CoreLibrary(library, f"compiled by {library.core_made().decode()}")
 
 
-def core_library() -> ctypes.CDLL | None:
-    """The compiled core; None where there is none, or it is switched off."""
-    return loaded_core().library
+def core_account() -> str:
+    """The compiler that made the core and for what, or why there is none, in words."""
+    loaded = loaded_core()
+    return f"none, as {loaded.account}" if loaded.library is None else loaded.account
 
 
 def _packaged() -> list[Path]:

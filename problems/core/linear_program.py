@@ -9,7 +9,7 @@ import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.implementation import core
+from problems.core.compiled import core, found_core
 from problems.core.rows import ProgramData
 
 METHODS = ("highs-ds", "highs-ipm")
@@ -37,10 +37,12 @@ def minimizer(
 
 @dataclass(frozen=True, eq=False)
 class LinearProgram(ProgramData):
-    """A program that the core's interior-point method solves, using which unknowns rows touch."""
+    """A program that the core's interior-point method solves, using which unknowns rows touch; HiGHS without a core."""
 
     def solved(self) -> tuple[FloatArray, float] | None:
         """Control points (n, k) and tau; None where nothing was found."""
+        if found_core() is None and self.squares is None:
+            return self.by_highs()
         return core().solve_program(self)
 
     def by_highs(self) -> tuple[FloatArray, float] | None:

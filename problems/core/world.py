@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import CACHE_SIZE, FloatArray
+from problems.core.compiled import CoreWorld, core
 from problems.core.description import (
     RobotNumbers,
     described,
@@ -18,8 +19,7 @@ from problems.core.description import (
     margins_of,
     obstacle_numbers,
 )
-from problems.core.implementation import core
-from problems.core.interface import CoreWorld, MovingSolids, Nearby, PathSearch, ProofRequest, Schedule, Separation
+from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, Schedule, Separation
 from problems.motions import Trajectory
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle, standing

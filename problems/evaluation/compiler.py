@@ -9,11 +9,13 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
+from importlib.util import find_spec
 from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
@@ -116,8 +118,9 @@ FLAGS = (
 )
 OF_GCC_ALONE = ("-fschedule-insns", "-fsched-pressure")  # Clang, which schedules anyway, refuses them
 NAMES = ("c++", "g++", "clang++")
+ZIG = "ziglang"  # a package that is a Clang, from pip
 VERSION_SECONDS = 10.0  # for a compiler to say what it is
-COMPILE_SECONDS = 60.0  # for one library; a second or two is usual, 14 were the most, for 100 links
+COMPILE_SECONDS = 300.0  # for one library; a second or two is usual, 14 were the most, but 60 the first time by Zig
 
 
 class NativeUnavailable(Exception):
@@ -173,7 +176,7 @@ class Compiler:
 
 
 def find_compiler() -> Compiler:
-    """The compiler that ``CXX`` names, or the first one on ``PATH``.
+    """The compiler that ``CXX`` names, the first one on ``PATH``, or that of the package ziglang.
 
     Raises:
         NativeUnavailable: there is none that runs.
@@ -182,19 +185,24 @@ def find_compiler() -> Compiler:
         choice = tuple(shlex.split(os.environ.get("CXX", "")))
     except ValueError as error:
         raise NativeUnavailable(f"CXX cannot be read: {error}") from error
-    for command in [choice] if choice else [(name,) for name in NAMES]:
+    for command in [choice] if choice else [*((name,) for name in NAMES), *_from_pip()]:
         path = shutil.which(command[0])
-        version = None if path is None else asked_version(path)
+        version = None if path is None else asked_version((path, *command[1:]))
         if path is not None and version is not None:
             return Compiler((path, *command[1:]), version)
     raise NativeUnavailable(f"no C++ compiler ({shlex.join(choice) or ', '.join(NAMES)}) on PATH answers")
 
 
+def _from_pip() -> list[tuple[str, ...]]:
+    """The command of the compiler that pip has installed, where it has."""
+    return [] if find_spec(ZIG) is None else [(sys.executable, "-m", ZIG, "c++")]
+
+
 @cache
-def asked_version(path: str) -> str | None:
+def asked_version(command: tuple[str, ...]) -> str | None:
     """The version that a program states, asked once a process; None if it does not run or answer."""
     try:
-        answer = run([path, "--version"], VERSION_SECONDS)
+        answer = run([*command, "--version"], VERSION_SECONDS)
     except (OSError, NoAnswer):
         return None
     return answer.output if answer.status == 0 else None

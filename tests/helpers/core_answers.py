@@ -10,9 +10,9 @@ import numpy as np
 from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through
 
 from problems.core import Dynamics, Separation, SingleRows, WholeRows
-from problems.core.compiled import CompiledCore
+from problems.core.compiled import Core, CoreWorld
 from problems.core.description import described
-from problems.core.interface import CoreWorld, MovingSolids, PathSearch, ProofRequest, Schedule
+from problems.core.interface import MovingSolids, PathSearch, ProofRequest, Schedule
 from problems.core.rows import ProgramData
 from problems.core.world import known_robot
 from problems.robots import SpatialArm, built_in, geometry_of
@@ -29,7 +29,7 @@ def answers(library: ctypes.CDLL, seed: int) -> Answers:
         library: a core.
         seed: of the questions.
     """
-    core, found = CompiledCore(library), Answers()
+    core, found = Core(library), Answers()
     for name in ROBOTS:
         robot, rng = robot_of(name), np.random.default_rng([seed, len(found)])
         world = core.world(*described(robot, known_robot(robot), SCENE))
@@ -108,7 +108,7 @@ def ways(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answe
     return found
 
 
-def steps(core: CompiledCore, robot: SpatialArm, rng: np.random.Generator) -> bytes:
+def steps(core: Core, robot: SpatialArm, rng: np.random.Generator) -> bytes:
     """Inverse kinematics, of points and of poses."""
     reach, (place, rotation) = core.steps(geometry_of(robot)), robot.tool_at(postures(robot, rng, 1))
     starts, limits = postures(robot, rng, POSTURES), np.array(robot.position_limits).T
@@ -136,7 +136,7 @@ def program_of(reach: int, rng: np.random.Generator) -> ProgramData:
     return ProgramData(single, whole(m), -box, box, (-0.2, 0.4), cost, 1.0, squares)
 
 
-def solved(core: CompiledCore, program: ProgramData) -> bytes:
+def solved(core: Core, program: ProgramData) -> bytes:
     found = core.solve_program(program)
     return b"none" if found is None else bits(found[0], np.array(found[1]))
 

@@ -1,4 +1,4 @@
-"""The compiled core as a library: its source, and what there is without it."""
+"""The compiled core as a library: its source and variants."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from helpers.compilers import each_compiler
 from helpers.core_answers import answers
 from helpers.slow import slow_except
 
-from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, VARIANTS, core_library, source
+from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, VARIANTS, loaded_core, source
 from problems.evaluation import THIS_PROCESSOR, usable_compiler
 
 ROOT = Path(__file__).parents[3]
@@ -42,7 +42,7 @@ def test_what_a_file_includes_of_ours_is_there() -> None:
 
 @pytest.fixture
 def library() -> ctypes.CDLL:
-    found = core_library()
+    found = loaded_core().library
     if found is None:
         pytest.skip("there is no compiled core, and no compiler that makes one")
     return found
