@@ -25,7 +25,7 @@ from tpbso_casadi.storage import sealed
 
 @cache
 def planned() -> SearchedMotion:
-    found = plan(parse_scenario(space_scenario()))
+    found = plan(parse_scenario(space_scenario(solver={"evaluations": 300})))
     assert isinstance(found, SearchedMotion)
     return found
 
@@ -48,7 +48,7 @@ def test_both_elbows_are_branches_and_the_better_one_is_planned() -> None:
 
 
 def test_the_plan_ends_at_the_goal_and_says_which_branch_it_took() -> None:
-    found, again = planned(), plan(parse_scenario(space_scenario()))
+    found, again = planned(), plan(parse_scenario(space_scenario(solver={"evaluations": 300})))
     assert found.feasible
     trajectory = found.trajectory
     end = trajectory.at(trajectory.breakpoints[-1:])
@@ -118,7 +118,7 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
         "via": [{"position": [0.5, 0.1, 0.7]}],
         "goal": [GOAL, {"joints": [0.9, 0.4, 1.0]}, {"position": [0.2, 0.5, 0.5]}],
     }
-    found = plan(parse_scenario(space_scenario(task=task, solver={"evaluations": 100}, obstacles=[])))
+    found = plan(parse_scenario(space_scenario(task=task, solver={"evaluations": 40}, obstacles=[])))
     assert found.feasible
     assert isinstance(found, SearchedMotion)
     assert set(found.problem.branch) == {"start", "via_1", "goal"}
@@ -127,10 +127,10 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
 
 
 def test_a_time_limit_is_that_of_everything() -> None:
-    found = plan(parse_scenario(space_scenario(solver={"evaluations": None, "time_limit": 0.4}, obstacles=[])))
+    found = plan(parse_scenario(space_scenario(solver={"evaluations": None, "time_limit": 0.2}, obstacles=[])))
     assert isinstance(found, SearchedMotion)
     assert found.search.stop_reason is StopReason.SECONDS
-    assert found.scenario.solver.time_limit == 0.4
+    assert found.scenario.solver.time_limit == 0.2
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,11 @@ CELL: dict[str, Any] = {"start": {"joints": START}, "goal": {"joints": GOAL}, "o
 TOLERANCE = 0.15
 
 
+@cache
+def free() -> tp.Plan:
+    return tp.plan("panda", **CELL)
+
+
 def verdict(plan: tp.Plan, name: str) -> tp.Verdict:
     return next(each for each in plan.verdicts if each.name == name)
 
@@ -32,23 +38,21 @@ def tool_speeds(plan: tp.Plan) -> np.ndarray:
 
 
 def test_an_upright_move_in_space_needs_no_search() -> None:
-    free = tp.plan("panda", **CELL)
     plan = tp.plan("panda", **CELL, constraints=[tp.Upright(tolerance=TOLERANCE)])
-    assert tilts(free.trajectory).max() > TOLERANCE
+    assert tilts(free().trajectory).max() > TOLERANCE
     assert plan.certified and plan.search is not None and plan.search.evaluations == 0
     found = tilts(plan.trajectory).max()
     assert found <= TOLERANCE
     assert verdict(plan, "upright").worst == pytest.approx(found, abs=1e-5)
-    assert plan.duration >= free.duration * (1.0 - 2e-3)
+    assert plan.duration >= free().duration * (1.0 - 2e-3)
 
 
 def test_a_limit_of_the_tools_speed_holds_and_slows_the_motion_down() -> None:
-    free = tp.plan("panda", **CELL)
-    most = 0.5 * tool_speeds(free).max()
+    most = 0.5 * tool_speeds(free()).max()
     plan = tp.plan("panda", **CELL, constraints=[tp.ToolSpeed(max=most), tp.Upright(tolerance=TOLERANCE)])
     assert plan.certified and plan.search is not None and plan.search.evaluations == 0
     assert 0.97 * most < tool_speeds(plan).max() <= most * (1.0 + 1e-6)
-    assert free.duration < plan.duration < 3.0 * free.duration
+    assert free().duration < plan.duration < 3.0 * free().duration
 
 
 def test_the_orientation_and_the_place_of_a_tool_are_kept_to_a_degree() -> None:

@@ -245,7 +245,7 @@ def test_what_holds_a_plan_back_need_not_hold_back_its_optimum() -> None:
 def test_an_optimum_is_a_motion_that_exists() -> None:
     """A smoothed length is less than that of the straight line, which no motion's is."""
     content = stated("obstacle-3")
-    found = plan(tp.parse_scenario({**content, "solver": {"name": "bso", "evaluations": 3000}}))
+    found = plan(tp.parse_scenario({**content, "solver": {"name": "bso", "evaluations": 1000}}))
     assert isinstance(found, SearchedMotion) and found.feasible
     straight = float(np.hypot(*np.subtract(content["task"]["goal"], content["task"]["start"])))
     optimum = nearest_optimum(found.problem, found.motion, found.motion, retimes=False)

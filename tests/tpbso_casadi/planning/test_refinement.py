@@ -40,7 +40,7 @@ def scenario_with(case: str, edit: dict[str, dict[str, Any]] | None = None, **so
 
 
 REDUCED, FREE = {"model": {"formulation": "reduced"}}, {"task": {"elbow": "free"}}
-OFTEN = ("time-2", "rotation-4", "closed-curve-time")  # the others are much like them
+OFTEN = ("time-2", "closed-curve-time")  # the others are much like them
 
 
 @pytest.mark.parametrize("case", slow_except(TITLES, OFTEN))
@@ -57,15 +57,15 @@ def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
         assert max(polish.search.solution.residuals.values()) < 1e-3
 
 
-@pytest.mark.parametrize(
-    ("case", "elbow", "best"),
-    [
-        ("time-2", "up", 0.7016),
-        ("rotation-2", "up", 2.4135),
-        ("time-2", "free", 0.4909),
-        ("rotation-2", "free", 1.6372),
-    ],
-)
+CHECKED = [
+    ("time-2", "up", 0.7016),
+    ("rotation-2", "free", 1.6372),
+    ("rotation-2", "up", 2.4135),
+    ("time-2", "free", 0.4909),
+]
+
+
+@pytest.mark.parametrize(("case", "elbow", "best"), slow_except(CHECKED, 2))
 def test_check_values_of_two_links_for_all_t(case: str, elbow: str, best: float) -> None:
     """At 50 samples a segment the least time is 0.7015 s; that it keeps its limits for all t takes it to 0.7016 s."""
     solution = plan(scenario_with(case, {"task": {"elbow": elbow}}, name="ipopt", iterations=6))
@@ -147,7 +147,7 @@ def test_plans_around_obstacles_are_clear_for_all_t(links: int, obstacles: str) 
 
 @pytest.mark.usefixtures("in_an_empty_folder")
 def test_the_polish_stands_in_the_table_and_in_the_result(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["time-3", "--polish", "--evaluations", "2000", "--no-plots", "--out", "out"]) == 0
+    assert main(["time-3", "--polish", "--evaluations", "500", "--no-plots", "--out", "out"]) == 0
     output = capsys.readouterr().out
     assert "polish: kept" in output
     assert "before" in output
@@ -246,7 +246,7 @@ BEST_KNOWN = [
 ]
 
 
-@pytest.mark.parametrize(("case", "elbow", "starts", "best"), slow_except(BEST_KNOWN, 2))
+@pytest.mark.parametrize(("case", "elbow", "starts", "best"), slow_except(BEST_KNOWN, 1))
 def test_ipopt_finds_the_best_known_from_few_starts(case: str, elbow: str, starts: int, best: float) -> None:
     found = plan(scenario_with(case, {"task": {"elbow": elbow}}, name="ipopt", iterations=starts))
     assert found.feasible
@@ -262,17 +262,17 @@ def test_candidates_and_starts_take_turns() -> None:
 
 def test_seconds_are_kept() -> None:
     began = time.process_time()
-    found = plan(scenario_with("rotation-4", name="abso", within=1.0, evaluations=1000))
-    assert time.process_time() - began < 4.0  # a busy machine gives less time, not more
+    found = plan(scenario_with("rotation-4", name="abso", within=0.6, evaluations=500))
+    assert time.process_time() - began < 3.6  # a busy machine gives less time, not more
     assert found.feasible
     assert found.polish is not None
     assert found.objective <= found.polish.before.objective
 
 
-@pytest.mark.parametrize("asked", [{"within": 0.5}, {"polish_starts": 2}])
+@pytest.mark.parametrize("asked", [{"within": 0.3}, {"polish_starts": 2}])
 def test_in_space_sequential_programs_refine_and_no_descent(asked: dict[str, float]) -> None:
     goal = {"goal": {"joints": [1.2, 0.3, 1.0]}}
-    found = plan(parse_scenario(space_scenario(task=goal, solver={"evaluations": 600} | asked)))
+    found = plan(parse_scenario(space_scenario(task=goal, solver={"evaluations": 300} | asked)))
     assert isinstance(found, SearchedMotion)
     assert found.feasible
     assert found.polish is None

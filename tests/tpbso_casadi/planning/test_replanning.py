@@ -93,7 +93,7 @@ def test_a_way_round_is_searched_for_where_the_direct_one_is_closed_and_a_seed_d
     assert step.x.tolist() == again.x.tolist()
 
 
-@pytest.mark.parametrize(("every", "evaluations"), slow_except([(0.01, 80), (0.1, 500), (1.0, 1500)], 2))
+@pytest.mark.parametrize(("every", "evaluations"), slow_except([(0.01, 80), (0.1, 500), (1.0, 1500)], 1))
 def test_how_much_is_searched_follows_from_the_period(every: float, evaluations: int) -> None:
     stated, by_itself = (
         Replanner(scenario(), every, evaluations=count).replan(
@@ -145,7 +145,7 @@ def test_the_margin_of_a_prediction_counts() -> None:
     assert (uncertain.kind, uncertain.certified) == ("stop", True)
 
 
-@pytest.mark.parametrize(("seed", "within"), [(33, 0.0), (38, 0.0), pytest.param(6, None, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("seed", "within"), slow_except([(38, 0.0), (33, 0.0), (6, None)], 1))
 def test_while_it_moves_nothing_touches_it(seed: int, within: float | None) -> None:
     """Whatever course an obstacle takes, as long as it changes its velocity by no more than has been said."""
     planner = Replanner(scenario(), EVERY, fail_safe_rate=0.8, evaluations=150, within=within)

@@ -6,6 +6,7 @@ import copy
 import csv
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -76,13 +77,10 @@ def test_every_stage_is_proven_and_the_arm_stands_between_them(picked: tp.Plan) 
     assert picked.stages[2].signal == ("gripper", "close")
 
 
-def test_no_more_than_a_few_per_cent_above_the_bound(picked: tp.Plan) -> None:
+def test_a_cycle_ends_where_it_began_and_is_little_above_the_bound(picked: tp.Plan) -> None:
+    assert np.allclose(picked.trajectory(0.0), picked.trajectory(picked.duration), atol=1e-12)
     (bound,) = picked.motion.quantities[BOUND]
     assert bound <= picked.duration <= 1.05 * bound
-
-
-def test_a_cycle_ends_where_it_began(picked: tp.Plan) -> None:
-    assert np.allclose(picked.trajectory(0.0), picked.trajectory(picked.duration), atol=1e-12)
 
 
 def test_the_tool_is_where_the_stages_say(picked: tp.Plan) -> None:
@@ -168,7 +166,7 @@ def test_one_certificate_holds_all_stages_and_their_joints(picked: tp.Plan, tmp_
     assert refused_by(first + 1, swollen).startswith("clearance of 'part' from ")
     assert [len(place["places"]) for place in stages[0]["places"]] == [4]  # a pose; the start is in joints
     assert not any("condition: goal" in stage["not_covered"] for stage in stages)
-    for point in range(4):
+    for point in (0, 3):
 
         def elsewhere(stage: Any, point: int = point) -> None:
             stage["places"][0]["places"][point][1] += 1.01e-6
@@ -222,21 +220,12 @@ def test_stages_that_end_at_other_times_are_refused(picked: tp.Plan, stage: int,
         checked(other)
 
 
-def test_a_stage_that_breaks_a_limit_is_found_by_the_audit(picked: tp.Plan) -> None:
-    faster = copy.copy(picked.motion)
+def test_stages_that_are_too_fast_break_their_limits(picked: tp.Plan) -> None:
     criteria = picked.planned.criteria
-    early = picked.trajectory.time_scaled(0.9)
-    parts = tuple(
-        type(part)(part.label, part.kind, 0.9 * part.start, 0.9 * part.end, part.criteria, part.signal)
-        for part in criteria.stages
-    )
-    faster = type(picked.motion)(type(criteria)(**{**vars_of(criteria), "stages": parts}), early, {})
+    parts = tuple(replace(part, start=0.9 * part.start, end=0.9 * part.end) for part in criteria.stages)
+    faster = type(picked.motion)(replace(criteria, stages=parts), picked.trajectory.time_scaled(0.9), {})
     broken = {verdict.name for verdict in faster.verdicts if verdict.status is CertificateStatus.VIOLATED}
     assert {"speed", "acceleration"} <= broken
-
-
-def vars_of(criteria: Any) -> dict[str, Any]:
-    return {name: getattr(criteria, name) for name in ("task", "objective", "limits")}
 
 
 def test_a_move_that_is_known_the_other_way_round_is_turned_round() -> None:
@@ -342,7 +331,9 @@ def test_corners_are_rounded_as_fast_as_their_accuracy_lets() -> None:
 def test_in_the_plane_too() -> None:
     arm = tp.robot([0.5, 0.4, 0.3], max_speed=2.0, max_acceleration=10.0)
     start = {"joints": [0.3, 0.9, -0.4]}
-    plan = tp.sequence(arm, start=start, stages=[tp.Line(by=[-0.1, 0.15]), tp.Wait(0.1), [0.6, 0.5, 0.2]])
+    plan = tp.sequence(
+        arm, start=start, stages=[tp.Line(by=[-0.1, 0.15]), tp.Wait(0.1), [0.6, 0.5, 0.2]], evaluations=100
+    )
     assert plan.certified
     assert plan.stages[0].trajectory is not None
 
@@ -365,81 +356,51 @@ size = [0.1, 0.1, 0.1]
 THERE = '[[task.stages]]\nkind = "move"\ngoal = { joints = [0.4, -0.6, 0.0, -2.2, 0.0, 1.6, 0.785] }\n'
 
 
+UP = '[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]'
+SECOND_BOX = '[[obstacles]]\nshape = "box"\nname = "box"\ncenter = [0.5, -0.5, 0.1]\nsize = [0.1, 0.1, 0.1]'
+FLOOR = '[[obstacles]]\nshape = "half-space"\nname = "floor"\ncenter = [0.0, 0.0, -0.2]\nnormal = [0.0, 0.0, 1.0]'
+ATTACHED = '[[task.stages]]\nkind = "attach"\nname = "NAME"\n' + THERE
+SEVERAL = THERE.replace("= {", "= [{").replace("}", "}]")
+OF_ONE_STAGE = {  # its keys, and what is said of task.stages.0
+    'kind = "jump"': ": needs kind = 'move'",
+    'kind = ["move"]': ": needs kind = 'move'",
+    'kind = "move"': ".goal: missing key",
+    'kind = "line"': ".goal: one of goal and by is needed",
+    'kind = "line"\ngoal = { joints = [0, 0, 0, -1, 0, 1, 0] }': ".goal: a line ends at a position or pose",
+    'kind = "line"\nby = [0.0, 0.1]': ".by: 3 coordinates are needed",
+    'kind = "line"\nby = [0.0, 0.0, 0.0]': ".goal: the tool is there",
+    'kind = "line"\nby = [2.0, 0.0, 0.0]': ".goal: the tool cannot be led",
+    'kind = "line"\nby = [0, 0, 0.1]\nspeed = 1': ".speed: unknown key",
+    'kind = "wait"\nseconds = -1.0': ".seconds: ",
+    'kind = "path"\naccuracy = 0.01\npoints = [[0.5, 0.0]]': ".points: points of 3 coordinates",
+}
+REFUSED: list[tuple[str, str, str, str]] = [  # stages, keys of the task, of the obstacle, what is said
+    *((f"[[task.stages]]\n{keys}", "", "", f"task.stages.0{line}") for keys, line in OF_ONE_STAGE.items()),
+    ('[[task.stages]]\nkind = "wait"\nseconds = 1.0', "", "", "task.stages: none of them moves the arm"),
+    (ATTACHED.replace("NAME", "bax"), "", "", "task.stages.0.name: no obstacle is called 'bax'; did you mean box?"),
+    (ATTACHED.replace("attach", "detach").replace("NAME", "box"), "", "", "task.stages.0.name: no carried body"),
+    (ATTACHED.replace("NAME", "box"), "", SECOND_BOX, "task.stages.0.name: 2 are called 'box'"),
+    (ATTACHED.replace("NAME", "floor"), "", FLOOR, "task.stages.0.shape: HalfSpace cannot be carried"),
+    (THERE, "cyclic = true", "", "task.stages.0.goal: is not where the sequence begins"),
+    (THERE + UP, "cyclic = true", "", "task.stages.1.kind: the last that moves ends a cycle"),
+    (THERE + UP, 'order = "free"', "", "task.stages.1.kind: in a free order stages are move, wait or output"),
+    (THERE + "blend = 0.1", "", "", "task.stages.0.blend: the last stage ends at rest"),
+    (THERE + "blend = 0.0\n" + THERE, "", "", "task.stages.0.blend: input should be greater than 0"),
+    (THERE + "blend = 0.1\n" + UP, "", "", "task.stages.0.blend: the stage behind it is to be kind = 'move'"),
+    (THERE + "blend = 0.1\nmargin = 0.01\n" + THERE, "", "", "task.stages.0.blend: margin would have to be the same"),
+    (SEVERAL + "blend = 0.1\n" + THERE, "", "", "task.stages.0.blend: a stage with several goals ends at rest"),
+    (THERE + "blend = 0.1\n" + THERE, 'order = "free"', "", "task.stages.0.blend: in a free order moves end at rest"),
+    (THERE.replace("] }", "], within = 0.1 }"), "", "", "task.stages.0.goal: within is how far a via"),
+    (THERE, "", "velocity = [0.1, 0.0, 0.0]", "obstacles.0: moves; in a sequence obstacles stand still"),
+    (THERE + 'may_touch = [["panda_hand", "bax"]]', "", "", "task.stages.0.may_touch.0: nothing is called 'bax'"),
+]  # fmt: skip
+
+
 @pytest.mark.usefixtures("in_an_empty_folder")
-@pytest.mark.parametrize(
-    ("stages", "task", "obstacle", "line"),
-    [
-        ('[[task.stages]]\nkind = "jump"', "", "", "task.stages.0: needs kind = 'move'"),
-        ('[[task.stages]]\nkind = ["move"]', "", "", "task.stages.0: needs kind = 'move'"),
-        ('[[task.stages]]\nkind = "move"', "", "", "task.stages.0.goal: missing key"),
-        ('[[task.stages]]\nkind = "line"', "", "", "task.stages.0.goal: one of goal and by is needed"),
-        (
-            '[[task.stages]]\nkind = "line"\ngoal = { joints = [0, 0, 0, -1, 0, 1, 0] }', "", "",
-            "task.stages.0.goal: a line ends at a position or pose",
-        ),
-        ('[[task.stages]]\nkind = "line"\nby = [0.0, 0.1]', "", "", "task.stages.0.by: 3 coordinates are needed"),
-        ('[[task.stages]]\nkind = "line"\nby = [0.0, 0.0, 0.0]', "", "", "task.stages.0.goal: the tool is there"),
-        ('[[task.stages]]\nkind = "line"\nby = [2.0, 0.0, 0.0]', "", "", "task.stages.0.goal: the tool cannot be led"),
-        ('[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]\nspeed = 1', "", "", "task.stages.0.speed: unknown key"),
-        ('[[task.stages]]\nkind = "wait"\nseconds = 1.0', "", "", "task.stages: none of them moves the arm"),
-        ('[[task.stages]]\nkind = "wait"\nseconds = -1.0', "", "", "task.stages.0.seconds: "),
-        (
-            '[[task.stages]]\nkind = "path"\naccuracy = 0.01\npoints = [[0.5, 0.0]]', "", "",
-            "task.stages.0.points: points of 3 coordinates",
-        ),
-        (
-            '[[task.stages]]\nkind = "attach"\nname = "bax"\n' + THERE, "", "",
-            "task.stages.0.name: no obstacle is called 'bax'; did you mean box?",
-        ),
-        (
-            '[[task.stages]]\nkind = "detach"\nname = "box"\n' + THERE, "", "",
-            "task.stages.0.name: no carried body is called 'box'",
-        ),
-        (
-            '[[task.stages]]\nkind = "attach"\nname = "box"\n' + THERE, "",
-            '[[obstacles]]\nshape = "box"\nname = "box"\ncenter = [0.5, -0.5, 0.1]\nsize = [0.1, 0.1, 0.1]',
-            "task.stages.0.name: 2 are called 'box'",
-        ),
-        (
-            '[[task.stages]]\nkind = "attach"\nname = "floor"\n' + THERE, "",
-            '[[obstacles]]\nshape = "half-space"\nname = "floor"\ncenter = [0.0, 0.0, -0.2]\nnormal = [0.0, 0.0, 1.0]',
-            "task.stages.0.shape: HalfSpace cannot be carried",
-        ),
-        (THERE, "cyclic = true", "", "task.stages.0.goal: is not where the sequence begins"),
-        (
-            THERE + '[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]', "cyclic = true", "",
-            "task.stages.1.kind: the last that moves ends a cycle",
-        ),
-        (
-            THERE + '[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]', 'order = "free"', "",
-            "task.stages.1.kind: in a free order stages are move, wait or output",
-        ),
-        (THERE + "blend = 0.1", "", "", "task.stages.0.blend: the last stage ends at rest"),
-        (THERE + "blend = 0.0\n" + THERE, "", "", "task.stages.0.blend: input should be greater than 0"),
-        (
-            THERE + 'blend = 0.1\n[[task.stages]]\nkind = "line"\nby = [0, 0, 0.1]', "", "",
-            "task.stages.0.blend: the stage behind it is to be kind = 'move', not 'line'",
-        ),
-        (
-            THERE + "blend = 0.1\nmargin = 0.01\n" + THERE, "", "",
-            "task.stages.0.blend: margin would have to be the same in both stages",
-        ),
-        (
-            THERE.replace("= {", "= [{").replace("}", "}]") + "blend = 0.1\n" + THERE, "", "",
-            "task.stages.0.blend: a stage with several goals ends at rest",
-        ),
-        (
-            THERE + "blend = 0.1\n" + THERE, 'order = "free"', "",
-            "task.stages.0.blend: in a free order moves end at rest",
-        ),
-        (THERE.replace("] }", "], within = 0.1 }"), "", "", "task.stages.0.goal: within is how far a via"),
-        (THERE, "", "velocity = [0.1, 0.0, 0.0]", "obstacles.0: moves; in a sequence obstacles stand still"),
-        (THERE + 'may_touch = [["panda_hand", "bax"]]', "", "", "task.stages.0.may_touch.0: nothing is called 'bax'"),
-    ],
-)  # fmt: skip
-def test_what_is_refused(stages: str, task: str, obstacle: str, line: str, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("cell.toml").write_text(SEQUENCE.format(stages=stages, task=task, obstacle=obstacle))
-    assert f"cell.toml: {line}" in refusal(capsys, main, "cell.toml", "--no-plots")
+def test_what_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    for stages, task, obstacle, line in REFUSED:
+        Path("cell.toml").write_text(SEQUENCE.format(stages=stages, task=task, obstacle=obstacle))
+        assert f"cell.toml: {line}" in refusal(capsys, main, "cell.toml", "--no-plots")
 
 
 @pytest.mark.usefixtures("in_an_empty_folder")
