@@ -22,7 +22,7 @@ from benchmarks.certificate_files import plans
 from benchmarks.motion_bench_maker.options import add_problem_options
 from tpbso_casadi.facade.robots import StatedRobot
 from tpbso_casadi.planning import PlannedMotion
-from tpbso_casadi.storage import export_motion
+from tpbso_casadi.storage import export_plan
 
 
 def judged(plan: PlannedMotion, folder: Path) -> tp.Plan:
@@ -30,7 +30,7 @@ def judged(plan: PlannedMotion, folder: Path) -> tp.Plan:
     scenario = plan.scenario
     content = scenario.table()
     return tp.certify(
-        str(export_motion(folder, plan.motion, "ros-json")),
+        str(export_plan(folder, plan.planned, "ros-json")),
         StatedRobot(scenario.robot_table),
         obstacles=content["obstacles"],
         margin=content["model"]["margin"],
@@ -47,7 +47,7 @@ def measure(options: argparse.Namespace) -> None:
             if number == options.count:
                 break
             began = time.process_time()
-            found = plan.motion.controller_rows
+            found = plan.controller_rows
             seconds.append(time.process_time() - began)
             slower.append(found.time_scale - 1.0)
             rows.append(len(found.times))

@@ -107,7 +107,7 @@ class _StageClaim:
         """All but the proof."""
         robot, trajectory = self._criteria.robot, self._trajectory
         labels = _told_apart([obstacle.label(n) for n, obstacle, _ in self._obstacles])
-        own = robot.self_margin if isinstance(robot, SpatialArm) and robot.is_covered else robot.margin
+        own = robot.self_margin if isinstance(robot, SpatialArm) and robot.cover is not None else robot.margin
         return {
             "name": self._name,
             "robot": self._robot_content(),
@@ -179,13 +179,13 @@ class _StageClaim:
         links = (
             [(name, moves) for name, _, moves in known_robot(robot).roots]
             if isinstance(robot, SpatialArm)
-            else [(body.name, True) for body in robot.bodies]
+            else [(body.name, True) for body in robot.bodies.each]
         )
         pairs = [
             (link, place)
             for link, (name, moves) in enumerate(links)
             for place, (_, obstacle, _) in enumerate(self._obstacles)
-            if not (kept and moves) or robot.may_meet(name, obstacle.unmoved.name)
+            if not (kept and moves) or (name, obstacle.unmoved.name) in robot.may_touch
         ]
         return {"links": [link for link, _ in pairs], "obstacles": [place for _, place in pairs]}
 
@@ -317,7 +317,7 @@ def _planar_chain(robot: PlanarArm) -> dict[str, Any]:
 
 def _planar_bodies(robot: PlanarArm, apart: bool) -> dict[str, Any]:
     """The links as long balls, and the tool where it is elsewhere, a part of the last one."""
-    bodies, numbers = robot.bodies, range(len(robot.bodies))
+    bodies, numbers = robot.bodies.each, range(len(robot.bodies.each))
     ends = [[length, 0.0, 0.0] for length in _flat(robot.link_lengths)]
     tool = [ends[-1][0] + robot.tool_offset[0], float(robot.tool_offset[1]), 0.0]
     starts = [[0.0] * 3] * robot.dof + ends[-1:]
@@ -328,7 +328,7 @@ def _planar_bodies(robot: PlanarArm, apart: bool) -> dict[str, Any]:
         "ball_parents": list(numbers),
         "long_balls": list(numbers),
         "far_ends": [*ends, tool][: len(bodies)],
-        "own_pairs": [[robot.number_of(far), robot.number_of(near)] for near, far in robot.own_pairs if apart],
+        "own_pairs": [[bodies.index(far), bodies.index(near)] for near, far in robot.bodies.pairs if apart],
     }
 
 

@@ -166,7 +166,7 @@ class Criteria:
     @property
     def _lasting_limits(self) -> tuple[Limit, ...]:
         """The limits by which a robot that stands is judged: what can reach it, or its covers."""
-        return self.judged_limits if self.robot.is_covered else self.limits
+        return self.judged_limits if self.robot.cover is not None else self.limits
 
     def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
         """How near a motion comes to an obstacle, and when; None where none is within reach."""
@@ -199,7 +199,7 @@ class Criteria:
         found = [*self.robot.unjudged, *self._contacts_with_several()]
         if self.robot.dim == 3 and any(obstacle.moves for obstacle in self.obstacles):
             found.append("clearance of what no joint moves from obstacles that move")
-        if not self.robot.is_exact:
+        if self.robot.joint_errors is not None:
             planned = dict.fromkeys(limit.name for limit in self.judged_limits if not limit.within_tracking)
             found.append(f"{', '.join(planned)}, and the path of the tool, of joints that are off the plan")
         return tuple(found)

@@ -214,7 +214,7 @@ def at_goal(
 
 def _around(robot: Robot) -> float:
     """A bound of the distance from the world's origin of points that keep a distance, and of that distance, m."""
-    thickest = max(float(body.radius) for body in robot.bodies)
+    thickest = max(float(body.radius) for body in robot.bodies.each)
     return float(robot.reach()[1] + np.linalg.norm(robot.base) + thickest + robot.margin)
 
 

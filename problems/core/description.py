@@ -125,7 +125,7 @@ def _own_pairs(
         return [(firsts[two], firsts[one], 0, 0) for one, two in ordered], []
     places = _places(robot, links, firsts)
     together: dict[tuple[int, int], list[tuple[int, int]]] = {}
-    for one, two in ((robot.number_of(a), robot.number_of(b)) for a, b in robot.proven_own_pairs):
+    for one, two in (map(robot.bodies.number_of, pair) for pair in robot.bodies.proven_pairs):
         (first, ball), (second, other) = places[two], places[one]
         together.setdefault((first, second), []).append((ball, other))
     groups: list[tuple[int, int, int, int]] = []
@@ -191,7 +191,7 @@ def described(
         (root, number)
         for name, root, moves in own.roots
         for number, obstacle in enumerate(obstacles)
-        if moves and not robot.may_meet(name, obstacle.unmoved.name)
+        if moves and (name, obstacle.unmoved.name) not in robot.may_touch
     ]
     solids = [(obstacle, plain) for obstacle in obstacles if (plain := obstacle_numbers(obstacle)) is not None]
     counts = [robot.dof, len(own.names), len(watched), len(own.groups), len(own.pairs), len(solids)]
@@ -219,7 +219,7 @@ def _of_solid(obstacle: Obstacle, plain: PlainSolid) -> Iterable[float]:
 
 def margins_of(robot: SpatialArm) -> tuple[float, float]:
     """The margins from obstacles and from each other, m."""
-    return robot.margin, robot.self_margin if robot.is_covered else robot.margin
+    return robot.margin, robot.self_margin if robot.cover is not None else robot.margin
 
 
 def drift_rounding(robot: SpatialArm, drifts: FloatArray, seconds: float) -> float:

@@ -96,7 +96,7 @@ def proximity_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Proxi
 
 def complete_limits(limits: Sequence[Limit], robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[Limit, ...]:
     """The limits as verdicts judge them: of all bodies, also of those that a search leaves out."""
-    if robot.is_covered:
+    if robot.cover is not None:
         others = [limit.complete(obstacles) for limit in limits if type(limit) not in (Clearance, SelfClearance)]
         return (*others, *cover_limits(robot, obstacles))
     complete = [limit.complete(obstacles) for limit in limits]

@@ -121,7 +121,7 @@ class CollisionPair(Pair):
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
         """Motion of the body alone, as no joint can change what the obstacle adds."""
-        return robot.turns, robot.levers[robot.number_of(self.body)]
+        return robot.motion(self.body)
 
     def link_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
         return self.obstacle.travel(cells, _farthest(robot) + float(np.linalg.norm(robot.base)))
@@ -139,7 +139,7 @@ class CollisionPair(Pair):
 @lru_cache
 def _farthest(robot: Robot) -> float:
     """The largest distance of a frame in which a body ends from the base, m."""
-    return max(robot.reach(frame)[1] for body in robot.bodies for frame in body.frames if frame > 0)
+    return max(robot.reach(frame)[1] for body in robot.bodies.each for frame in body.frames if frame > 0)
 
 
 @lru_cache
@@ -150,7 +150,7 @@ def _distance(obstacle: Obstacle, point: tuple[float, ...]) -> float:
 
 def moving_bodies(robot: Robot) -> list[Body]:
     """The bodies that a joint moves."""
-    return [body for body, levers in zip(robot.bodies, robot.levers, strict=True) if levers.any()]
+    return [body for body, levers in zip(robot.bodies.each, robot.levers, strict=True) if levers.any()]
 
 
 def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:
@@ -175,19 +175,19 @@ def pairs_among(
     return tuple(
         CollisionPair(body, number + 1, obstacle, measured=is_measured(robot, body, obstacle)).tracked(robot)
         for body, number, obstacle in each
-        if not robot.may_meet(body.name, obstacle.unmoved.name)
+        if (body.name, obstacle.unmoved.name) not in robot.may_touch
     )
 
 
 def bodies_clear_of(robot: Robot, obstacle: Obstacle) -> list[Body]:
     """The bodies that a joint moves and that must not touch an obstacle."""
-    return [body for body in moving_bodies(robot) if not robot.may_meet(body.name, obstacle.unmoved.name)]
+    return [body for body in moving_bodies(robot) if (body.name, obstacle.unmoved.name) not in robot.may_touch]
 
 
 def is_measured(robot: Robot, body: Body, obstacle: Obstacle) -> bool:
     """Whether some distance has to be kept, so that it counts how large it is."""
     exact = is_zero(body.radius) and is_zero(robot.margin) and is_zero(obstacle.growth(ca.DM(1.0)))
-    return not (exact and robot.is_exact)
+    return not exact or robot.joint_errors is not None
 
 
 def _repetition(
@@ -240,7 +240,7 @@ class Clearance(Proximity):
     def world_question(self) -> WorldQuestion | None:
         obstacles = {pair.number: pair.obstacle for pair in self.pairs}
         numbers = sorted(obstacles)
-        if type(self) is not Clearance or self.robot.is_covered or numbers != list(range(1, len(numbers) + 1)):
+        if type(self) is not Clearance or self.robot.cover is not None or numbers != list(range(1, len(numbers) + 1)):
             return None
         return WorldQuestion(self.robot, tuple(obstacles[number] for number in numbers), False, self.proof_gap)
 
@@ -317,9 +317,9 @@ class StepLimit(Limit):
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
         """The limit, where there are obstacles and bodies that are lines: balls are too thick to pass unnoticed."""
-        if not (obstacles and robot.bodies) or any(body.is_ball for body in robot.bodies):
+        if not (obstacles and robot.bodies.each) or any(body.is_ball for body in robot.bodies.each):
             return None
-        kept = robot.margin + min(float(body.radius) for body in robot.bodies)
+        kept = robot.margin + min(float(body.radius) for body in robot.bodies.each)
         width = min(obstacle.width for obstacle in obstacles) + 2.0 * kept
         moving = tuple(obstacle for obstacle in obstacles if obstacle.moves)
         return cls(robot, width, moving, any_standing=len(moving) < len(obstacles))
@@ -333,7 +333,7 @@ class StepLimit(Limit):
         return []
 
     def between(self, before: Samples, after: Samples, margin: float = 0.0) -> list[Constraint]:
-        bodies = self.robot.bodies
+        bodies = self.robot.bodies.each
         ends = [(before.positions[body.end], after.positions[body.end]) for body in bodies]
         steps: list[Matrix] = [_squared(last - first) for first, last in ends] if self.any_standing else []
         for obstacle in self.moving:

@@ -107,7 +107,7 @@ class CoverLimit(Limit):
         Of a node with others in it by so much more that it is no farther than any of these.
         """
         nodes, dof = self.nodes, self.robot.dof
-        each = np.array([float(self.robot.tube(np.eye(dof)[joint : joint + 1], np.ones(1))) for joint in range(dof)])
+        each = np.array([float(error) for error in self.robot.joint_errors or ()])
         turns = np.array([joint.turns for joint in self.robot.chain.joints])
         radii = np.where(nodes.tree.count > 0, nodes.tree.nodes.radii, 0.0)
         moved = np.arange(dof) < nodes.body[:, None]
@@ -238,7 +238,7 @@ class CoverClearance(CoverLimit):
             (root, number)
             for root, link in zip(self.nodes.roots, self.robot.cover.links, strict=True)
             for number, obstacle in enumerate(self.obstacles)
-            if link.body > 0 and not self.robot.may_meet(link.name, obstacle.unmoved.name)
+            if link.body > 0 and (link.name, obstacle.unmoved.name) not in self.robot.may_touch
         ]
         nodes, numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
         return nodes, numbers
@@ -446,5 +446,5 @@ def touching_links(arm: SpatialArm) -> list[tuple[str, str]]:
 def cover_limits(robot: Robot, obstacles: Sequence[Obstacle]) -> tuple[CoverLimit, ...]:
     """The limits on the cover of an arm; none of a robot without one."""
     makers: tuple[Callable[..., CoverLimit | None], ...] = (CoverClearance.for_robot, CoverSelfClearance.for_robot)
-    made = (make(robot, obstacles) for make in makers if robot.is_covered)
+    made = (make(robot, obstacles) for make in makers if robot.cover is not None)
     return tuple(limit for limit in made if limit is not None)

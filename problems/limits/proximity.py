@@ -15,7 +15,7 @@ import numpy as np
 from problems.base import FloatArray, Matrix, Operand, Parametric, Relaxation, as_array, columns, is_zero
 from problems.limits.limit import SAMPLING_MARGIN, Constraint, Limit, Repetition, WorldQuestion
 from problems.motions import Samples
-from problems.robots import Body, Robot
+from problems.robots import Body, BodyPairs, Robot
 from problems.scene import Frames, Obstacle, crossing_clearance
 
 MOST_BALLS = 8  # in a cluster
@@ -47,7 +47,7 @@ def clusters_of(robot: Robot, bodies: Sequence[Body]) -> list[Cluster]:
     places = [as_array(place)[0] for place in robot.positions(ca.DM.zeros(1, robot.dof))]
     groups: dict[int, list[Body]] = {}
     for body in bodies:
-        groups.setdefault(robot.moved_by(body), []).append(body)
+        groups.setdefault(robot.bodies.moved_by(body), []).append(body)
     return [_cluster(part, places) for group in groups.values() for part in _halved(group, places)]
 
 
@@ -98,7 +98,11 @@ class Pair(Parametric, ABC):
 
     def tracked(self, robot: Robot) -> Self:
         """The pair of a robot whose joints may be off."""
-        return self if robot.is_exact else replace(self, slack=float(robot.tube(*self.motion(robot))))  # type: ignore[type-var]
+        if robot.joint_errors is None:
+            return self
+        turns, levers = self.motion(robot)
+        shares = zip(levers @ np.abs(turns), robot.joint_errors, strict=True)
+        return replace(self, slack=sum((float(share) * float(error) for share, error in shares), 0.0))  # type: ignore[type-var]
 
     @property
     @abstractmethod
@@ -372,7 +376,7 @@ class BodyPair(Pair):
         return crossing_clearance((ends[0], ends[1]), (ends[2], ends[3]))
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        return robot.relative_motion(self.first, self.second)
+        return robot.motion(self.second, seen_from=self.first)
 
     def without_growth(self) -> BodyPair:
         return replace(self, slack=0.0)
@@ -393,11 +397,11 @@ class SelfClearance(Proximity):
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        return cls._among(robot, robot.own_pairs)
+        return cls._among(robot, robot.bodies.pairs or ())
 
     @property
     def world_question(self) -> WorldQuestion | None:
-        own = type(self) is SelfClearance and not self.robot.is_covered
+        own = type(self) is SelfClearance and self.robot.cover is None
         return WorldQuestion(self.robot, (), True, self.proof_gap) if own else None
 
     def complete(self, obstacles: Sequence[Obstacle]) -> SelfClearance:
@@ -410,10 +414,10 @@ class SelfClearance(Proximity):
 
         Of a robot with covers, a verdict speaks of these instead.
         """
-        return None if robot.is_covered else cls._among(robot, robot.proven_own_pairs)
+        return cls._among(robot, robot.bodies.proven_pairs) if robot.cover is None else None
 
     @classmethod
-    def _among(cls, robot: Robot, own: Sequence[tuple[Body, Body]]) -> Self | None:
+    def _among(cls, robot: Robot, own: BodyPairs) -> Self | None:
         pairs = tuple(BodyPair(*pair).tracked(robot) for pair in own) if robot.self_collision else ()
         return cls(robot, pairs) if pairs else None
 

@@ -2,6 +2,7 @@
 
 from problems.robots.appearance import LinkAppearance, appearance_text, read_appearances
 from problems.robots.arm_cover import ArmCover, CoveredLink
+from problems.robots.bodies import Bodies, Body, BodyPairs
 from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint
 from problems.robots.completion import OwnContacts, complete_arm
@@ -22,7 +23,7 @@ from problems.robots.inverse_kinematics import (
 from problems.robots.link_covers import LinkCover, MeshNote, covers_text, read_covers
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
-from problems.robots.robot import Body, JointLimits, Robot
+from problems.robots.robot import JointLimits, Robot
 from problems.robots.shapes import (
     BoxShape,
     CapsuleShape,
@@ -62,7 +63,9 @@ __all__ = [
     "ROBOTS",
     "ArmCover",
     "Ball",
+    "Bodies",
     "Body",
+    "BodyPairs",
     "Bounds",
     "BoxShape",
     "CapsuleShape",

@@ -170,7 +170,7 @@ class OwnContacts:
     @cached_property
     def _covered(self) -> frozenset[str]:
         """Names of links whose geometry is judged."""
-        return frozenset((*self.arm.body_names, *(link.name for link in self._links)))
+        return frozenset((*self.arm.bodies.names, *(link.name for link in self._links)))
 
     def _carried(self, joint: OffChainJoint) -> list[str]:
         """Links with geometry that a joint off the chain carries, and that are not ignored."""

@@ -177,14 +177,14 @@ class _Sampled:
         """Centers of the spheres, one after the other, (3 spheres, 1), of a posture (dof, 1)."""
         theta = ca.SX.sym("theta", self.robot.dof)
         points = self.robot.positions(theta.T)
-        centers = [points[body.start].T for body in self.robot.bodies]
+        centers = [points[body.start].T for body in self.robot.bodies.each]
         return ca.Function("centers", [theta], [ca.densify(ca.vertcat(*centers))])
 
     def _distances(self, theta: FloatArray) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
         """The least distance of each pair, m, the posture that has it, and the share of postures that touch."""
         centers = as_array(self._centers(theta.T)).T.reshape(len(theta), -1, 3)
         robot = self.robot
-        radii = np.array([s.radius if robot.cover is None else robot.inner(k) for k, s in enumerate(robot.spheres)])
+        radii = np.array([s.radius if robot.cover is None else s.inner or 0.0 for s in robot.spheres])
         one, two = self.pairs.T
         least, nearest = np.full(len(one), np.inf), np.zeros(len(one), dtype=np.int64)
         touching = np.zeros(len(one))

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from math import pi
 from typing import Any, ClassVar, Self
@@ -42,7 +43,8 @@ from problems.base import (
     largest,
     shown,
 )
-from problems.robots.robot import Body, JointLimits, Robot
+from problems.robots.bodies import Bodies, Body, BodyPairs
+from problems.robots.robot import JointLimits, Robot
 
 
 def wrap_to(angle: Matrix, reference: Matrix) -> Matrix:
@@ -102,6 +104,16 @@ def restore(lengths: Sequence[Operand], target: Matrix, normalised: Matrix) -> M
 
 def _arccos(cosine: Matrix) -> Matrix:
     return ca.acos(ca.fmin(1.0, ca.fmax(-1.0, cosine)))
+
+
+@dataclass(frozen=True)
+class LinkBodies(Bodies):
+    """The links of a planar arm, and its tool."""
+
+    @property
+    def pairs(self) -> BodyPairs:
+        """All pairs that share neither a joint nor an end: the tool may be beside the last link."""
+        return tuple((first, second) for first, second in combinations(self.each, 2) if second.start > first.end)
 
 
 MAX_LINKS = 100  # more take minutes to build
@@ -203,7 +215,7 @@ class PlanarLinks(Robot):
         if self.link_radius is not None:
             self._check_length("link_radius", self.link_radius)
             check_within("link_radius", self.link_radius, (0.0, LENGTHS[1]), "m")
-        for first, second in self.own_pairs if self.self_collision else ():
+        for first, second in self.bodies.pairs if self.self_collision else ():
             between, kept = self._most_between(first, second), float(first.radius + second.radius) + self.margin
             if between <= kept:
                 names = f"{first.name} and {second.name}"
@@ -284,17 +296,13 @@ class PlanarLinks(Robot):
             positions.append(positions[-1] + turned(self.tool_offset, psi))
         return tuple(positions)
 
-    @property
-    def bodies(self) -> tuple[Body, ...]:
+    @cached_property
+    def bodies(self) -> LinkBodies:
         """The links, and the tool where it is not at the end of the last."""
         radii = self.link_radius or (0.0,) * self.links
         links = [Body(f"link {number}", number - 1, number, radius) for number, radius in enumerate(radii, start=1)]
-        return (*links, *([Body("tool", self.links, self.links + 1, radii[-1])] if self.has_tool else []))
-
-    @property
-    def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """All pairs of bodies that share neither a joint nor an end: the tool may be beside the last link."""
-        return tuple((first, second) for first, second in combinations(self.bodies, 2) if second.start > first.end)
+        tool = [Body("tool", self.links, self.links + 1, radii[-1])] if self.has_tool else []
+        return LinkBodies((*links, *tool))
 
     @property
     def radius(self) -> Operand:
@@ -308,18 +316,10 @@ class PlanarLinks(Robot):
     def levers(self) -> FloatArray:
         """Bounds of each body's motion: turning of links j <= i carries link i, each by its length."""
         levers = np.tri(self.links) * np.array(self.link_lengths)
-        return np.vstack([levers, self._tool_levers]) if self.has_tool else np.asarray(levers)
-
-    @property
-    def _tool_levers(self) -> FloatArray:
-        """Bounds of the motion of the tool's line, whose farther end is the farthest from the last joint."""
-        return np.array([*self.link_lengths[:-1], max(self.link_lengths[-1], float(self.chain[-1]))])
-
-    def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
-        """Bounds of the motion of link j as seen from link i: by the turning of links i + 1 ... j against link i."""
-        i, j = first.end - 1, min(second.end, self.links) - 1
-        levers = self._tool_levers if second.end > self.links else np.array(self.link_lengths)
-        return self.turns[i + 1 : j + 1] - self.turns[i], levers[i + 1 : j + 1]
+        if not self.has_tool:
+            return np.asarray(levers)
+        farther = max(self.link_lengths[-1], float(self.chain[-1]))  # end of the tool's line, from the last joint
+        return np.vstack([levers, [*self.link_lengths[:-1], farther]])
 
 
 def turned(offset: tuple[Operand, Operand], angle: Operand) -> Matrix:

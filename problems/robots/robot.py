@@ -22,6 +22,8 @@ from problems.base import (
     check_fields,
     check_within,
 )
+from problems.robots.arm_cover import ArmCover
+from problems.robots.bodies import Bodies, Body
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Payload
 
@@ -58,41 +60,6 @@ class JointLimits:
     def time_scale(shares: Iterable[float]) -> float:
         """The least factor by which time has to be multiplied, given the peak of each order as a share of its bound."""
         return max(float(share ** (1.0 / order)) for order, share in enumerate(shares, start=1))
-
-
-@dataclass(frozen=True)
-class Body(Parametric):
-    """A part of the robot that must not touch anything: a capsule, the points near the segment between two frames.
-
-    Attributes:
-        name: for messages, as ``link 2``.
-        start: index of the frame at its start, in the order of :meth:`Robot.positions`.
-        end: index of the frame at its end; of a ball it is the same.
-        radius: of the capsule, m; with 0 it is the segment itself.
-    """
-
-    numbers: ClassVar[tuple[str, ...]] = ("radius",)
-    zero_is_structure: ClassVar[tuple[str, ...]] = ("radius",)
-
-    name: str
-    start: int
-    end: int
-    radius: Operand = 0.0
-
-    @property
-    def is_ball(self) -> bool:
-        """Whether its middle line is a point."""
-        return self.start == self.end
-
-    @property
-    def form(self) -> Body:
-        """A body of the same form somewhere: a ball, or a line."""
-        return Body("ball", 0, 0) if self.is_ball else Body("line", 0, 1)
-
-    @property
-    def frames(self) -> tuple[int, ...]:
-        """The indices of the frames where it begins and ends; one of a ball."""
-        return (self.start,) if self.is_ball else (self.start, self.end)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,26 +175,14 @@ class Robot(Parametric, ABC):
         return np.stack([as_array(matrix) for matrix in self.positions(ca.DM(theta))], axis=1)
 
     @property
-    def bodies(self) -> tuple[Body, ...]:
+    def bodies(self) -> Bodies:
         """The bodies that must not touch anything; by default every segment between consecutive frames."""
-        return tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1))
+        return Bodies(tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1)))
 
     @property
-    def body_names(self) -> tuple[str, ...]:
-        """The names of its bodies, each once."""
-        return tuple(dict.fromkeys(body.name for body in self.bodies))
-
-    def may_meet(self, body: str, obstacle: str) -> bool:
-        """Whether a body of that name may touch an obstacle of that name."""
-        return (body, obstacle) in self.may_touch
-
-    def number_of(self, body: Body) -> int:
-        """The number of a body, from 0 on."""
-        return self.bodies.index(body)
-
-    def moved_by(self, body: Body) -> int:
-        """The number of the last joint that moves a body: bodies with the same number are fixed to each other."""
-        return body.end
+    def cover(self) -> ArmCover | None:
+        """A cover of its links, finer than its bodies, by which verdicts are made; None where the bodies are all."""
+        return None
 
     @abstractmethod
     def reach(self, links: int | None = None) -> tuple[float, float]:
@@ -249,75 +204,24 @@ class Robot(Parametric, ABC):
         return 0.0
 
     @property
-    def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Pairs of own bodies that must not touch if ``self_collision``, that nearer the base first; none here.
-
-        Bodies that meet in a joint are none.
-        """
-        return ()
-
-    @property
-    def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Pairs of own bodies that the verdict on a finished motion covers; a search may use fewer."""
-        return self.own_pairs
-
-    @property
-    def is_covered(self) -> bool:
-        """Whether verdicts use covers of its links, finer than its bodies; not by default."""
-        return False
-
-    @property
     def touching(self) -> Self:
         """The robot without margin: bodies may come near, but must not touch."""
         return replace(self, margin=0.0)
 
     @property
-    def ignored(self) -> tuple[str, ...]:
-        """Links whose geometry is left out because the user says so; none by default."""
-        return ()
-
-    @property
-    def without(self) -> str:
-        """The ignored links in words, to stand behind ``certified``; empty where there are none."""
-        return f"without the geometry of {', '.join(self.ignored)}" if self.ignored else ""
-
-    @property
     def assumed(self) -> str:
         """The condition under which ``certified`` is true, in words to stand behind it; empty without one."""
-        return self.without
+        return ""
 
     @property
-    def is_exact(self) -> bool:
-        """Whether joints are where they are planned; true by default."""
-        return True
-
-    def tube(self, turns: FloatArray, levers: FloatArray) -> Operand:
-        """The distance of a body from where it is planned because joints are off, m: 0 by default.
-
-        Args:
-            turns: (m, dof), from joints to the angles that move it.
-            levers: of these, (m,), m.
-        """
-        return 0.0
+    def joint_errors(self) -> tuple[Any, ...] | None:
+        """The largest distance of each joint from where it is planned, rad or m; None where all follow exactly."""
+        return None
 
     @property
     def unjudged(self) -> tuple[str, ...]:
         """Lines on what no verdict covers, although it is or may be there: contacts that are allowed."""
         return tuple(f"contact of {body} and {obstacle}, which may touch" for body, obstacle in self.may_touch)
-
-    @property
-    def says_what_could_touch(self) -> bool:
-        """Whether ``own_pairs`` are all pairs; if not, self-collision cannot be avoided."""
-        return bool(self.own_pairs) or self.dof <= 2
-
-    def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
-        """How fast the bodies of a pair can move as seen from each other.
-
-        Returns:
-            turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: seen from the
-            first body, no point of the second moves faster than the sum over j of ``levers[j] |u_j|``.
-        """
-        raise NotImplementedError(f"{type(self).__name__} has no pairs of its own bodies")
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
@@ -334,6 +238,21 @@ class Robot(Parametric, ABC):
     @abstractmethod
     def levers(self) -> FloatArray:
         """Factors (bodies, m), m: no point of body b moves faster than the sum over j of ``levers[b, j] |u_j|``."""
+
+    def motion(self, body: Body, seen_from: Body | None = None) -> tuple[FloatArray, FloatArray]:
+        """How fast a body can move, as seen from outside or from a body nearer the base.
+
+        Returns:
+            turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: no point of the
+            body moves faster than the sum over j of ``levers[j] |u_j|``.
+        """
+        turns, levers = self.turns, self.levers[self.bodies.number_of(body)]
+        if seen_from is None:
+            return turns, levers
+        both, last = self.bodies.moved_by(seen_from), self.bodies.moved_by(body)
+        between = turns[both:last].copy()
+        between[:, :both] = 0.0  # joints that move both bodies
+        return between, levers[both:last]
 
     @property
     def rigid_chain(self) -> RigidChain | None:

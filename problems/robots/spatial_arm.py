@@ -21,7 +21,6 @@ from problems.base import (
     FloatArray,
     InvalidProblem,
     Matrix,
-    Operand,
     as_array,
     cached_function,
     check_within,
@@ -29,10 +28,11 @@ from problems.base import (
 )
 from problems.robots.appearance import LinkAppearance
 from problems.robots.arm_cover import ArmCover
+from problems.robots.bodies import Bodies, Body, BodyPairs
 from problems.robots.chain import UNTURNED, Chain
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Moments, Payload
-from problems.robots.robot import Body, JointLimits, Robot
+from problems.robots.robot import JointLimits, Robot
 from problems.robots.spheres import Sphere
 from problems.robots.tracking import MOST_TOGETHER, TrackingError
 from problems.robots.transform import Matrix3, Point3, Transform, as_rows, quaternions_of
@@ -150,7 +150,7 @@ class SpatialArm(Robot):
             return
         for part in fields(self.tracking):
             self._check_length("tracking_error", getattr(self.tracking, part.name))
-        errors = self._errors
+        errors = self.tracking.most(self.max_speed, self.max_acceleration)
         together = sum(error for error, joint in zip(errors, self.chain.joints, strict=True) if joint.turns)
         if not together <= MOST_TOGETHER:
             reason = f"{together:.3g} rad of all joints together at their fastest, more than {MOST_TOGETHER:g} rad"
@@ -161,29 +161,19 @@ class SpatialArm(Robot):
                 raise InvalidProblem("tracking_error", reason)
 
     @property
-    def _errors(self) -> tuple[Any, ...]:
-        """The largest error of each joint at any speed and acceleration, rad or m."""
-        if self.tracking is None:
-            return (0.0,) * self.dof
-        return self.tracking.most(self.max_speed, self.max_acceleration)
-
-    @property
-    def is_exact(self) -> bool:
-        return self.tracking is None
-
-    def tube(self, turns: FloatArray, levers: FloatArray) -> Operand:
-        shares = levers @ np.abs(turns)
-        return sum((float(share) * error for share, error in zip(shares, self._errors, strict=True)), 0.0)
+    def joint_errors(self) -> tuple[Any, ...] | None:
+        return None if self.tracking is None else self.tracking.most(self.max_speed, self.max_acceleration)
 
     @property
     def assumed(self) -> str:
-        if self.tracking is None:
-            return self.without
-        most = dict.fromkeys(self.joint_units, 0.0)
-        for unit, error in zip(self.joint_units, self._errors, strict=True):
-            most[unit] = max(most[unit], float(error))
-        errors = " and ".join(f"{error:.3g} {unit}" for unit, error in most.items() if error > 0.0)
-        return f"{self.without} within a tracking error of {errors}".lstrip()
+        parts = [f"without the geometry of {', '.join(self.ignored_links)}"] if self.ignored_links else []
+        if self.joint_errors is not None:
+            most = dict.fromkeys(self.joint_units, 0.0)
+            for unit, error in zip(self.joint_units, self.joint_errors, strict=True):
+                most[unit] = max(most[unit], float(error))
+            errors = " and ".join(f"{error:.3g} {unit}" for unit, error in most.items() if error > 0.0)
+            parts.append(f"within a tracking error of {errors}")
+        return " ".join(parts)
 
     def _check_dynamics(self) -> None:
         check_within("gravity", self.gravity, ACCELERATIONS, "m/s^2")
@@ -220,9 +210,10 @@ class SpatialArm(Robot):
     @property
     def _ranges(self) -> tuple[tuple[float, float], ...] | None:
         """Planned ranges, (lowest, highest) of each joint, so that a joint that is off is within its limits."""
-        if self.position_limits is None or self.tracking is None:
+        errors = self.joint_errors
+        if self.position_limits is None or errors is None:
             return self.position_limits
-        own = zip(self.position_limits, self._errors, strict=True)
+        own = zip(self.position_limits, errors, strict=True)
         return tuple((low + error, high - error) for (low, high), error in own)
 
     @property
@@ -322,18 +313,13 @@ class SpatialArm(Robot):
         return np.stack([as_array(matrix) for matrix in (*points[: self.dof + 1], points[-1])], axis=1)
 
     @cached_property
-    def bodies(self) -> tuple[Body, ...]:
+    def bodies(self) -> ArmBodies:
         first = self.dof + 1
-        return tuple(
+        each = (
             Body(sphere.name, first + number, first + number, sphere.radius)
             for number, sphere in enumerate(self.spheres)
         )
-
-    def number_of(self, body: Body) -> int:
-        return body.start - self.dof - 1
-
-    def moved_by(self, body: Body) -> int:
-        return self.spheres[self.number_of(body)].link
+        return ArmBodies(tuple(each), self)
 
     def reach(self, links: int | None = None) -> tuple[float, float]:
         """The least distance, 0, and a bound of the distance in m of a frame of :meth:`positions` from the base."""
@@ -369,68 +355,65 @@ class SpatialArm(Robot):
         place = np.array([[float(part) for part in self.tool_frame.translation]])
         return np.asarray(self.chain.levers(self.dof, place)[0])
 
-    def relative_motion(self, first: Body, second: Body) -> tuple[FloatArray, FloatArray]:
-        one, two = (self.moved_by(body) for body in (first, second))
-        between = slice(one, two)
-        return self.turns[between], self.levers[self.number_of(second)][between]
-
-    @property
-    def says_what_could_touch(self) -> bool:
-        """Always true: what has no spheres touches nothing."""
-        return True
-
-    @property
-    def own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Pairs of ``kept_pairs``, that nearer the base first; where a cover decides, of what surely lies in them."""
-        bodies = self.bodies if self.cover is None else tuple(map(self.among_own, self.inner_bodies))
-        return self._bodies_of(self.kept_pairs, bodies)
-
-    @property
-    def proven_own_pairs(self) -> tuple[tuple[Body, Body], ...]:
-        """Pairs of ``kept_pairs`` and ``proven_pairs``."""
-        return self._bodies_of((*self.kept_pairs, *self.proven_pairs), self.bodies)
-
-    def _bodies_of(self, numbers: Iterable[tuple[int, int]], bodies: tuple[Body, ...]) -> tuple[tuple[Body, Body], ...]:
-        """Pairs of spheres by their numbers, the one nearer the base first."""
-        pairs = (sorted(pair, key=lambda number: self.spheres[number].link) for pair in numbers)
-        return tuple((bodies[one], bodies[two]) for one, two in pairs)
-
-    @cached_property
-    def inner_bodies(self) -> tuple[Body, ...]:
-        """Balls around the spheres' centres that surely lie in the links."""
-        return tuple(replace(body, radius=self.inner(number)) for number, body in enumerate(self.bodies))
-
-    def among_own(self, body: Body) -> Body:
-        """A ball as thick as links have to be that keep ``self_margin``, where all pairs keep the margin."""
-        return replace(body, radius=body.radius + (self.self_margin - self.margin) / 2.0)
-
-    def inner(self, number: int) -> float:
-        """Radius of the ball in the middle of a sphere that surely lies in the body, m; 0 where none is known."""
-        return self.spheres[number].inner or 0.0
-
-    @property
-    def is_covered(self) -> bool:
-        return self.cover is not None
-
     @property
     def touching(self) -> Self:
         return replace(self, margin=0.0, self_margin=0.0)
 
     @property
-    def ignored(self) -> tuple[str, ...]:
-        return self.ignored_links
-
-    @property
     def unjudged(self) -> tuple[str, ...]:
         """The lines of ``left_out``, own links that are not compared, and contacts that are allowed."""
-        several = len(self.body_names) > 1
+        several = len(self.bodies.names) > 1
         unwatched = ("own links from each other: self_collision is off",) if several else ()
         return (*self.left_out, *(self.uncompared if self.self_collision else unwatched), *super().unjudged)
 
+
+@dataclass(frozen=True)
+class ArmBodies(Bodies):
+    """The spheres of an arm in space.
+
+    Args:
+        arm: that has them.
+    """
+
+    arm: SpatialArm
+
     @property
-    def body_names(self) -> tuple[str, ...]:
-        covered = () if self.cover is None else (link.name for link in self.cover.links)
-        return tuple(dict.fromkeys((*(sphere.name for sphere in self.spheres), *covered)))
+    def names(self) -> tuple[str, ...]:
+        """The names of spheres and of links of the cover, each once."""
+        covered = () if self.arm.cover is None else (link.name for link in self.arm.cover.links)
+        return tuple(dict.fromkeys((*super().names, *covered)))
+
+    def number_of(self, body: Body) -> int:
+        return body.start - self.arm.dof - 1
+
+    def moved_by(self, body: Body) -> int:
+        return self.arm.spheres[self.number_of(body)].link
+
+    @property
+    def pairs(self) -> BodyPairs:
+        """Pairs of ``kept_pairs``, that nearer the base first; where a cover decides, of what surely lies in them."""
+        bodies = self.each if self.arm.cover is None else tuple(map(self.among_own, self.inner))
+        return self._outward(self.arm.kept_pairs, bodies)
+
+    @property
+    def proven_pairs(self) -> BodyPairs:
+        """Pairs of ``kept_pairs`` and ``proven_pairs``."""
+        return self._outward((*self.arm.kept_pairs, *self.arm.proven_pairs), self.each)
+
+    def _outward(self, numbers: Iterable[tuple[int, int]], bodies: tuple[Body, ...]) -> BodyPairs:
+        """Pairs of spheres by their numbers, the one nearer the base first."""
+        pairs = (sorted(pair, key=lambda number: self.arm.spheres[number].link) for pair in numbers)
+        return tuple((bodies[one], bodies[two]) for one, two in pairs)
+
+    @cached_property
+    def inner(self) -> tuple[Body, ...]:
+        """Balls around the spheres' centres that surely lie in the links, of radius 0 where none is known."""
+        balls = zip(self.each, self.arm.spheres, strict=True)
+        return tuple(replace(body, radius=sphere.inner or 0.0) for body, sphere in balls)
+
+    def among_own(self, body: Body) -> Body:
+        """A ball as thick as links have to be that keep ``self_margin``, where all pairs keep the margin."""
+        return replace(body, radius=body.radius + (self.arm.self_margin - self.arm.margin) / 2.0)
 
 
 RANDOM_POSTURES = 10_000

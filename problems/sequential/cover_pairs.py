@@ -85,13 +85,13 @@ class CoverPairs:
         return PairClearances(self._arm, tuple(self._of(limit, near.tolist()) for limit, near in limits), OWN_SHARE)
 
     def _of(self, limit: CoverLimit, near: list[list[int]]) -> Proximity:
-        robot, balls = self.robot, self._balls
+        bodies, balls = self.robot.bodies, self._balls
         if isinstance(limit, CoverClearance):
-            inner = [body for body in robot.inner_bodies if robot.moved_by(body) > 0]
+            inner = [body for body in bodies.inner if bodies.moved_by(body) > 0]
             each = [(body, number) for number in range(len(self.obstacles)) for body in inner]
             each += [(balls[node], number) for node, number in near]
-            return Clearance(self._arm, pairs_among(robot, each, self.obstacles))
-        pairs = [*robot.own_pairs, *((robot.among_own(balls[b]), robot.among_own(balls[a])) for a, b in near)]
+            return Clearance(self._arm, pairs_among(self.robot, each, self.obstacles))
+        pairs = [*bodies.pairs, *((bodies.among_own(balls[b]), bodies.among_own(balls[a])) for a, b in near)]
         return SelfClearance(self._arm, tuple(BodyPair(*pair).tracked(self._arm) for pair in pairs))
 
     @cached_property
@@ -118,4 +118,4 @@ class CoverPairs:
     @cached_property
     def _balls(self) -> dict[int, Body]:
         """The balls that came too near as bodies of this arm, by their numbers."""
-        return dict(zip(self._nodes, self._arm.bodies[len(self.robot.spheres) :], strict=True))
+        return dict(zip(self._nodes, self._arm.bodies.each[len(self.robot.spheres) :], strict=True))

@@ -333,7 +333,7 @@ class PathSpeedDescent:
         last = (near.samples == len(self._clearance_basis) - 1) & ~self._moving[near.pairs]
         ends = (near.samples == 0) | last
         left = near.clearances[ends] - self.margin
-        short = left - END_SLACK if self.nearness.robot.is_covered else 0.0
+        short = left - END_SLACK if self.nearness.robot.cover is not None else 0.0
         np.minimum.at(margins, near.pairs[ends], np.where(left > 0.0, SHARE_AT_ENDS * left, short))
         return margins
 

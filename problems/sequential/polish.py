@@ -115,7 +115,7 @@ class PathSpeedPolish:
         Where the result is not clear or much slower than without obstacles, others between the same ends are tried too:
         a line, and lines that are bent at random. Of a robot with covers, the best of a few is tried before.
         """
-        covered = self.task.robot.is_covered
+        covered = self.task.robot.cover is not None
         for most in (USUAL_STARTS, None) if covered else (None,):
             best = self._best(start, most)
             is_slow = best.motion.duration > NEAR_BOUND * self._free(start).duration

@@ -58,16 +58,16 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
     Raises:
         InvalidProblem: one is of another dimension, or encloses the base; or nothing of the robot could touch any.
     """
-    if obstacles and not any(levers.any() for levers in robot.levers):
+    if obstacles and not robot.levers.any():
         reason = "no collision geometry of a link that moves is known, so that nothing could be kept clear of them"
         raise InvalidProblem("obstacles", f"{reason}; state spheres of the robot, or leave them out")
     for number, obstacle in enumerate(obstacles, start=1):
         if obstacle.dim != robot.dim:
             name = f"obstacle {number}, {type(obstacle.unmoved).__name__} at {obstacle.place}"
             raise InvalidProblem("obstacles", f"{name}: it has {obstacle.dim} dimensions, the robot {robot.dim}")
-    if not any(body.start == 0 for body in robot.bodies):
+    if not any(body.start == 0 for body in robot.bodies.each):
         return
-    thickest = max((float(body.radius) for body in robot.bodies if body.start == 0), default=0.0)
+    thickest = max((float(body.radius) for body in robot.bodies.each if body.start == 0), default=0.0)
     for obstacle in obstacles:
         if obstacle.contains(robot.base):
             raise InvalidProblem("obstacles", f"the base lies inside the obstacle at {obstacle.place}")
@@ -91,7 +91,7 @@ def check_point(
     for obstacle in obstacles:
         if obstacle.contains(point):
             raise InvalidProblem(field, f"{name}{point} lies inside the obstacle at {obstacle.place}")
-        short = _short_of(obstacle, point, robot.margin + float(robot.bodies[-1].radius))
+        short = _short_of(obstacle, point, robot.margin + float(robot.bodies.each[-1].radius))
         if short:
             raise InvalidProblem(field, f"{name}{point} {short}")
 
@@ -129,7 +129,7 @@ def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> 
         if found.clearance[0] < cover.margin:
             links = cover.described(found.items)
             return f"{links}: {cover.name} {found.clearance[0]:.6g} m, not {cover.margin:.6g} m"
-    if robot.is_covered:
+    if robot.cover is not None:
         return ""
     samples = Samples(robot=robot, derivatives=(ca.DM(theta).T,), duration=ca.DM(1.0), times=ca.DM(0.0))
     for limit in proximity_limits(robot, obstacles):
@@ -197,7 +197,7 @@ class Surroundings:
                 (margin, margin + self.world.clearance_margins(theta, which=which, times=times))
                 for which, margin in kept
             ]
-        if self.robot.is_covered:
+        if self.robot.cover is not None:
             return [(cover.margin, cover.nearest(theta, times).clearance) for cover in self._covers]
         samples = Samples(robot=self.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
         return [(self.robot.margin, as_array(limit.clearances(samples)).min(axis=1)) for limit in self._pairs]

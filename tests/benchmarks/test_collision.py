@@ -90,7 +90,7 @@ def test_frames_and_distances_are_the_models(setting: Setting, folder: Path) -> 
     arm = description.arm(max_acceleration=5.0, spheres=spheres)
     theta = np.random.default_rng(1).uniform(-2.0, 2.0, (20, 3))
     points = arm.positions(ca.DM(theta))
-    ours = np.stack([np.array(points[body.start]) for body in arm.bodies], axis=1)
+    ours = np.stack([np.array(points[body.start]) for body in arm.bodies.each], axis=1)
     assert checker(setting, folder, ()).centers(theta) == pytest.approx(ours, abs=1e-12)
 
 

@@ -112,7 +112,7 @@ def _closest_in(criteria: Criteria, theta: FloatArray, times: FloatArray) -> Clo
     """
     limits = [limit for limit in criteria.limits if isinstance(limit, Proximity)]
     pairs = [pair.without_growth() for limit in limits for pair in limit.pairs]
-    if criteria.robot.is_covered:
+    if criteria.robot.cover is not None:
         return _of_covers([limit for limit in criteria.judged_limits if isinstance(limit, CoverLimit)], theta, times)
     if not pairs:
         return None
@@ -273,7 +273,7 @@ def plane_data(frames: Frames) -> dict[str, Any]:
     problem = frames.problem
     return {
         "extent": rounded(np.array(frames.extent)),
-        "bodies": [[body.start, body.end, float(body.radius)] for body in problem.robot.bodies if body.radius],
+        "bodies": [[body.start, body.end, float(body.radius)] for body in problem.robot.bodies.each if body.radius],
         "obstacles": [rounded(obstacle.outline()) for obstacle in standing(problem.task.scenery)],
         "moving": [_moving_in_plane(course) for course in frames.courses],
     }

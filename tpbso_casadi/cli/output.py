@@ -43,8 +43,8 @@ from tpbso_casadi.storage import (
     check_file,
     check_run_folder,
     check_writable,
-    export_motion,
-    rows_for_controller,
+    export_plan,
+    exported_rows,
     stored_content,
     write_certificate,
     write_plan,
@@ -181,8 +181,8 @@ class Output:
 
     def told(self, plan: PlannedMotion) -> Iterator[str]:
         """Remarks on files that hold another motion than the plan, or maybe do: rows for a controller."""
-        if any(kind in MESSAGES for kind in self.exports):
-            yield f"joint_trajectory: {rows_for_controller(plan.motion, self.rate).said}"
+        for kind in [kind for kind in self.exports if kind in MESSAGES][:1]:
+            yield f"joint_trajectory: {exported_rows(plan, kind, self.rate).said}"
 
     def add(self, plan: PlannedMotion, folder: Path | None, progress: Progress, interruption: Interruption) -> None:
         """Add exports, figures and film to a plan that is written; after a request to stop only what is complete.
@@ -196,7 +196,7 @@ class Output:
                 write_certificate(self.certificate, plan.motion)
             else:
                 self.certificate.unlink(missing_ok=True)  # it would be taken for one of this motion
-        exports = [partial(export_motion, motion=plan.motion, kind=kind, rate=self.rate) for kind in self.exports]
+        exports = [partial(export_plan, plan=plan, kind=kind, rate=self.rate) for kind in self.exports]
         further: list[Writer] = [*exports, *figure_writers(plan, self.formats)]
         is_inside = folder is not None and self.film is not None and self._place_in(folder) is not None
         if is_inside:

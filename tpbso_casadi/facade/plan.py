@@ -156,7 +156,7 @@ class Plan:
     @property
     def controller_rows(self) -> ControllerRows:
         """The rows that are exported for ROS, the motion that its controller makes of them, and how that is judged."""
-        return self.motion.controller_rows
+        return self.planned.controller_rows
 
     @property
     def stages(self) -> tuple[PlannedStage, ...]:
@@ -285,7 +285,7 @@ class Plan:
             OutputError: the folder cannot be written, or holds anything but a run; the rate makes too many rows.
         """
         place = file_path("folder", folder)
-        formats, exports = chosen("figures", figures, FORMATS), exports_of(self.motion, export, rate)
+        formats, exports = chosen("figures", figures, FORMATS), exports_of(self.planned, export, rate)
         write_run(place, self.planned, bool(formats), exports, formats=formats)
         return place
 

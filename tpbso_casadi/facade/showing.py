@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from problems.base import shown_value
 from tpbso_casadi.facade.arguments import in_words_of_python, positive
-from tpbso_casadi.planning import JudgedMotion
-from tpbso_casadi.storage import DEFAULT_RATE, EXPORTS, Writer, equal_steps, export_motion
+from tpbso_casadi.planning import PlannedMotion
+from tpbso_casadi.storage import DEFAULT_RATE, EXPORTS, Writer, equal_steps, export_plan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,7 +46,7 @@ def chosen(argument: str, kinds: Sequence[str], known: Collection[str]) -> tuple
     return kinds
 
 
-def exports_of(motion: JudgedMotion, kinds: Sequence[str], rate: float | None = None) -> list[Writer]:
+def exports_of(plan: PlannedMotion, kinds: Sequence[str], rate: float | None = None) -> list[Writer]:
     """The writers of exports, at a rate in Hz where one is stated.
 
     Raises:
@@ -57,5 +57,5 @@ def exports_of(motion: JudgedMotion, kinds: Sequence[str], rate: float | None = 
     exports = chosen("export", kinds, EXPORTS)
     if exports:
         with in_words_of_python():
-            equal_steps(motion, hertz or DEFAULT_RATE)
-    return [partial(export_motion, motion=motion, kind=kind, rate=hertz) for kind in exports]
+            equal_steps(plan.motion, hertz or DEFAULT_RATE)
+    return [partial(export_plan, plan=plan, kind=kind, rate=hertz) for kind in exports]

@@ -98,7 +98,7 @@ def extent_of(
     """
     robot = problem.robot
     boxes = [obstacle.bounding_box() for obstacle in standing(problem.task.scenery)]
-    thickest = max((float(body.radius) for body in robot.bodies), default=0.0)
+    thickest = max((float(body.radius) for body in robot.bodies.each), default=0.0)
     base, reach = np.array(robot.base), robot.reach()[1] + thickest
     boxes += [course.within(base - reach, base + reach) for course in courses]
     places = joints.reshape(-1, 2)
@@ -150,7 +150,7 @@ def draw_bodies(axes: Axes, robot: Robot, skeleton: FloatArray, colour: str) -> 
 
 def wide_bodies(robot: Robot) -> list[Body]:
     """The bodies that are thicker than a line."""
-    return [body for body in robot.bodies if float(body.radius) > 0.0]
+    return [body for body in robot.bodies.each if float(body.radius) > 0.0]
 
 
 def capsule(body: Body, skeleton: FloatArray, count: int = 16) -> FloatArray:

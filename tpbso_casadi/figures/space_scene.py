@@ -208,7 +208,7 @@ class Scene:
     @cached_property
     def balls(self) -> tuple[Body, ...]:
         """The bodies that are thicker than a point."""
-        return tuple(body for body in self.robot.bodies if float(body.radius) > 0.0)
+        return tuple(body for body in self.robot.bodies.each if float(body.radius) > 0.0)
 
     @cached_property
     def radii(self) -> FloatArray:

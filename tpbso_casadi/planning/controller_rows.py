@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,9 +21,7 @@ from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.certify import exact_time_scale
 from problems.motions import MotionRows
-
-if TYPE_CHECKING:
-    from tpbso_casadi.planning.motion import JudgedMotion
+from tpbso_casadi.planning.motion import JudgedMotion
 
 NANOSECOND = 1e-9  # s, in which messages count
 SHORTEST = (2e-6, 1e-5, 5e-5, 2e-4)  # s: what is shorter joins its neighbour

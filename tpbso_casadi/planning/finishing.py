@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain, islice
 from typing import Any
 
@@ -18,6 +19,7 @@ from problems.limits import depends_on_speed
 from problems.programs import NonlinearProgram
 from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
+from tpbso_casadi.planning.controller_rows import ControllerRows
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.progress import Progress, log_search
 from tpbso_casadi.scenario import Scenario
@@ -365,6 +367,11 @@ class PlannedMotion:
     def times(self) -> FloatArray:
         """The times in s of the rows of ``trajectory.csv``."""
         return self.motion.times
+
+    @cached_property
+    def controller_rows(self) -> ControllerRows:
+        """Rows for a controller that joins them by polynomials, and what it makes of them, judged."""
+        return ControllerRows.of(self.motion)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -20,7 +20,6 @@ from problems.certify import AtGoal, ClosestApproach, WorstIs, broken_spans
 from problems.limits import Clearance
 from problems.motions import JointPath
 from problems.tasks import RecordedMotion
-from tpbso_casadi.planning.controller_rows import ControllerRows
 
 STILL = 1e-9  # of a joint's limit of speed: at less it stands still, and Coulomb friction does not act
 
@@ -118,11 +117,6 @@ class JudgedMotion:
     def stages(self) -> tuple[MotionStage, ...]:
         """The stages of which the motion is made; none where it is one."""
         return self.criteria.stages
-
-    @cached_property
-    def controller_rows(self) -> ControllerRows:
-        """Rows for a controller that joins them by polynomials, and what it makes of them, judged."""
-        return ControllerRows.of(self)
 
     @cached_property
     def by_stage(self) -> tuple[tuple[Verdict, ...], ...]:

@@ -131,13 +131,13 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
     found = []
     for number, pair in enumerate(pairs):
         for name in pair:
-            if name not in names and name not in robot.body_names:
-                known = [*robot.body_names, *sorted(names)]
+            if name not in names and name not in robot.bodies.names:
+                known = [*robot.bodies.names, *sorted(names)]
                 raise ScenarioError(
                     f"may_touch.{number}: nothing is called {name!r}{did_you_mean(name, known)}; "
                     f"there are {', '.join(known)}"
                 )
-            if name in names and name in robot.body_names:
+            if name in names and name in robot.bodies.names:
                 raise ScenarioError(f"may_touch.{number}: an obstacle and a body are called {name!r}: rename one")
         one, two = pair
         if one == two:

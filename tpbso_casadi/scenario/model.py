@@ -98,7 +98,7 @@ class ModelSection(Section):
             ScenarioError: this kind of robot does not say which of its bodies could touch.
         """
         safe = replace(robot, margin=self.margin, self_collision=self.self_collision)
-        if self.self_collision and not safe.says_what_could_touch:
+        if self.self_collision and safe.dof > 2 and safe.bodies.pairs is None:
             raise ScenarioError("model.self_collision: this robot does not say which of its bodies could touch")
         return safe
 

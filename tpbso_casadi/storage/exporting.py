@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from problems.base import FloatArray, as_array
-from tpbso_casadi.planning import ControllerRows, JudgedMotion
+from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
 from tpbso_casadi.storage.files import OutputError, write_csv, write_text, write_with, writing
 
 TORQUE = "tau"  # of a joint: how the names of such columns begin
@@ -129,12 +129,12 @@ HIGHEST_RATE = 10_000.0  # Hz
 MOST_ROWS = 200_000  # which take some hundred MB
 
 
-def export_motion(folder: Path, motion: JudgedMotion, kind: str, rate: float | None = None) -> Path:
-    """Write a motion as a file for robots.
+def export_plan(folder: Path, plan: PlannedMotion, kind: str, rate: float | None = None) -> Path:
+    """Write a plan as a file for robots.
 
     Args:
         folder: to write to.
-        motion: to be written.
+        plan: to be written.
         kind: a key of ``EXPORTS``.
         rate: of rows at equal steps of time, Hz, the last one shorter if it must be. Where None, those for a controller
             are such that what it makes of them is proven; others have the usual rate.
@@ -143,18 +143,18 @@ def export_motion(folder: Path, motion: JudgedMotion, kind: str, rate: float | N
         OutputError: it cannot be written, or is too long for this rate.
     """
     with writing(folder):
-        if kind in MESSAGES:
-            return MESSAGES[kind](folder, rows_for_controller(motion, rate))
-        return TABLES[kind](folder, motion, equal_steps(motion, rate or DEFAULT_RATE))
+        return EXPORTS[kind](folder, exported_rows(plan, kind, rate))
 
 
-def rows_for_controller(motion: JudgedMotion, rate: float | None = None) -> ControllerRows:
-    """The rows of a message: at equal steps where a rate in Hz is stated.
+def exported_rows(plan: PlannedMotion, kind: str, rate: float | None = None) -> ControllerRows:
+    """The rows of an export: at equal steps where a rate in Hz is stated, or it is no message.
 
     Raises:
         OutputError: they are too many.
     """
-    return motion.controller_rows if rate is None else ControllerRows(motion, equal_steps(motion, rate))
+    if rate is None and kind in MESSAGES:
+        return plan.controller_rows
+    return ControllerRows(plan.motion, equal_steps(plan.motion, rate or DEFAULT_RATE))
 
 
 def equal_steps(motion: JudgedMotion, rate: float) -> FloatArray:
@@ -181,11 +181,12 @@ def _ros_yaml(folder: Path, rows: ControllerRows) -> Path:
     return write_text(folder / "joint_trajectory.yaml", lambda file: file.writelines(message_yaml(rows)))
 
 
-def _csv(folder: Path, motion: JudgedMotion, times: FloatArray) -> Path:
-    return write_motion(folder / "joint_trajectory.csv", motion, times)
+def _csv(folder: Path, rows: ControllerRows) -> Path:
+    return write_motion(folder / "joint_trajectory.csv", rows.source, rows.times)
 
 
-def _npz(folder: Path, motion: JudgedMotion, times: FloatArray) -> Path:
+def _npz(folder: Path, rows: ControllerRows) -> Path:
+    motion, times = rows.source, rows.times
     robot, samples = motion.problem.robot, motion.trajectory.samples(times)
     pose = np.column_stack([*robot.pose(as_array(samples.theta)).values()])
     arrays = {
@@ -206,5 +207,4 @@ def _npz(folder: Path, motion: JudgedMotion, times: FloatArray) -> Path:
 
 
 MESSAGES: dict[str, Callable[[Path, ControllerRows], Path]] = {"ros-json": _ros_json, "ros-yaml": _ros_yaml}
-TABLES: dict[str, Callable[[Path, JudgedMotion, FloatArray], Path]] = {"csv": _csv, "npz": _npz}
-EXPORTS = (*MESSAGES, *TABLES)
+EXPORTS = {**MESSAGES, "csv": _csv, "npz": _npz}

@@ -9,18 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from tpbso_casadi.suite.evaluation import FrozenProblem
 from tpbso_casadi.suite.frozen import InvalidSuite
 from tpbso_casadi.suite.kernels import FloatArray
 
-if TYPE_CHECKING:
-    from tpbso_casadi.suite.problem import SuiteProblem
 
-
-def adapted(problem: SuiteProblem, library: str) -> Any:
+def adapted(problem: FrozenProblem, library: str) -> Any:
     """The problem of another library.
 
     Raises:
@@ -36,7 +34,7 @@ def adapted(problem: SuiteProblem, library: str) -> Any:
     return make(problem, loaded)
 
 
-def one_objective(problem: SuiteProblem, library: str) -> None:
+def one_objective(problem: FrozenProblem, library: str) -> None:
     """Make sure that a number says all of a candidate.
 
     Raises:
@@ -55,7 +53,7 @@ class ScipyFunction:
         bounds: ``scipy.optimize.Bounds``.
     """
 
-    problem: SuiteProblem
+    problem: FrozenProblem
     bounds: Any
 
     def __call__(self, x: FloatArray) -> float:
@@ -67,13 +65,13 @@ class ScipyFunction:
         return self.problem.merit(np.asarray(x).T)
 
 
-def scipy_function(problem: SuiteProblem, optimize: Any) -> ScipyFunction:
+def scipy_function(problem: FrozenProblem, optimize: Any) -> ScipyFunction:
     """The function for ``scipy.optimize``: the merit."""
     one_objective(problem, "scipy")
     return ScipyFunction(problem, optimize.Bounds(*problem.bounds))
 
 
-def ioh_problem(problem: SuiteProblem, ioh: Any) -> Any:
+def ioh_problem(problem: FrozenProblem, ioh: Any) -> Any:
     """The problem for IOHexperimenter: the merit over the unit box, as ioh has one interval for all variables."""
     one_objective(problem, "ioh")
     lower, upper = problem.bounds
@@ -88,7 +86,7 @@ def ioh_problem(problem: SuiteProblem, ioh: Any) -> Any:
     )
 
 
-def nevergrad_function(problem: SuiteProblem, functions: Any) -> Any:
+def nevergrad_function(problem: FrozenProblem, functions: Any) -> Any:
     """The experiment function for nevergrad: the merit."""
     one_objective(problem, "nevergrad")
     lower, upper = problem.bounds
@@ -96,7 +94,7 @@ def nevergrad_function(problem: SuiteProblem, functions: Any) -> Any:
     return functions.ExperimentFunction(ScipyFunction(problem, None), array.set_name(problem.name))
 
 
-def pymoo_problem(problem: SuiteProblem, core: Any) -> Any:
+def pymoo_problem(problem: FrozenProblem, core: Any) -> Any:
     """The problem for pymoo: objectives and violations of populations; the merit alone where the form is penalised."""
     constraints = 0 if problem.form == "penalised" else len(problem.constraint_names)
 
@@ -119,7 +117,7 @@ def pymoo_problem(problem: SuiteProblem, core: Any) -> Any:
     return Adapted()
 
 
-def pygmo_problem(problem: SuiteProblem, pygmo: Any) -> Any:
+def pygmo_problem(problem: FrozenProblem, pygmo: Any) -> Any:
     """The problem for pygmo: objectives and inequality constraints; the merit alone where the form is penalised."""
     return pygmo.problem(PygmoProblem(problem))
 
@@ -132,7 +130,7 @@ class PygmoProblem:
         problem: of the suite.
     """
 
-    problem: SuiteProblem
+    problem: FrozenProblem
 
     def fitness(self, x: FloatArray) -> FloatArray:
         """Objectives, then violations, of one vector (d,)."""
@@ -160,7 +158,7 @@ class PygmoProblem:
         return self.problem.name
 
 
-ADAPTERS: dict[str, tuple[str, Callable[[SuiteProblem, Any], Any]]] = {
+ADAPTERS: dict[str, tuple[str, Callable[[FrozenProblem, Any], Any]]] = {
     "ioh": ("ioh", ioh_problem),
     "nevergrad": ("nevergrad.functions", nevergrad_function),
     "pygmo": ("pygmo", pygmo_problem),

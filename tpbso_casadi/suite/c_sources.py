@@ -10,16 +10,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tpbso_casadi.storage import OutputError, replacing, write_text, writing
 from tpbso_casadi.suite.frozen import InvalidSuite, content_of
 from tpbso_casadi.suite.kernels import FloatArray
-
-if TYPE_CHECKING:
-    from tpbso_casadi.suite.problem import SuiteProblem
+from tpbso_casadi.suite.problem import SuiteProblem
 
 FOLDER = Path(__file__).with_name("c")
 SAME_FOR_ALL = ("Makefile", "arm_motions.h", "arm_motions.cpp", "problem.hpp", "example.c")

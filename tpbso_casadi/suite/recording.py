@@ -19,10 +19,12 @@ from typing import IO, Any, TypeVar
 
 import numpy as np
 
+from tpbso_casadi.suite.evaluation import Values
 from tpbso_casadi.suite.fronts import FEASIBLE, Attainment
 from tpbso_casadi.suite.frozen import InvalidSuite
 from tpbso_casadi.suite.kernels import FloatArray
-from tpbso_casadi.suite.problem import SuiteProblem, Values, problem_named
+from tpbso_casadi.suite.problem import SuiteProblem
+from tpbso_casadi.suite.suites import problem_named
 
 MOST_EVALUATIONS = 10**15  # of a run in a table: what numbers of 64 bits are exact for
 LEAST_SHARE = 0.99  # of a lower bound that a merit can have: between samples a candidate may be faster than its limits

@@ -92,12 +92,14 @@ def test_another_number_of_obstacles_of_the_same_make_compiles_nothing() -> None
 
 def test_clusters_hold_all_balls_that_move_as_one() -> None:
     robot = arm()
-    clusters = clusters_of(robot, robot.bodies[1:])
-    assert sorted(body.start for cluster in clusters for body in cluster.bodies) == [b.start for b in robot.bodies[1:]]
+    clusters = clusters_of(robot, robot.bodies.each[1:])
+    assert sorted(body.start for cluster in clusters for body in cluster.bodies) == [
+        b.start for b in robot.bodies.each[1:]
+    ]
     assert [len(cluster.bodies) for cluster in clusters] == [4, 4, 5, 5]
     assert max(len(cluster.bodies) for cluster in clusters) <= MOST_BALLS
     for cluster in clusters:
-        assert len({robot.moved_by(body) for body in cluster.bodies}) == 1
+        assert len({robot.bodies.moved_by(body) for body in cluster.bodies}) == 1
         for theta in np.random.default_rng(1).uniform(-2.0, 2.0, (5, 7)):
             places = [np.array(place).ravel() for place in robot.positions(ca.DM(theta).T)]
             middle = places[cluster.bodies[0].start]

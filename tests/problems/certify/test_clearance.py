@@ -130,7 +130,7 @@ def test_no_certificate_is_false(seed: int) -> None:
     clearance, self_clearance = proximity_limits(GUARDED, obstacles)
     outside, between = least_clearances(trajectory, obstacles)
     within_reach = [
-        f"{GUARDED.number_of(pair.body)}, {pair.number}" for pair in clearance.pairs if pair.can_touch(GUARDED)
+        f"{GUARDED.bodies.number_of(pair.body)}, {pair.number}" for pair in clearance.pairs if pair.can_touch(GUARDED)
     ]
     check(prove_clearance(clearance, trajectory), min(outside.values()), min(outside[pair] for pair in within_reach))
     check(prove_clearance(self_clearance, trajectory), min(between.values()), min(between.values()))

@@ -87,9 +87,9 @@ def outline_at(obstacle: Obstacle, time: float) -> FloatArray:
 def least_room(made: Case, count: int = 25) -> tuple[float, float]:
     """Of all samples: between links and obstacles, and between links, on top of what is to be kept, or more."""
     robot, times = made.robot, np.linspace(0.0, made.motion.duration, count)
-    radii = np.array([float(body.radius) for body in robot.bodies])
+    radii = np.array([float(body.radius) for body in robot.bodies.each])
     lines, rooms, own = links_at(robot, made.motion.at(times)), [], [np.inf]
-    pairs = [(robot.number_of(one), robot.number_of(two)) for one, two in robot.own_pairs]
+    pairs = [(robot.bodies.number_of(one), robot.bodies.number_of(two)) for one, two in robot.bodies.pairs]
     for time, line in zip(times, lines, strict=True):
         for obstacle in made.obstacles:
             apart = np.linalg.norm(line[:, :, None] - outline_at(obstacle, time), axis=-1).min(axis=(1, 2))

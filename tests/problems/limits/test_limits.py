@@ -186,7 +186,7 @@ def test_steps_by_hand() -> None:
 
 
 def test_a_robot_without_bodies_may_make_any_step() -> None:
-    assert not small_arm().bodies
+    assert not small_arm().bodies.each
     assert StepLimit.for_robot(small_arm(), [Ball(center=(1.0, 0.0, 0.5), radius=0.1)]) is None
 
 

@@ -146,13 +146,13 @@ def test_reach_levers_and_relative_levers_bound_how_bodies_move(seed: int) -> No
     now, later = skeletons(arm, theta), skeletons(arm, theta + h * rates)
     assert np.hypot(*(now[:, -1] - arm.base).T).max() <= arm.reach()[1] + 1e-9
     assert np.hypot(*(now[:, -1] - arm.base).T).min() >= arm.reach()[0] - 1e-9
-    for number, body in enumerate(arm.bodies):
+    for number, body in enumerate(arm.bodies.each):
         moved = np.array([along(b - a, d - c, 9) for a, b, c, d in zip(*_ends(now, later, body), strict=True)])
         speed = np.hypot(moved[..., 0], moved[..., 1]).max(axis=1) / h
         allowed = np.abs(rates @ arm.turns.T) @ arm.levers[number]
         assert (speed <= allowed * (1.0 + 1e-4) + 1e-6).all()
-    for first, second in arm.own_pairs:
-        turns, levers = arm.relative_motion(first, second)
+    for first, second in arm.bodies.pairs:
+        turns, levers = arm.motion(second, seen_from=first)
         seen = [_seen_from(frames, first.start, first.end) for frames in (now, later)]
         moved = np.array([along(b - a, d - c, 9) for a, b, c, d in zip(*_ends(*seen, second), strict=True)])
         speed = np.hypot(moved[..., 0], moved[..., 1]).max(axis=1) / h
@@ -175,15 +175,15 @@ def _seen_from(frames: np.ndarray, start: int, end: int) -> np.ndarray:
 
 def test_which_bodies_are_pairs() -> None:
     lengths = {"link_lengths": (0.5,) * 4, "max_speed": (1.0,) * 4, "max_acceleration": (1.0,) * 4}
-    named = [f"{a.name}-{b.name}" for a, b in PlanarArm(**lengths).own_pairs]
+    named = [f"{a.name}-{b.name}" for a, b in PlanarArm(**lengths).bodies.pairs]
     assert named == ["link 1-link 3", "link 1-link 4", "link 2-link 4"]
     with_tool = PlanarArm(**lengths, tool_offset=(0.0, 0.1), link_radius=(0.1, 0.1, 0.1, 0.03))
-    assert [f"{a.name}-{b.name}" for a, b in with_tool.own_pairs] == [
+    assert [f"{a.name}-{b.name}" for a, b in with_tool.bodies.pairs] == [
         *(*named[:2], "link 1-tool"),
         *(named[2], "link 2-tool"),
         "link 3-tool",
     ]
-    assert with_tool.bodies[-1].radius == 0.03
+    assert with_tool.bodies.each[-1].radius == 0.03
     assert len(with_tool.positions(ca.DM.zeros(1, 4))) == 6
 
 
@@ -196,7 +196,7 @@ def test_zero_is_structure() -> None:
         arguments = Arguments()
         symbolic_copy = arguments.symbolic_copy(arm)
         assert arguments.values.size == 9
-        assert not any(isinstance(body.radius, ca.SX) for body in symbolic_copy.bodies)
+        assert not any(isinstance(body.radius, ca.SX) for body in symbolic_copy.bodies.each)
     arguments = Arguments()
     symbolic_copy = arguments.symbolic_copy(posed_arm(1, 3, link_radius=(0.1, 0.0, 0.1), margin=0.01))
     assert arguments.values.size == 9 + 5 + 3 + 1

@@ -215,7 +215,7 @@ def test_no_pair_of_a_real_robot_is_missed(name: str) -> None:
     low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
     theta = np.random.default_rng(99).uniform(low, high, (10_000, robot.dof))
     frames = robot.positions(ca.DM(theta))
-    centers = [np.array(frames[body.start]) for body in robot.bodies]
+    centers = [np.array(frames[body.start]) for body in robot.bodies.each]
     links = [sphere.name for sphere in robot.spheres]
     disabled = {frozenset(pair) for pair in description.disabled}
     for one, two in combinations(range(len(links)), 2):
@@ -245,7 +245,7 @@ def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
     pairs = np.array(OwnContacts(description, robot).spheres.kept)
     low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
     frames = robot.positions(ca.DM(np.random.default_rng(5).uniform(low, high, (500, robot.dof))))
-    centers = np.stack([np.array(frames[body.start]) for body in robot.bodies])
+    centers = np.stack([np.array(frames[body.start]) for body in robot.bodies.each])
     radii = np.array([sphere.radius for sphere in robot.spheres])
     gaps = np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=2) - radii[pairs].sum(axis=1)[:, None]
     assert np.mean(gaps.min(axis=0) > 0.0) > 0.7

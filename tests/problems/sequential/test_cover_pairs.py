@@ -10,11 +10,10 @@ from helpers.meshed import covered_arm
 
 from problems import CertificateStatus
 from problems.families.splines import move
-from problems.limits import Clearance, CoverClearance, cover_limits
+from problems.limits import CoverClearance, cover_limits
 from problems.robots import SpatialArm
 from problems.scene.solids import Box
 from problems.sequential.cover_pairs import CoverPairs
-from problems.sequential.pair_clearances import PairClearances
 from problems.tasks import Joints, Move
 from problems.timing.free_space import rest_to_rest
 
@@ -51,6 +50,7 @@ def test_where_balls_were_found_clearances_are_those_of_the_cover(arm: SpatialAr
     assert pairs.joined(theta, times, proof_margin=0.01).count == pairs.count
 
 
+@pytest.mark.slow  # other pairs are led past each other in test_polish.py
 def test_own_links_that_touch_on_the_way_are_led_past_each_other(arm: SpatialArm) -> None:
     problem = move(Move(arm, Joints(START), (Joints(GOAL),)), pieces=4)
     line = rest_to_rest(np.array(START), np.array(GOAL), arm.limits)
@@ -63,19 +63,3 @@ def test_own_links_that_touch_on_the_way_are_led_past_each_other(arm: SpatialArm
         all(v.status is CertificateStatus.CERTIFIED for v in problem.verify(motion)) for motion in islice(slowed, 2)
     ]
     assert proven == [False, True]
-
-
-@pytest.mark.slow
-def test_a_gap_too_narrow_for_the_spheres_of_a_search_is_passed(arm: SpatialArm) -> None:
-    """The links lie level, 30 mm thick on each side; plates leave 42 mm, spheres take 50."""
-    level = np.array([[0.0, np.pi / 2.0, 0.0], [1.0, np.pi / 2.0, 0.0]])
-    plates = tuple(Box(center=(0.45, 0.25, 0.46 + side * 0.052), size=(0.2, 0.1, 0.02)) for side in (-1.0, 1.0))
-    first, last = (Joints(tuple(row)) for row in level.tolist())
-    problem, line = move(Move(arm, first, (last,), obstacles=plates), pieces=4), rest_to_rest(*level, arm.limits)
-    (spheres,) = (limit for limit in problem.limits if limit.name == "clearance")
-    assert isinstance(spheres, Clearance)
-    assert PairClearances(arm, (spheres,)).near(line.at(line.times(50)), line.times(50), 0.1).clearances.min() < -0.005
-    motion = next(problem.direct.polished(line))
-    motion = motion.time_scaled(problem.safe_time_scale(motion))
-    assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.verify(motion))
-    assert motion.duration < 1.1 * line.duration

@@ -107,21 +107,6 @@ def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, 
     assert near.samples.size == (expected < 0.1).sum()
 
 
-def test_pairs_that_stand_are_told_from_those_that_move() -> None:
-    nearness = moving_plane()[1]
-    assert nearness.is_time_dependent
-    assert not plane()[1].is_time_dependent
-    mixed = moving_space()[1]
-    assert not mixed.standing.is_time_dependent
-    assert mixed.standing.pairs == [pair for pair in mixed.pairs if not pair.is_time_dependent]
-
-
-def test_nothing_to_keep_clear_of_is_no_pair() -> None:
-    robot = small_arm()
-    nearness = PairClearances(robot, ())
-    assert nearness.near(path(robot), TIMES, 1.0).samples.size == 0
-
-
 def test_thinned_pairs_are_those_at_few_samples_and_all_minima() -> None:
     values = np.array([5.0, 4.0, 3.0, 4.0, 5.0, 4.5, 6.0, 1.0, 2.0])
     near = NearPairs(np.array([0, 1, 2, 3, 4, 5, 6, 9, 10]), np.zeros(9, dtype=np.intp), values)

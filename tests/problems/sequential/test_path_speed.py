@@ -15,9 +15,8 @@ from problems.robots import JointLimits
 from problems.robots.planar import MassiveLinks
 from problems.sequential.descent import at_best_speed
 from problems.sequential.limit_rows import JointTorques, MotionLimits, derivative_limit_rows, torque_limit_rows
-from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed, TimeShift
-from problems.sequential.polish import delayed, fitted, with_timing
-from problems.timing.free_space import rest_to_rest
+from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed
+from problems.sequential.polish import delayed, with_timing
 
 SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
 LIMITS = JointLimits(speed=(2.0, 1.5), acceleration=(10.0, 8.0), jerk=(200.0, 150.0))
@@ -45,16 +44,6 @@ def gentle() -> PathSpeed:
     return some_motion(3, spread=0.6)
 
 
-def test_slopes_of_the_duration_are_finite_differences(motion: PathSpeed) -> None:
-    step = 1e-6 * np.eye(SPACE.speed.size)
-    moved = [
-        PathSpeed(SPACE, motion.controls, motion.speeds + e).duration
-        - PathSpeed(SPACE, motion.controls, motion.speeds - e).duration
-        for e in step
-    ]
-    assert motion.duration_slopes == pytest.approx(np.array(moved) / 2e-6, rel=1e-6)
-
-
 def test_derivatives_are_those_of_the_motion_in_time(motion: PathSpeed) -> None:
     trajectory = with_timing(motion, in_piece=40)
     grid = SPACE.grid(SPACE.even(40))
@@ -79,16 +68,6 @@ def test_pieces_in_time_meet_and_rest_at_both_ends(motion: PathSpeed) -> None:
         assert np.abs(trajectory.at(times[[0, -1]], order)).max() < 1e-9
 
 
-def test_stretch_is_what_brings_the_worst_limit_to_its_bound(motion: PathSpeed) -> None:
-    grid = SPACE.grid(SPACE.even(16))
-    slowed = motion.time_scaled(motion.time_scale(grid, LIMITS))
-    assert slowed.time_scale(grid, LIMITS) == pytest.approx(1.0)
-    bounds = (LIMITS.speed, LIMITS.acceleration, LIMITS.jerk)
-    shares = [np.abs(d) / np.array(b) for d, b in zip(slowed.derivatives(grid), bounds, strict=True) if b is not None]
-    assert max(share.max() for share in shares) == pytest.approx(1.0)
-    assert slowed.duration == pytest.approx(motion.duration * motion.time_scale(grid, LIMITS))
-
-
 def moved(motion: PathSpeed, make: Callable[[PathSpeed], Any]) -> Iterator[tuple[FloatArray, FloatArray]]:
     """The change of a motion's rows in random directions: by their slopes, by finite differences."""
     slopes, rng, h = make(motion).slopes(np.eye(motion.controls.size)), np.random.default_rng(5), 1e-6
@@ -102,22 +81,6 @@ def test_slopes_of_the_rows_are_finite_differences(motion: PathSpeed) -> None:
     grid = SPACE.grid(SPACE.even(4))
     for found, expected in moved(motion, lambda each: derivative_limit_rows(each, grid, 1, LIMITS)):
         assert found == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
-
-
-def test_a_peak_between_the_samples_of_rows_is_a_row(motion: PathSpeed) -> None:
-    grid = SPACE.grid(SPACE.even(16))
-    fast = motion.time_scaled(motion.time_scale(grid, LIMITS))
-    assert np.abs(derivative_limit_rows(fast, grid, 10_000, LIMITS).values).max() == pytest.approx(1.0)
-
-
-def test_a_motion_that_the_splines_hold_is_fitted_closely() -> None:
-    space = MotionSpace(path_pieces=12, speed_pieces=24)
-    line = rest_to_rest(np.zeros(2), np.array([1.0, -0.5]), LIMITS)
-    start = fitted(line, space)
-    u = np.linspace(0.0, 1.0, 101)
-    assert space.path.matrix(u) @ start.controls == pytest.approx(line.at(u * line.duration), abs=5e-3)
-    assert start.duration == pytest.approx(line.duration)
-    assert (start.controls[:RESTING] == line.at(np.zeros(1))).all()
 
 
 WAITS = 5
@@ -155,35 +118,6 @@ def test_a_motion_with_a_delay_stands_still_and_then_is_the_same(waiting: PathSp
     for order in range(3):
         assert whole.at(times + 0.7, order) == pytest.approx(moving.at(times, order), rel=1e-9, abs=1e-9)
     assert (delayed(moving, 0.7).coefficients == whole.coefficients).all()
-
-
-def test_standing_still_costs_a_little_less_than_moving(waiting: PathSpeed) -> None:
-    quicker = waiting.time_scaled(0.9)
-    waits = replace(quicker, delay=waiting.duration - quicker.duration + quicker.delay)
-    assert waits.duration == pytest.approx(waiting.duration)
-    assert waits.cost < waiting.cost < waiting.duration
-    assert replace(waiting, delay=0.0).cost == replace(waiting, delay=0.0).duration
-
-
-def test_rows_of_a_time_shift_bound_it_on_both_sides() -> None:
-    rows, bounds = TimeShift(np.array([[-0.5, -0.25, 1.0]]), most=0.1).rows(free=2)
-    assert rows.tolist() == [[0.0, 0.0, -5.0, -2.5, 10.0], [0.0, 0.0, 5.0, 2.5, -10.0]]
-    assert bounds.tolist() == [1.0, 1.0]
-
-
-def test_a_motion_of_more_parts_that_all_but_stands_still_takes_as_long_as_its_samples_say(
-    waiting: PathSpeed,
-) -> None:
-    speeds = waiting.speeds.copy()
-    speeds[4:7] = 0.005
-    slow = replace(waiting, space=replace(SPACE, parts=8), speeds=speeds)
-    exact = with_timing(slow, in_piece=64).duration
-    assert slow.duration == pytest.approx(exact, rel=1e-4)
-    assert CLOCK.times(slow)[-1] == pytest.approx(exact, rel=1e-2)
-    h = 1e-7
-    for number, step in enumerate(np.eye(SPACE.speed.size) * h):
-        moved = [replace(slow, speeds=speeds + s * step).duration for s in (1.0, -1.0)]
-        assert slow.duration_slopes[number] == pytest.approx((moved[0] - moved[1]) / (2.0 * h), rel=1e-4, abs=1e-4)
 
 
 BOUNDS = (60.0, 25.0)
@@ -227,23 +161,6 @@ def test_slopes_of_the_rows_of_torques_are_finite_differences(gentle: PathSpeed,
         assert keeps_sign.sum() > 0.9 * expected.size
         scale = np.abs(expected[keeps_sign]).max()
         assert found[keeps_sign] == pytest.approx(expected[keeps_sign], rel=1e-5, abs=1e-5 * scale)
-
-
-def test_a_peak_of_a_torque_between_the_samples_of_rows_is_a_row(gentle: PathSpeed, torques: JointTorques) -> None:
-    grid = SPACE.grid(SPACE.even(16))
-    fast = gentle.time_scaled(torques.time_scale(gentle.state(grid)))
-    rows = torque_limit_rows(fast, grid, 10_000, torques)
-    assert rows.values.size < 50
-    assert np.abs(rows.values).max() == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("pace", [0.2, 1.0, 5.0])
-def test_stretch_brings_the_largest_torque_to_its_limit(gentle: PathSpeed, torques: JointTorques, pace: float) -> None:
-    grid = SPACE.grid(SPACE.even(16))
-    given = gentle.time_scaled(pace)
-    slowed = given.time_scaled(torques.time_scale(given.state(grid)))
-    assert np.abs(shares(slowed, grid.u)).max() == pytest.approx(1.0)
-    assert np.abs(shares(slowed.time_scaled(1.3), grid.u)).max() < 1.0
 
 
 def test_the_pace_of_a_path_keeps_torques_and_is_not_even(gentle: PathSpeed, torques: JointTorques) -> None:

@@ -100,7 +100,7 @@ def test_the_closest_two_are_measured_at_their_time() -> None:
     closest = closest_of(criteria, plan.trajectory.at(times), times)
     assert closest is not None
     frames = [np.array(position) for position in robot.positions(ca.DM(plan.trajectory.at(times)))]
-    moved = [body for body in robot.bodies if body.name != "foot"]
+    moved = [body for body in robot.bodies.each if body.name != "foot"]
     for row, time in enumerate(times):
         center = np.array([1.0, 0.9, 0.9]) + time * np.array([-0.8, -0.3, 0.0])
         apart = min(np.linalg.norm(frames[body.start][row] - center) - body.radius - 0.15 for body in moved)

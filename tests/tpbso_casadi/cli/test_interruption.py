@@ -148,10 +148,10 @@ def test_figures_are_not_put_beside_another_plan_of_the_same_scenario(tmp_path: 
 def test_an_export_that_fails_leaves_plan_and_figures(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    def fail(folder: Path, motion: object, kind: str, rate: float) -> None:
+    def fail(folder: Path, plan: object, kind: str, rate: float) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("tpbso_casadi.cli.output.export_motion", fail)
+    monkeypatch.setattr("tpbso_casadi.cli.output.export_plan", fail)
     loud = [option for option in QUICK if option not in ("--quiet", "--no-plots")]
     assert main([*loud, "--export", "npz"]) == 2
     printed = capfd.readouterr()

@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 import tpbso_casadi as tp
 from problems.tasks import RecordedMotion
 from tpbso_casadi.display.plan_tables import effort_of
-from tpbso_casadi.storage import export_motion
+from tpbso_casadi.storage import export_plan
 
 ARM = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0))
 VIOLATED, CERTIFIED = tp.CertificateStatus.VIOLATED, tp.CertificateStatus.CERTIFIED
@@ -336,7 +336,7 @@ def test_an_export_is_judged_like_its_plan(
     obstacles = [tp.Rectangle((place, 0.5), (0.1, 0.1))]
     plan = tp.certify((times, *states((first, second), times)), ARM, obstacles=obstacles)
     kind = "ros-yaml" if as_yaml else "ros-json"
-    file = export_motion(Path(), plan.motion, kind, 50.0)
+    file = export_plan(Path(), plan.planned, kind, 50.0)
     again = tp.certify(file, ARM, obstacles=obstacles)
     close = any(
         abs(v.worst - v.bound) < 1e-5 * max(1.0, abs(v.bound)) for v in plan.verdicts if "velocity" not in v.name

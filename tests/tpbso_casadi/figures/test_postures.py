@@ -82,7 +82,7 @@ def test_the_nearest_points_in_the_plane_are_as_near_as_dense_ones() -> None:
         assert gap == pytest.approx(max(nearest.distance, 0.0), abs=2e-6)
         skeleton = solution.motion.joint_positions(np.array([nearest.time]))[0]
         outlines_then = [obstacle.at(nearest.time).outline(4000) for obstacle in solution.criteria.obstacles]
-        radius = max(float(body.radius) for body in solution.criteria.robot.bodies)
+        radius = max(float(body.radius) for body in solution.criteria.robot.bodies.each)
         points = np.vstack([dense(outline, 20) for outline in outlines_then])
         apart = min(to_segment(points, start, end).min() for start, end in pairwise(skeleton))
         assert apart - radius == pytest.approx(nearest.distance, abs=1e-4)

@@ -16,9 +16,9 @@ from scipy.interpolate import BPoly
 import tpbso_casadi as tp
 from problems import Trajectory
 from tpbso_casadi.cli.commands import solve
-from tpbso_casadi.planning import ControllerRows, JudgedMotion, plan
+from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion, plan
 from tpbso_casadi.scenario import parse_scenario
-from tpbso_casadi.storage import export_motion
+from tpbso_casadi.storage import export_plan
 
 JERK = 80.0
 PANDA: dict[str, Any] = {
@@ -29,16 +29,16 @@ HASTE = {"goal": {"joints": [0.4, 0.9, 0.5]}}
 
 
 @cache
-def panda() -> JudgedMotion:
+def panda() -> PlannedMotion:
     """With limits of jerk."""
-    return tp.plan("panda", **PANDA).motion
+    return tp.plan("panda", **PANDA).planned
 
 
 @cache
-def jerky() -> JudgedMotion:
+def jerky() -> PlannedMotion:
     """Accelerations jump: nothing limits the jerk."""
     content = space_scenario(task=HASTE, obstacles=[], solver={"name": "direct", "evaluations": None})
-    return plan(parse_scenario(content)).motion
+    return plan(parse_scenario(content))
 
 
 def joined_by_scipy(message: dict[str, Any]) -> tuple[BPoly, float]:
@@ -50,16 +50,16 @@ def joined_by_scipy(message: dict[str, Any]) -> tuple[BPoly, float]:
     return BPoly.from_derivatives(times, [[point[kind] for kind in kinds] for point in points]), times[-1]
 
 
-@pytest.mark.parametrize("motion", [panda, jerky])
-def test_the_message_is_a_motion_that_keeps_the_limits_and_is_as_fast(motion: Any, tmp_path: Path) -> None:
-    planned, rows = motion(), motion().controller_rows
+@pytest.mark.parametrize("plan", [panda, jerky])
+def test_the_message_is_a_motion_that_keeps_the_limits_and_is_as_fast(plan: Any, tmp_path: Path) -> None:
+    planned, rows = plan(), plan().controller_rows
     assert planned.feasible
     assert rows.joined.feasible
-    message = json.loads(export_motion(tmp_path, planned, "ros-json").read_text())
+    message = json.loads(export_plan(tmp_path, planned, "ros-json").read_text())
     assert len(message["points"]) == len(rows.times)
     spline, end = joined_by_scipy(message)
     assert planned.trajectory.duration <= end + 1e-9 <= planned.trajectory.duration * 1.0001
-    times, limits = np.linspace(0.0, end, 20_001), planned.problem.robot.limits
+    times, limits = np.linspace(0.0, end, 20_001), planned.criteria.robot.limits
     for order, most in enumerate(limits.by_order, start=1):
         assert (np.abs(spline(times, order)) <= most * (1.0 + 1e-6)).all()
     np.testing.assert_allclose(spline(times), rows.joined.trajectory.at(times), atol=1e-9)
@@ -75,7 +75,7 @@ def test_accelerations_are_stated_where_they_do_not_jump() -> None:
 
 
 def test_what_is_read_back_is_certified(tmp_path: Path) -> None:
-    file = export_motion(tmp_path, panda(), "ros-yaml")
+    file = export_plan(tmp_path, panda(), "ros-yaml")
     again = tp.certify(str(file), "panda", obstacles=PANDA["obstacles"])
     assert again.certified
     assert [verdict.status for verdict in again.verdicts].count(tp.CertificateStatus.CERTIFIED) == len(again.verdicts)
@@ -83,11 +83,11 @@ def test_what_is_read_back_is_certified(tmp_path: Path) -> None:
 
 def test_rows_at_a_rate_are_judged_too(tmp_path: Path) -> None:
     """They exceed limits that change within a few milliseconds."""
-    motion = panda()
+    motion = panda().motion
     even = ControllerRows(
         motion, np.append(np.arange(0.0, motion.trajectory.duration, 0.01), motion.trajectory.duration)
     )
-    again = tp.certify(str(export_motion(tmp_path, motion, "ros-json", 100.0)), "panda", obstacles=PANDA["obstacles"])
+    again = tp.certify(str(export_plan(tmp_path, panda(), "ros-json", 100.0)), "panda", obstacles=PANDA["obstacles"])
     assert not even.joined.feasible
     assert even.joined.status is again.status
     assert even.said == f"{len(even.times)} rows, joined by quintics: {again.status}"
@@ -102,8 +102,8 @@ def with_a_sliver(motion: JudgedMotion, length: float) -> JudgedMotion:
 
 @pytest.mark.parametrize("length", [3e-8, 1e-6])
 def test_pieces_that_are_too_short_join_their_neighbours(length: float) -> None:
-    motion = with_a_sliver(panda(), length)
-    rows = motion.controller_rows
+    motion = with_a_sliver(panda().motion, length)
+    rows = ControllerRows.of(motion)
     assert len(rows.times) < len(motion.trajectory.breakpoints)
     assert rows.joined.feasible
     assert rows.time_scale < 1.0001
@@ -119,7 +119,7 @@ def test_pieces_of_a_high_degree_are_cut_in_parts() -> None:
     powers = (shape / seconds ** np.arange(10))[:, None, None] * way
     motion = tp.certify(Trajectory(np.array([0.0, seconds]), powers[::-1]), robot).motion
     assert motion.feasible
-    rows = motion.controller_rows
+    rows = ControllerRows.of(motion)
     assert rows.joined.feasible
     times = np.linspace(0.0, seconds, 2001)
     ends = ControllerRows(motion, motion.trajectory.breakpoints)
@@ -133,16 +133,14 @@ def test_an_end_that_moves_is_as_fast_in_slower_rows(most: float | None, tmp_pat
     """By the message alone; without what is added the slower motion would begin more slowly than the arm moves."""
     robot = tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0, max_jerk=most)
     start, moving = tp.Joints((0.2, -0.3)), [0.3, -0.2]
-    motion = tp.plan(
-        robot, start=start, goal=tp.Joints((0.9, 0.4)), start_velocity=moving, obstacles=[], evaluations=200
-    ).motion
-    rows = motion.controller_rows
-    assert motion.feasible
+    plan = tp.plan(robot, start=start, goal=tp.Joints((0.9, 0.4)), start_velocity=moving, obstacles=[], evaluations=200)
+    rows = plan.controller_rows
+    assert plan.certified
     assert rows.time_scale > 1.0
     assert rows.joined.feasible, rows.said
-    spline, end = joined_by_scipy(json.loads(export_motion(tmp_path, motion, "ros-json").read_text()))
+    spline, end = joined_by_scipy(json.loads(export_plan(tmp_path, plan.planned, "ros-json").read_text()))
     np.testing.assert_allclose(spline(0.0, 1), moving, atol=1e-12)
-    times, limits = np.linspace(0.0, end, 20_001), motion.problem.robot.limits
+    times, limits = np.linspace(0.0, end, 20_001), plan.planned.criteria.robot.limits
     for order, bound in enumerate(limits.by_order, start=1):
         assert (np.abs(spline(times, order)) <= np.array(bound) * (1.0 + 1e-6)).all()
 
@@ -150,8 +148,7 @@ def test_an_end_that_moves_is_as_fast_in_slower_rows(most: float | None, tmp_pat
 @pytest.mark.parametrize("positions", [[[0.0, 0.0], [1.0, 0.2]], [[0.0, 0.0], [0.1, 0.0]]])
 def test_a_motion_that_is_not_proven_stays_as_it_is(positions: list[list[float]]) -> None:
     rest, robot = [[0.0, 0.0]] * 2, tp.robot([0.5, 0.4], max_speed=2.0, max_acceleration=9.0)
-    motion = tp.certify(([0.0, 0.2], positions, rest, rest), robot).motion
-    rows = motion.controller_rows
+    rows = tp.certify(([0.0, 0.2], positions, rest, rest), robot).controller_rows
     assert not rows.joined.feasible
     assert rows.time_scale == 1.0
     assert rows.said == "2 rows, joined by quintics: violated"

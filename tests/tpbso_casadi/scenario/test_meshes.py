@@ -96,8 +96,8 @@ def test_what_cannot_be_read_is_refused_unless_it_is_ignored(change: str, reason
     with pytest.raises(ScenarioError, match=f"^urdf: link 'upper': its mesh package://.*: {reason}.*{cure}"):
         tp.robot(urdf, **LIMITS)
     model = tp.robot(urdf, ignore_geometry=["upper"], **LIMITS).model
-    assert model.ignored == ("upper",)
-    assert model.without == "without the geometry of upper"
+    assert model.ignored_links == ("upper",)
+    assert model.assumed == "without the geometry of upper"
 
 
 def plan_past(urdf: Path, obstacles: list[dict[str, Any]], **options: Any) -> Any:

@@ -123,7 +123,7 @@ def test_links_may_touch_that_a_file_beside_the_scenario_names(folder: InputFold
 def test_a_robot_without_spheres_touches_nothing(folder: InputFolder) -> None:
     robot = built(folder, spheres=...)
     assert robot.self_collision
-    assert robot.bodies == ()
+    assert robot.bodies.each == ()
 
 
 CASES: list[tuple[dict[str, Any], str]] = [
@@ -277,7 +277,7 @@ def test_a_mesh_that_is_not_read_is_refused(meshed: InputFolder) -> None:
         unread = rf"^robot\.urdf: link 'lower': its mesh lower\.stl{reason}; state spheres for it, or leave it out of "
         with pytest.raises(ScenarioError, match=unread + r"every verdict: ignore_geometry = \['lower'\]$"):
             built(meshed, urdf="mesh.urdf", spheres=spheres)
-    assert built(meshed, urdf="mesh.urdf", spheres="full.toml").ignored == ()
+    assert built(meshed, urdf="mesh.urdf", spheres="full.toml").ignored_links == ()
     with pytest.raises(ScenarioError, match=r"^robot\.ignore_geometry: no link 'sail' in the chain; there are foot, "):
         built(meshed, urdf="mesh.urdf", ignore_geometry=["sail"])
 

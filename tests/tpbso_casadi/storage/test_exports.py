@@ -17,9 +17,9 @@ from helpers.space import sliding_arm, small_arm
 from helpers.space_plans import space_plan
 from scipy.spatial.transform import Rotation
 
-from tpbso_casadi.planning import ControllerRows, JudgedMotion
+from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
 from tpbso_casadi.scenario import InputFolder, read_joint_rows
-from tpbso_casadi.storage import EXPORTS, export_motion, table_of, write_motion
+from tpbso_casadi.storage import EXPORTS, export_plan, table_of, write_motion
 from tpbso_casadi.storage.exporting import message_yaml, ros_message
 from tpbso_casadi.storage.recomputation import Contradiction
 from tpbso_casadi.storage.stored_run import check_table
@@ -32,6 +32,12 @@ MOTIONS: dict[
     "with masses": (massive_motion, ["x", "y", "tau1", "tau2"], 100.0),
     "in space": (lambda: space_plan().motion, POSE, 50.0),
 }
+
+
+def planned(motion: JudgedMotion) -> PlannedMotion:
+    return PlannedMotion(scenario=None, motion=motion)  # type: ignore[arg-type]
+
+
 EACH_MOTION = pytest.mark.parametrize(("motion", "last", "rate"), MOTIONS.values(), ids=MOTIONS)
 
 
@@ -72,7 +78,7 @@ def test_every_export_holds_the_same_motion(
 ) -> None:
     whole = motion()
     joints = range(1, whole.problem.robot.dof + 1)
-    paths = {kind: export_motion(tmp_path, whole, kind, rate) for kind in EXPORTS}
+    paths = {kind: export_plan(tmp_path, planned(whole), kind, rate) for kind in EXPORTS}
     header, rows = table(paths["csv"])
     arrays, message = np.load(paths["npz"]), json.loads(paths["ros-json"].read_text())
     assert header == ["t", *(f"{quantity}{joint}" for quantity in ("q", "qd", "qdd") for joint in joints), *last]
@@ -165,7 +171,7 @@ def test_an_arm_without_masses_has_no_torques(tmp_path: Path) -> None:
     motion = of_an_arm_without_masses()
     header, rows = table_of(motion, motion.times)
     assert header[-2:] == ["x", "y"] and rows.shape[1] == 9
-    assert "tau" not in np.load(export_motion(tmp_path, motion, "npz"))
+    assert "tau" not in np.load(export_plan(tmp_path, planned(motion), "npz"))
 
 
 def test_friction_does_not_hang_on_the_rounding_of_a_joint_at_rest() -> None:
