@@ -51,15 +51,16 @@ class PointPostures:
     def __init__(self, robot: Robot, points: Sequence[tuple[float, ...]]) -> None:
         self.robot = robot
         self.points = ca.DM(points)
+        form = robot.closed_form
         point, elbow = ca.SX.sym("point", robot.dim), ca.SX.sym("elbow")
-        share, angle = ca.SX.sym("x_phi", robot.redundancy), ca.SX.sym("phi", robot.redundancy)
-        normalised, _ = robot.inverse(point, robot.restore_redundancy(point, share), elbow)
-        absolute, cosine = robot.inverse(point, angle, elbow)
-        outputs = [robot.wrap(absolute).T, cosine]
-        self._normalised = ca.Function("ik", [point, share, elbow], [robot.wrap(normalised).T])
+        share, angle = ca.SX.sym("x_phi", form.redundancy), ca.SX.sym("phi", form.redundancy)
+        normalised, _ = form.inverse(point, form.restore_redundancy(point, share), elbow)
+        absolute, cosine = form.inverse(point, angle, elbow)
+        outputs = [form.wrap(absolute).T, cosine]
+        self._normalised = ca.Function("ik", [point, share, elbow], [form.wrap(normalised).T])
         self._absolute = ca.Function("ik", [point, angle, elbow], outputs)
         theta = ca.SX.sym("theta", robot.dof)
-        self._nearest = ca.Function("nearest", [theta, point], [robot.project_to_point(theta.T, point).T])
+        self._nearest = ca.Function("nearest", [theta, point], [form.project_to_point(theta.T, point).T])
 
     def at_shares(self, x_phi: FloatArray, elbow: FloatArray) -> FloatArray:
         """Postures (n, k) in rad, each angle in its first turn, at normalised redundancy (n, k - 2) and elbows (n,)."""

@@ -5,6 +5,7 @@ from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.bodies import Bodies, Body, BodyPairs
 from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint
+from problems.robots.closed_form import ClosedForm
 from problems.robots.completion import OwnContacts, complete_arm
 from problems.robots.description import RobotDescription
 from problems.robots.dynamics import RigidChain, RigidJoint, time_scales, time_scales_of_arrays
@@ -72,6 +73,7 @@ __all__ = [
     "Carried",
     "Chain",
     "ChainJoint",
+    "ClosedForm",
     "CoveredLink",
     "CylinderShape",
     "HullShape",

@@ -29,6 +29,7 @@ from problems.base import (
     check_within,
     is_zero,
 )
+from problems.robots.closed_form import ClosedForm
 from problems.robots.dynamics import RigidChain, RigidJoint
 from problems.robots.inertia import Moments, Payload, planar_payload_of
 from problems.robots.planar_links import PlanarLinks, angular_range, restore, turned, wrap_to
@@ -142,25 +143,36 @@ class PlanarArm(MassiveLinks):
     """A chain of links that turn in one plane, with inverse kinematics for its tool."""
 
     @property
+    def closed_form(self) -> PlanarForm:
+        return PlanarForm(self)
+
+
+@dataclass(frozen=True)
+class PlanarForm(ClosedForm):
+    """Inverse kinematics of a planar arm: its redundant values are the orientations of links 3..k."""
+
+    arm: PlanarArm
+
+    @property
     def redundancy(self) -> int:
         """The number of redundant links, k - 2."""
-        return self.links - 2
+        return self.arm.links - 2
 
     @property
     def stretched(self) -> float:
         """The second joint's angle, rad; not zero where link 2 is the last and carries the tool at its side."""
-        return -float(self.tool_angle) if self.links == 2 else 0.0
+        return -float(self.arm.tool_angle) if self.arm.links == 2 else 0.0
 
     def restore_redundancy(self, point: Matrix, normalised: Matrix) -> Matrix:
         """Orientations phi of links 3..k by (7), generalised; (k - 2, 1), rad."""
-        phi = restore(self.chain, self._from_base(point), normalised)
-        if self.has_tool and self.redundancy:
-            phi[-1] -= self.tool_angle
+        phi = restore(self.arm.chain, self._from_base(point), normalised)
+        if self.arm.has_tool and self.redundancy:
+            phi[-1] -= self.arm.tool_angle
         return phi
 
     def redundant_values(self, theta: FloatArray) -> FloatArray:
         """Orientations phi of links 3..k, (n, k - 2), rad."""
-        return np.asarray(np.cumsum(theta, axis=1)[:, 2:] + self.base_angle)
+        return np.asarray(np.cumsum(theta, axis=1)[:, 2:] + self.arm.base_angle)
 
     def redundancy_ranges(self, theta: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Bounds (23) of the orientations phi of links 3..k, both (n, k - 2), rad.
@@ -168,16 +180,16 @@ class PlanarArm(MassiveLinks):
         A link beyond the third has its bounds given where the links after it stand; of two intervals the one that phi
         is in, or nearest to, is returned.
         """
-        to_tool = np.append(np.zeros(self.links - 1), float(self.tool_angle))[2:]
+        to_tool = np.append(np.zeros(self.arm.links - 1), float(self.arm.tool_angle))[2:]
         phi = self.redundant_values(theta) + to_tool
         lower, upper = np.empty_like(phi), np.empty_like(phi)
         for row, point in enumerate(points):
             target = self._from_base(ca.DM(point))
-            for link in range(self.links, 2, -1):
+            for link in range(self.arm.links, 2, -1):
                 angle = float(phi[row, link - 3])
-                ends = (float(value) for value in angular_range(self.chain, link, target))
+                ends = (float(value) for value in angular_range(self.arm.chain, link, target))
                 lower[row, link - 3], upper[row, link - 3] = _interval_around(angle, *ends)
-                target = target - self.chain[link - 1] * ca.DM([np.cos(angle), np.sin(angle)])
+                target = target - self.arm.chain[link - 1] * ca.DM([np.cos(angle), np.sin(angle)])
         return lower - to_tool, upper - to_tool
 
     def inverse(self, point: Matrix, phi: Matrix, elbow: Operand) -> tuple[Matrix, Matrix]:
@@ -194,18 +206,18 @@ class PlanarArm(MassiveLinks):
             of the stretched or folded arm, so that no NaN appears. Where the second link is the last and carries the
             tool at its side, both elbow and cosine are those of the line to the tool.
         """
-        l1, l2 = self.chain[:2]
-        wrist = self.wrist(point, phi)
+        l1, l2 = self.arm.chain[:2]
+        wrist = self._wrist(point, phi)
         cosine = (ca.sumsqr(wrist) - l1**2 - l2**2) / (2.0 * l1 * l2)
         clipped = ca.fmin(1.0, ca.fmax(-1.0, cosine))
         sine = elbow * ca.sqrt(1.0 - clipped**2)
         psi_1 = ca.atan2(wrist[1], wrist[0]) - ca.atan2(l2 * sine, l1 + l2 * clipped)
         theta_2 = ca.atan2(sine, clipped)
-        if self.has_tool and self.links == 2:
-            theta_2 = theta_2 - self.tool_angle
+        if self.arm.has_tool and self.arm.links == 2:
+            theta_2 = theta_2 - self.arm.tool_angle
         psi = [psi_1 + theta_2, *(phi[i] for i in range(phi.shape[0]))]
         rest = [after - before for before, after in pairwise(psi)]
-        theta_1 = psi_1 if is_zero(self.base_angle) else psi_1 - self.base_angle
+        theta_1 = psi_1 if is_zero(self.arm.base_angle) else psi_1 - self.arm.base_angle
         return ca.horzcat(theta_1, theta_2, *rest), cosine
 
     def project_to_point(self, theta: Matrix, point: Matrix) -> Matrix:
@@ -213,23 +225,23 @@ class PlanarArm(MassiveLinks):
 
         Links 3..k keep their orientation, links 1 and 2 close what is left of the way with the same elbow.
         """
-        psi = ca.cumsum(theta, 1) + self.base_angle
+        psi = ca.cumsum(theta, 1) + self.arm.base_angle
         elbow = ca.if_else(ca.sin(theta[1] - self.stretched) < 0.0, -1.0, 1.0)
         angles, _ = self.inverse(point, psi[2:].T, elbow)
         return wrap_to(angles, theta)
 
-    def wrist(self, point: Matrix, phi: Matrix) -> Matrix:
+    def _wrist(self, point: Matrix, phi: Matrix) -> Matrix:
         """The end of link 2 from the base, m, (2, 1), with links 3..k at ``phi`` and the tool at ``point``."""
         wrist = self._from_base(point)
-        for i, length in enumerate(self.link_lengths[2:]):
+        for i, length in enumerate(self.arm.link_lengths[2:]):
             wrist = wrist - length * ca.vertcat(ca.cos(phi[i]), ca.sin(phi[i]))
-        if self.has_tool and self.redundancy:
-            wrist = wrist - turned(self.tool_offset, phi[-1]).T
+        if self.arm.has_tool and self.redundancy:
+            wrist = wrist - turned(self.arm.tool_offset, phi[-1]).T
         return wrist
 
     def _from_base(self, point: Matrix) -> Matrix:
         """The vector from the base to a point, (2, 1), m."""
-        return point if is_zero(self.base_point) else point - ca.vertcat(*self.base_point)
+        return point if is_zero(self.arm.base) else point - ca.vertcat(*self.arm.base)
 
     def wrap(self, theta: Matrix) -> Matrix:
         """The posture with each angle in its first turn.
@@ -241,15 +253,15 @@ class PlanarArm(MassiveLinks):
     @property
     def middle(self) -> Matrix:
         """The middle of each joint's range, zero without limits; (1, k), rad."""
-        if self.joint_limits is None:
-            return ca.DM.zeros(1, self.links)
-        return ca.horzcat(*((lowest + highest) / 2.0 for lowest, highest in self.joint_limits))
+        if self.arm.joint_limits is None:
+            return ca.DM.zeros(1, self.arm.links)
+        return ca.horzcat(*((lowest + highest) / 2.0 for lowest, highest in self.arm.joint_limits))
 
     def wrap_near(self, theta: Matrix, start: Matrix) -> Matrix:
         near = wrap_to(theta, start)
-        if self.joint_limits is None:
+        if self.arm.joint_limits is None:
             return near
-        lowest, highest = (ca.horzcat(*bound) for bound in zip(*self.joint_limits, strict=True))
+        lowest, highest = (ca.horzcat(*bound) for bound in zip(*self.arm.joint_limits, strict=True))
         near = ca.if_else(near > highest, near - 2.0 * pi, near)
         return ca.if_else(near < lowest, near + 2.0 * pi, near)
 

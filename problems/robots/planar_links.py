@@ -286,8 +286,8 @@ class PlanarLinks(Robot):
         """
         psi: Operand = self.base_angle
         positions: list[Matrix] = [ca.DM.zeros(theta.shape[0], 2)]
-        if not is_zero(self.base_point):
-            positions = [ca.repmat(ca.horzcat(*self.base_point), theta.shape[0], 1)]
+        if not is_zero(self.base):
+            positions = [ca.repmat(ca.horzcat(*self.base), theta.shape[0], 1)]
         for length, angle in zip(self.link_lengths, columns(theta), strict=True):
             psi = psi + angle
             x, y = columns(positions[-1])

@@ -24,6 +24,7 @@ from problems.base import (
 )
 from problems.robots.arm_cover import ArmCover
 from problems.robots.bodies import Bodies, Body
+from problems.robots.closed_form import ClosedForm
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Payload
 
@@ -148,11 +149,6 @@ class Robot(Parametric, ABC):
         return tuple(f"joint_{joint}" for joint in range(1, self.dof + 1))
 
     @property
-    def redundancy(self) -> int:
-        """The number of values beyond the tool's position that determine a posture, in closed form; none here."""
-        return 0
-
-    @property
     def base(self) -> tuple[float, ...]:
         """The place of the base, m; the origin by default."""
         return (0.0,) * self.dim
@@ -197,11 +193,6 @@ class Robot(Parametric, ABC):
     def length_unit(self) -> float:
         """The unit of lengths in nonlinear programs, m: half the reach, down to a power of two (exact)."""
         return float(2.0 ** np.floor(np.log2(self.reach()[1] / 2.0)))
-
-    @property
-    def stretched(self) -> float:
-        """The second joint's angle at which the branches of the elbow meet with the arm stretched, rad."""
-        return 0.0
 
     @property
     def touching(self) -> Self:
@@ -289,53 +280,14 @@ class Robot(Parametric, ABC):
             raise InvalidProblem("robot", "no masses are known, so that torques are not")
         return chain
 
-    def inverse(self, point: Matrix, redundancy: Matrix, elbow: Operand) -> tuple[Matrix, Matrix]:
-        """Inverse kinematics in closed form, where the robot has it.
-
-        Args:
-            point: where the tool has to be, (dim, 1), m.
-            redundancy: the robot's own redundant values, (redundancy, 1).
-            elbow: the branch, +1 or -1.
-
-        Returns:
-            Joint angles (1, dof), rad, and a number that is within [-1, 1] exactly when the point is reached.
+    @property
+    def closed_form(self) -> ClosedForm:
+        """The robot's inverse kinematics in closed form.
 
         Raises:
             InvalidProblem: it has none.
         """
-        raise self._no_closed_form()
-
-    def restore_redundancy(self, point: Matrix, normalised: Matrix) -> Matrix:
-        """Redundant values with which a point (dim, 1) can be reached, from numbers in [0, 1]; both (redundancy, 1)."""
-        raise self._no_closed_form()
-
-    def redundant_values(self, theta: FloatArray) -> FloatArray:
-        """The redundant values of postures (n, dof): (n, redundancy)."""
-        raise self._no_closed_form()
-
-    def redundancy_ranges(self, theta: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Bounds of the redundant values of postures (n, dof) with the tool at points (n, dim); (n, redundancy)."""
-        raise self._no_closed_form()
-
-    @property
-    def middle(self) -> Matrix:
-        """The posture around which angles are wrapped, (1, dof), rad."""
-        raise self._no_closed_form()
-
-    def wrap(self, theta: Matrix) -> Matrix:
-        """The posture (1, dof) with each angle in its first turn, rad."""
-        raise self._no_closed_form()
-
-    def wrap_near(self, theta: Matrix, start: Matrix) -> Matrix:
-        """The posture (1, dof) with each angle in the turn nearest ``start``; joint limits decide first."""
-        raise self._no_closed_form()
-
-    def project_to_point(self, theta: Matrix, point: Matrix) -> Matrix:
-        """The posture nearest ``theta`` (1, dof) whose tool is at ``point`` (dim, 1) exactly."""
-        raise self._no_closed_form()
-
-    def _no_closed_form(self) -> InvalidProblem:
-        return InvalidProblem("robot", f"{type(self).__name__} has no inverse kinematics in closed form")
+        raise InvalidProblem("robot", f"{type(self).__name__} has no inverse kinematics in closed form")
 
 
 def _as_tuple(value: Any) -> Any:

@@ -91,8 +91,8 @@ class PathFollowing(Task):
         check_choice("knot_redundancy", self.knot_redundancy, get_args(KnotRedundancy))
         if self.robot.dim != PLANAR:
             raise InvalidProblem("motion", 'a path in space is traced, with motion = "spline"')
-        if self.robot.redundancy < 1:
-            links = self.robot.redundancy + 2
+        links = self.robot.closed_form.redundancy + 2
+        if links < 3:
             raise InvalidProblem("link_lengths", f"following a path takes at least 3 links, not {links}")
         check_at_least("knots", self.knots, 2)
         check_path(self.robot, self.path, self.accuracy, self.elbow, self.obstacles, self.total_time)
@@ -142,7 +142,7 @@ class PathFollowing(Task):
     def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:
         """The redundancy angle of each link beyond the second, with its bounds (23) at the given points, to draw."""
         times = self.point_times(trajectory)
-        lower, upper = self.robot.redundancy_ranges(trajectory.at(times), self.path.array)
+        lower, upper = self.robot.closed_form.redundancy_ranges(trajectory.at(times), self.path.array)
         return tuple(
             BoundedCurve(
                 name="redundancy",
@@ -155,11 +155,11 @@ class PathFollowing(Task):
                 upper=upper[:, column],
                 event="given point",
             )
-            for column in range(self.robot.redundancy)
+            for column in range(self.robot.closed_form.redundancy)
         )
 
     def _redundant_value(self, trajectory: Trajectory, column: int, times: FloatArray) -> FloatArray:
-        return self.robot.redundant_values(trajectory.at(times))[:, column]
+        return self.robot.closed_form.redundant_values(trajectory.at(times))[:, column]
 
 
 def check_path(

@@ -26,7 +26,7 @@ def check_elbow(robot: Robot, elbow: Elbow) -> None:
         raise InvalidProblem("elbow", f"{elbow!r} does not apply to a robot in space; leave it out")
     if robot.limits.position is not None and elbow != "free":
         low, high = robot.limits.position[1]
-        if half_turn(elbow, (low + high) / 2.0, (low, high), robot.stretched) is None:
+        if half_turn(elbow, (low + high) / 2.0, (low, high), robot.closed_form.stretched) is None:
             raise InvalidProblem(
                 "joint_limits", f"joint 2: with the elbow {elbow} it cannot be within {low} and {high}"
             )
@@ -41,7 +41,7 @@ def half_turn(
         elbow: ``up`` or ``down``.
         theta_2: of several half turns the nearest to this angle is taken.
         within: the limits of joint 2.
-        stretched: theta_2 of the stretched arm, see :attr:`Robot.stretched`.
+        stretched: theta_2 of the stretched arm, see :attr:`ClosedForm.stretched`.
 
     Returns:
         The part of that half turn that lies within the limits; None when no half turn does.
@@ -55,13 +55,12 @@ def half_turn(
     return None
 
 
-def narrow_elbow(
-    elbow: Elbow, x: FloatArray, index: int, lower: FloatArray, upper: FloatArray, stretched: float = 0.0
-) -> None:
+def narrow_elbow(robot: Robot, elbow: Elbow, x: FloatArray, index: int, lower: FloatArray, upper: FloatArray) -> None:
     """Narrow, in place, the bounds of a theta_2 among the variables to the half turn of its elbow nearest to it."""
     if elbow == "free":
         return
-    interval = half_turn(elbow, float(x[index]), (float(lower[index]), float(upper[index])), stretched)
+    within = float(lower[index]), float(upper[index])
+    interval = half_turn(elbow, float(x[index]), within, robot.closed_form.stretched)
     if interval is not None:
         lower[index], upper[index] = interval
 
@@ -72,10 +71,10 @@ def check_holding_at(robot: Robot, elbow: Elbow, field: str, point: tuple[float,
     Raises:
         InvalidProblem: they can hold none.
     """
-    if robot.limits.torque is None or robot.redundancy or robot.dim != 2:
+    if robot.limits.torque is None or robot.dim != 2 or robot.closed_form.redundancy:
         return
     signs = [sign for sign, branch in ((1.0, "up"), (-1.0, "down")) if elbow in (branch, "free")]
-    found = [robot.inverse(ca.DM(point), ca.DM(0, 1), sign)[0] for sign in signs]
+    found = [robot.closed_form.inverse(ca.DM(point), ca.DM(0, 1), sign)[0] for sign in signs]
     check_holding(robot, field, as_array(ca.vertcat(*found)), name)
 
 
@@ -332,17 +331,17 @@ class Position(Place):
 
     def choices(self, robot: Robot) -> tuple[Choice, ...]:
         """The redundancy values of the links 3..k, in [0, 1]."""
-        return tuple(Choice("x_phi", f"[{link}]", 0.0, 1.0) for link in range(3, 3 + robot.redundancy))
+        return tuple(Choice("x_phi", f"[{link}]", 0.0, 1.0) for link in range(3, 3 + robot.closed_form.redundancy))
 
     def posture(
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
-        point = ca.vertcat(*self.point)
-        theta, cosine = robot.inverse(point, robot.restore_redundancy(point, chosen), elbow)
-        return (robot.wrap(theta) if near is None else robot.wrap_near(theta, near)), cosine
+        point, form = ca.vertcat(*self.point), robot.closed_form
+        theta, cosine = form.inverse(point, form.restore_redundancy(point, chosen), elbow)
+        return (form.wrap(theta) if near is None else form.wrap_near(theta, near)), cosine
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
-        return as_array(robot.project_to_point(ca.DM(theta).T, ca.vertcat(*self.point))).ravel()
+        return as_array(robot.closed_form.project_to_point(ca.DM(theta).T, ca.vertcat(*self.point))).ravel()
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """Vectors from the point to the tool, (n, dim), m."""

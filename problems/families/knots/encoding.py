@@ -101,7 +101,7 @@ class PathEncoding(KnotPostures[P]):
     @property
     def posture_variables(self) -> list[Variable]:
         """x_phi of link 3, ..., of link k, [elbow]."""
-        extra, values = self.robot.redundancy, range(1, self.redundancy_values + 1)
+        extra, values = self.robot.closed_form.redundancy, range(1, self.redundancy_values + 1)
         listed = [Variable(f"x_phi_{link}[{i}]", 0.0, 1.0, "1") for link in range(3, 3 + extra) for i in values]
         if self.elbow == "free":
             listed.append(Variable("elbow", -1.0, 1.0, "1"))
@@ -115,7 +115,7 @@ class PathEncoding(KnotPostures[P]):
 
     def parts(self, x: Matrix) -> tuple[Matrix, Operand, Matrix]:
         """The parts of a search vector: redundancy values (n, redundancy), the elbow's sign, and the rest."""
-        extra, free = self.robot.redundancy, int(self.elbow == "free")
+        extra, free = self.robot.closed_form.redundancy, int(self.elbow == "free")
         own = extra * self.redundancy_values
         x_phi, branch, rest = split(x, [own, free, len(self.variables) - own - free])
         values = ca.reshape(x_phi, self.redundancy_values, extra)
@@ -124,11 +124,11 @@ class PathEncoding(KnotPostures[P]):
     def redundancy_at(self, weights: Matrix, point: Matrix, values: Matrix) -> Matrix:
         """Redundant values (redundancy, 1) at a knot: interpolated by weights (1, n), cut off at 0 and 1, then (7)."""
         normalised = ca.fmin(1.0, ca.fmax(0.0, ca.mtimes(weights, values)))
-        return self.robot.restore_redundancy(point, normalised.T)
+        return self.robot.closed_form.restore_redundancy(point, normalised.T)
 
     def posture(self, point: Matrix, redundancy: Matrix, elbow: Operand, before: Matrix) -> Matrix:
         """Joint angles (1, dof) at a knot, each in the turn nearest those at the knot before."""
-        angles, _ = self.robot.inverse(point, redundancy, elbow)
+        angles, _ = self.robot.closed_form.inverse(point, redundancy, elbow)
         return wrap_to(angles, before)
 
     @property
@@ -138,7 +138,7 @@ class PathEncoding(KnotPostures[P]):
 
     def posture_before(self, x: Matrix) -> Matrix:
         """The angles near which those of the first knot are wrapped, (1, dof), rad: the middle of their first turn."""
-        return self.robot.middle
+        return self.robot.closed_form.middle
 
     def posture_at(self, x: Matrix, row: Matrix, before: Matrix) -> Matrix:
         share, point = row[: self.redundancy_values].T, row[self.redundancy_values :]

@@ -46,12 +46,12 @@ def redundancy_rows(encoding: KnotsEncoding, theta: Matrix, values: Matrix) -> l
         values: of x_phi, (redundancy_values (k - 2), 1).
     """
     robot = encoding.task.robot
-    extra = robot.redundancy
+    extra = robot.closed_form.redundancy
     share = ca.mtimes(constant(encoding.interpolation), ca.reshape(values, -1, extra))
-    at_zero = ca.repmat(ca.DM(robot.redundant_values(np.zeros((1, robot.dof)))), theta.shape[0], 1)
+    at_zero = ca.repmat(ca.DM(robot.closed_form.redundant_values(np.zeros((1, robot.dof)))), theta.shape[0], 1)
     psi = ca.cumsum(theta, 1)[:, 2:] + at_zero
     points = enumerate(encoding.knot_points)
-    phi = [robot.restore_redundancy(ca.DM(point), share[row, :].T).T for row, point in points]
+    phi = [robot.closed_form.restore_redundancy(ca.DM(point), share[row, :].T).T for row, point in points]
     links = tuple(f"link {link}" for link in range(3, 3 + extra))
     half = (psi - ca.vertcat(*phi)) / 2.0
     return [
@@ -118,7 +118,7 @@ class PathNlp(MotionProgram):
     @property
     def value_count(self) -> int:
         """Redundancy values of a search vector."""
-        return self.robot.redundancy * self.encoding.redundancy_values
+        return self.robot.closed_form.redundancy * self.encoding.redundancy_values
 
     @cached_property
     def x(self) -> ca.SX:
@@ -225,7 +225,7 @@ class PathNlp(MotionProgram):
             ranges = np.repeat(np.array(self.robot.limits.position), nodes, axis=0)
             lower[: len(ranges)], upper[: len(ranges)] = ranges.T
         for knot in self.form.knots:
-            narrow_elbow(task.elbow, x, nodes + knot, lower, upper)  # theta_2 is the second column
+            narrow_elbow(task.robot, task.elbow, x, nodes + knot, lower, upper)  # theta_2 is the second column
         time, values, slacks = (int(first) for first in np.cumsum(self.sizes)[1:4])
         lower[time:values] = self.encoding.time_box[0]
         lower[values:slacks], upper[values:slacks] = 0.0, 1.0
@@ -293,5 +293,5 @@ class PathNlp(MotionProgram):
         return unit.time_scaled(max(self.encoding.time_box[0], least))
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
-        phi = self.robot.redundant_values(self._knot_angles(x))
+        phi = self.robot.closed_form.redundant_values(self._knot_angles(x))
         return self.motion.quantities(phi, self.trajectory(x).duration)

@@ -54,7 +54,7 @@ class RedundancyGrid:
     @cached_property
     def angles(self) -> FloatArray:
         """The grid of phi of links 3..k, (states, k - 2), rad, before it is shifted."""
-        links = self.postures.robot.redundancy
+        links = self.postures.robot.closed_form.redundancy
         steps = int(MAX_POSTURES_PER_KNOT ** (1.0 / links) + 1e-9)
         axis = TURN * np.arange(steps) / steps
         return np.stack(np.meshgrid(*[axis] * links, indexing="ij"), axis=-1).reshape(-1, links)
@@ -177,10 +177,10 @@ class PathStarts:
 
         The x_phi are (redundancy_values, k - 2), in the middle where none are behind them.
         """
-        shape = self.encoding.redundancy_values, self.robot.redundancy
-        first, constants = None, evenly_spread(rng.random(self.robot.redundancy))
+        shape = self.encoding.redundancy_values, self.robot.closed_form.redundancy
+        first, constants = None, evenly_spread(rng.random(self.robot.closed_form.redundancy))
         while True:
-            cheapest = self.grid.cheapest(rng.random(self.robot.redundancy), first)
+            cheapest = self.grid.cheapest(rng.random(self.robot.closed_form.redundancy), first)
             first = float(rng.random())  # other ways begin at other postures
             if cheapest is not None:
                 yield cheapest, np.full(shape, 0.5)

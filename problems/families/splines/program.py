@@ -187,7 +187,7 @@ class MoveBounds:
         )
         for node, place in zip(self.waypoints.tolist(), [self.task.start, *self.task.vias, goal], strict=True):
             if place.chosen_by_inverse_kinematics:  # theta_2 is the second column
-                narrow_elbow(self.task.elbow, x, nodes + node, lower, upper, robot.stretched)
+                narrow_elbow(robot, self.task.elbow, x, nodes + node, lower, upper)
 
     def _ends(self, lower: FloatArray, upper: FloatArray) -> None:
         """Velocities, and accelerations where they are continuous; in place."""

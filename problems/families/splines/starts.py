@@ -122,7 +122,7 @@ class WaypointPostures:
             lower[: theta.size], upper[: theta.size] = ranges.T
         for row, place in enumerate(places):
             if place.chosen_by_inverse_kinematics:
-                narrow_elbow(task.elbow, x, len(places) + row, lower, upper, task.robot.stretched)
+                narrow_elbow(task.robot, task.elbow, x, len(places) + row, lower, upper)
         solve = self._program(places)
         ways = 2 * theta[1:].size * len(self._allowed(ca.SX(sizes)))
         upper_rows = np.repeat([0.0, np.inf], [solve.size1_in("lbg") - ways, ways])

@@ -221,7 +221,7 @@ class TracingProblem(TracedProblem):
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Path parameters of the knots, and the redundant values there, of one candidate (d,)."""
         knots = self.encoding.knots
-        phi = self.robot.redundant_values(self.path(x).at(knots))
+        phi = self.robot.closed_form.redundant_values(self.path(x).at(knots))
         return {**{f"phi_{j}": column for j, column in enumerate(phi.T, start=3)}, "u_knots": knots}
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:

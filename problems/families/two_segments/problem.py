@@ -59,16 +59,16 @@ class SegmentsEncoding(Encoding[Quantities]):
 
     def decode(self, x: Matrix) -> Decoded[Quantities]:
         """The quantities of the motion, and k_s, k_f of (13)."""
-        robot, task = self.task.robot, self.task
-        k, extra, branches = robot.dof, robot.redundancy, 2 if task.elbow == "free" else 0
+        task, form = self.task, self.task.robot.closed_form
+        k, extra, branches = task.robot.dof, form.redundancy, 2 if task.elbow == "free" else 0
         sizes = [k, k, extra, extra, branches, self.time_variables]
         theta_m, dtheta_m, phi_s, phi_f, branch, times = split(x[: sum(sizes)], sizes)
         elbow = elbow_signs(task.elbow, branch, ends=2)
         start, goal = ca.vertcat(*task.start), ca.vertcat(*task.goal)
-        theta_s, k_s = robot.inverse(start, self.redundancy(start, phi_s), elbow[0])
-        theta_f, k_f = robot.inverse(goal, self.redundancy(goal, phi_f), elbow[1])
-        theta_s = robot.wrap(theta_s)
-        theta_f = robot.wrap_near(theta_f, theta_s)
+        theta_s, k_s = form.inverse(start, self.redundancy(start, phi_s), elbow[0])
+        theta_f, k_f = form.inverse(goal, self.redundancy(goal, phi_f), elbow[1])
+        theta_s = form.wrap(theta_s)
+        theta_f = form.wrap_near(theta_f, theta_s)
         quantities = self.quantities(theta_s, theta_m.T, dtheta_m.T, theta_f, times)
         return Decoded(parameters=quantities, reach=reach_limit(ca.horzcat(k_s, k_f)))
 
@@ -84,7 +84,7 @@ class SegmentsEncoding(Encoding[Quantities]):
 
     def _variables(self, middle: Sequence[Variable], extra: Variable, times: Sequence[Variable]) -> list[Variable]:
         """The decision variables in the paper's order."""
-        links = range(3, 3 + self.task.robot.redundancy)
+        links = range(3, 3 + self.task.robot.closed_form.redundancy)
         listed = list(middle)
         listed += [
             Variable(f"{extra.name}_{end}[{j}]", extra.lower, extra.upper, extra.unit) for end in "sf" for j in links
@@ -179,7 +179,7 @@ class ReducedSegments(FeasibilityFirst, SegmentsEncoding):
 
     def redundancy(self, point: Matrix, values: Matrix) -> Matrix:
         """Redundancy angles from normalised values, by (7) generalised to any link."""
-        return self.task.robot.restore_redundancy(point, values)
+        return self.task.robot.closed_form.restore_redundancy(point, values)
 
     def quantities(
         self, theta_s: Matrix, theta_m: Matrix, dtheta_m: Matrix, theta_f: Matrix, times: Matrix

@@ -167,7 +167,7 @@ class PointToPointNlp(MotionProgram):
                 (x[block] - MAX_ANGLE_CHANGE, x[block] + MAX_ANGLE_CHANGE) if ranges is None else np.array(ranges).T
             )
             if name != "theta_m":
-                narrow_elbow(self.task.elbow, x, first + 1, lower, upper, self.robot.stretched)
+                narrow_elbow(self.robot, self.task.elbow, x, first + 1, lower, upper)
         times = slice(4 * k, 4 * k + (2 if self.has_free_durations else 1))
         lower[times], upper[times] = (self.task.time_box[0], np.inf) if self.has_free_durations else TIME_SHARES
         lower[times.stop :] = 0.0

@@ -174,8 +174,8 @@ class EndPostures:
         """Random postures that the elbow allows, the goal's in the turn nearest to the start's."""
         fixed = {"up": 1.0, "down": -1.0}.get(self.elbow)
         elbow = rng.choice([-1.0, 1.0], 2) if fixed is None else np.full(2, fixed)
-        theta_s, theta_f = self.postures.at_shares(rng.random((2, self.robot.redundancy)), elbow)
-        theta_f = as_array(self.robot.wrap_near(ca.DM(theta_f).T, ca.DM(theta_s).T)).ravel()
+        theta_s, theta_f = self.postures.at_shares(rng.random((2, self.robot.closed_form.redundancy)), elbow)
+        theta_f = as_array(self.robot.closed_form.wrap_near(ca.DM(theta_f).T, ca.DM(theta_s).T)).ravel()
         return Ends(theta_s, theta_f, self.value(theta_f - theta_s))
 
     def descend(self, ends: Ends) -> Ends | None:
@@ -187,7 +187,7 @@ class EndPostures:
         for first in (0, k):
             if self.robot.limits.position is not None:
                 lower[first : first + k], upper[first : first + k] = np.array(self.robot.limits.position).T
-            narrow_elbow(self.elbow, x, first + 1, lower, upper, self.robot.stretched)
+            narrow_elbow(self.robot, self.elbow, x, first + 1, lower, upper)
         on_points = np.array([*self.start, *self.goal]) / self.robot.length_unit
         rows = self._solve.size1_in("lbg") - on_points.size
         solution = self._solve(

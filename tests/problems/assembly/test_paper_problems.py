@@ -177,7 +177,7 @@ def test_redundancy_stays_within_its_bounds_at_the_knots(x_phi: list[float]) -> 
     problem = PATH_CASES["inner hole, joint limits"]
     trajectory = problem.trajectory(np.array([*x_phi, 1.0]))
     curves, knots = problem.task.bounded_curves(trajectory), list(problem.task.knot_indices)
-    assert len(curves) == problem.robot.redundancy
+    assert len(curves) == problem.robot.closed_form.redundancy
     for curve in curves:
         phi = curve.value(curve.times)
         assert (phi[knots] >= curve.lower[knots] - 1e-6).all()

@@ -154,7 +154,7 @@ def test_shares_give_postures_on_the_points(elbow: float) -> None:
 def test_nearest_is_the_projection_of_the_arm() -> None:
     theta = POSTURES.at_shares(RNG.random((3, 2)), np.array([1.0, -1.0, 1.0])) + 0.05 * RNG.normal(size=(3, 4)) + 7.0
     pairs = zip(theta, PLACES, strict=True)
-    expected = [as_array(FOUR_LINKS.project_to_point(ca.DM(row).T, ca.DM(point))) for row, point in pairs]
+    expected = [as_array(FOUR_LINKS.closed_form.project_to_point(ca.DM(row).T, ca.DM(point))) for row, point in pairs]
     assert POSTURES.nearest(theta) == pytest.approx(np.vstack(expected), abs=1e-12)
 
 

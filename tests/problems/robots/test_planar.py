@@ -49,8 +49,8 @@ def test_normalised_redundancy_covers_both_intervals_around_a_hole() -> None:
 def test_edges_of_the_reach_are_no_nan(links: list[float], point: float) -> None:
     arm = arm_of(links)
     for x in np.linspace(0.0, 1.0, 7):
-        phi = arm.restore_redundancy(as_point(point), ca.DM([x] * (arm.links - 2)))
-        theta, _ = arm.inverse(as_point(point), phi, -1.0)
+        phi = arm.closed_form.restore_redundancy(as_point(point), ca.DM([x] * (arm.links - 2)))
+        theta, _ = arm.closed_form.inverse(as_point(point), phi, -1.0)
         assert np.isfinite(np.asarray(theta)).all()
         assert abs(tip_of(links, np.asarray(theta).ravel()) - point) < 1e-6
 
@@ -65,9 +65,9 @@ def test_nearest_turn(given_angle: float, reference: float) -> None:
 def test_joint_limits_decide_the_turn() -> None:
     free, limited = arm_of([1.0, 1.0]), arm_of([1.0, 1.0], joint_limits=((0.0, 2.0 * np.pi), (-4.0, 1.0)))
     theta = ca.DM([-0.5, 3.0]).T
-    assert np.asarray(free.wrap(theta)).ravel() == pytest.approx([-0.5, 3.0])
-    assert np.asarray(limited.wrap(theta)).ravel() == pytest.approx([2.0 * np.pi - 0.5, 3.0 - 2.0 * np.pi])
-    near = limited.wrap_near(ca.DM([-0.1, 2.9]).T, ca.DM([0.1, 0.5]).T)
+    assert np.asarray(free.closed_form.wrap(theta)).ravel() == pytest.approx([-0.5, 3.0])
+    assert np.asarray(limited.closed_form.wrap(theta)).ravel() == pytest.approx([2.0 * np.pi - 0.5, 3.0 - 2.0 * np.pi])
+    near = limited.closed_form.wrap_near(ca.DM([-0.1, 2.9]).T, ca.DM([0.1, 0.5]).T)
     assert np.asarray(near).ravel() == pytest.approx([2.0 * np.pi - 0.1, 2.9 - 2.0 * np.pi])
 
 
@@ -98,14 +98,14 @@ def test_there_and_back(seed: int) -> None:
         assert (np.vstack([as_array(place) for place in arm.positions(ca.DM(theta).T)]) == frames).all()
         point = ca.DM(frames[-1])
         assert as_array(arm.tool(ca.DM(theta).T)).ravel().tolist() == frames[-1].tolist()
-        phi = arm.redundant_values(theta[None])[0]
+        phi = arm.closed_form.redundant_values(theta[None])[0]
         assert np.exp(1j * phi) == pytest.approx(np.exp(1j * (arm.base_angle + np.cumsum(theta)[2:])))
-        elbow = 1.0 if np.sin(theta[1] - arm.stretched) >= 0.0 else -1.0
-        found, cosine = arm.inverse(point, ca.DM(phi), elbow)
+        elbow = 1.0 if np.sin(theta[1] - arm.closed_form.stretched) >= 0.0 else -1.0
+        found, cosine = arm.closed_form.inverse(point, ca.DM(phi), elbow)
         assert np.exp(1j * as_array(found).ravel()) == pytest.approx(np.exp(1j * theta), abs=1e-5)
         assert abs(float(cosine)) <= 1.0
         assert any(arm.tool_offset) or float(cosine) == pytest.approx(np.cos(theta[1]), abs=1e-6)
-        interval = half_turn("up" if elbow > 0 else "down", theta[1], (-10.0, 10.0), arm.stretched)
+        interval = half_turn("up" if elbow > 0 else "down", theta[1], (-10.0, 10.0), arm.closed_form.stretched)
         assert interval is not None
         assert interval[0] - 1e-9 <= theta[1] <= interval[1] + 1e-9
 
@@ -116,13 +116,13 @@ def test_normalised_redundancy_reaches_all_within_reach(seed: int, far: float, d
     arm = posed_arm(seed)
     inner, outer = arm.reach()
     point = np.array(arm.base) + (inner + far * (outer - inner)) * np.array([np.cos(direction), np.sin(direction)])
-    shares = np.random.default_rng(seed).random(arm.redundancy)
-    phi = arm.restore_redundancy(ca.DM(point), ca.DM(shares))
-    theta, _ = arm.inverse(ca.DM(point), phi, -1.0)
+    shares = np.random.default_rng(seed).random(arm.closed_form.redundancy)
+    phi = arm.closed_form.restore_redundancy(ca.DM(point), ca.DM(shares))
+    theta, _ = arm.closed_form.inverse(ca.DM(point), phi, -1.0)
     assert skeletons(arm, as_array(theta))[0, -1] == pytest.approx(point, abs=1e-6)
-    if arm.redundancy:
-        lower, upper = arm.redundancy_ranges(as_array(theta), point[None])
-        values = arm.redundant_values(as_array(theta))
+    if arm.closed_form.redundancy:
+        lower, upper = arm.closed_form.redundancy_ranges(as_array(theta), point[None])
+        values = arm.closed_form.redundant_values(as_array(theta))
         assert ((lower - 1e-6 <= values) & (values <= upper + 1e-6)).all()
 
 
@@ -131,9 +131,9 @@ def test_normalised_redundancy_reaches_all_within_reach(seed: int, far: float, d
 def test_snapping_to_a_point_nearby(seed: int) -> None:
     arm = posed_arm(seed)
     theta = postures(arm, 1, seed)
-    theta[0, 1] = arm.stretched + 0.8
+    theta[0, 1] = arm.closed_form.stretched + 0.8
     point = skeletons(arm, theta)[0, -1] + 1e-5
-    moved = as_array(arm.project_to_point(ca.DM(theta), ca.DM(point)))
+    moved = as_array(arm.closed_form.project_to_point(ca.DM(theta), ca.DM(point)))
     assert skeletons(arm, moved)[0, -1] == pytest.approx(point, abs=1e-12)
     assert np.abs(moved - theta).max() < 1e-2
 
