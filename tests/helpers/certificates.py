@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -13,6 +14,7 @@ from helpers.core_robots import SCENE, postures, robot_of
 from problems import OBJECTIVES
 from problems.assembly import Criteria, certificate_of
 from problems.base import InvalidProblem
+from problems.certify import check_certificate as checker
 from problems.certify import exact_time_scale
 from problems.limits import limits_of
 from problems.motions import Trajectory
@@ -80,3 +82,12 @@ def case(name: str, number: int = 0) -> Case:
                 return Case(robot, obstacles, motion, content)
             number -= 1
     raise AssertionError("no motion is clear")
+
+
+def accepted(content: dict[str, Any]) -> bool:
+    """Whether the checker accepts the content as it is in a file."""
+    try:
+        checker.check(json.loads(json.dumps(content)))
+    except checker.RefusedError:
+        return False
+    return True

@@ -13,6 +13,7 @@ from helpers.space import small_arm
 from scipy.spatial.transform import Rotation
 
 from problems.base import as_array
+from problems.core import World
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
@@ -81,6 +82,21 @@ def sliding() -> SpatialArm:
     )  # fmt: skip
 
 
+def arm(*joints: ChainJoint, **changes: object) -> SpatialArm:
+    """Turning by up to 6 rad, sliding by up to 6 m; no margin."""
+    dof = len(joints)
+    return SpatialArm(
+        chain=Chain(name="by hand", joints=joints), max_speed=(2.0,) * dof, max_acceleration=(10.0,) * dof,
+        position_limits=((-6.0, 6.0),) * dof, margin=0.0, **changes,  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def slider(radius: float, **changes: object) -> SpatialArm:
+    """A ball that slides up and down."""
+    joint = ChainJoint(name="lift", link="ball", kind=JointKind.PRISMATIC, position=(-6.0, 6.0), axis=(0.0, 0.0, 1.0))
+    return arm(joint, spheres=(Sphere(1, (0.0, 0.0, 0.0), radius, "ball"),), **changes)
+
+
 @cache
 def robot_of(name: str) -> SpatialArm:
     """Covers keep another margin from each other than from obstacles."""
@@ -102,6 +118,13 @@ EXAMPLES: dict[str, Obstacle] = {  # by the names that scenarios have for shapes
     "polytope": Polytope(center=(0.1, 0.7, 0.7), quaternion=TURNED, points=CORNERS),
 }
 SCENE = tuple(EXAMPLES.values())
+
+
+def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
+    """The world of what the core knows."""
+    world = World.of(robot, obstacles)
+    assert world is not None
+    return world
 
 
 @dataclass(frozen=True)

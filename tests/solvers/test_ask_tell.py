@@ -107,12 +107,6 @@ def test_stopping_before_the_budget_is_spent() -> None:
     assert search.result.cost == cost(candidates).min()
 
 
-def test_costs_that_are_all_nan() -> None:
-    search = AskTell("pso", BOUNDS, budget=90)
-    finish(search, lambda x: np.full(len(x), np.nan))
-    assert (search.result.cost, search.result.evaluations) == (np.inf, 90)
-
-
 def test_misuse_is_one_line_and_leaves_the_search_as_it_was() -> None:
     search = AskTell("pso", BOUNDS, budget=60, population=30)
     candidates = tp.AskTell("pso", BOUNDS, budget=60, population=30).ask()

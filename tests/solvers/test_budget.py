@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.descents import solution_at
 
 from solvers import IPOPT, Budget, Iterations, Result, Search, SearchBox, Solution, Solver, Status, StopReason, Usage
 from solvers import descend as descend_from
@@ -93,18 +94,7 @@ def descend(cost: Cost, budget: Budget, callback: Callable[[Status], object] | N
     numbers = count(1)
 
     def solve(start: np.ndarray) -> Solution:
-        return Solution(
-            x=start,
-            objective=cost(next(numbers)),
-            status="Solve_Succeeded",
-            stop_reason=StopReason.CONVERGED,
-            iterations=1,
-            evaluations=1,
-            seconds=0.0,
-            row_multipliers=np.empty(0),
-            bound_multipliers=np.zeros(1),
-            residuals={},
-        )
+        return solution_at(start, cost(next(numbers)))
 
     starts = repeat(np.zeros(1))
     return descend_from(solve, Stop(1, 0), starts, lambda solution: solution.objective, budget, callback=callback)

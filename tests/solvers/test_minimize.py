@@ -62,11 +62,6 @@ def test_known_candidates_are_evaluated_first() -> None:
     assert (result.cost, result.history.cost[0]) == (0.0, 0.0)
 
 
-def test_nan_counts_as_worst() -> None:
-    result = tp.minimize(lambda x: np.nan if x[0] < 2.0 else of_one(x), BOUNDS, "abso", 1500)
-    assert result.x == pytest.approx([2.0, 2.0, -1.0], abs=0.05)
-
-
 def test_f_cannot_change_the_search() -> None:
     def spoils(x: np.ndarray) -> float:
         cost = of_one(x)

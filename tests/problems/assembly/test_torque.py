@@ -13,12 +13,12 @@ from helpers.cases import following, moving
 from helpers.searching import VM, source
 from helpers.slow import slow_except
 
-from problems import CertificateStatus, Joints, Move, Path, PlanarArm, Problem, Robot, closed_curve, move
+from problems import Joints, Move, Path, PlanarArm, Problem, Robot, closed_curve, move
 from problems.base import FloatArray, as_array
 from problems.families.traced import tracing
 from problems.robots import planar_payload, read_urdf
 from problems.tasks import PathTracing
-from solvers import LSHADE, Budget, SearchBox, minimize
+from solvers import SearchBox
 
 LIMITS: dict[str, Any] = {"max_speed": (4.0,) * 3, "max_acceleration": (40.0,) * 3, "link_masses": (2.0, 2.0, 1.0)}
 FRICTION = {"viscous_friction": (0.5, 0.5, 0.1), "coulomb_friction": (0.5, 0.5, 0.1)}
@@ -104,18 +104,6 @@ def test_another_payload_and_other_motors_compile_nothing(kind: str) -> None:
     assert source(one) != source(problem_of(kind))
     x = candidates(one, 60)
     assert (one.evaluator(VM)(x) != two.evaluator(VM)(x)).any()
-
-
-def test_a_search_finds_motions_that_the_motors_can_do() -> None:
-    problem = problem_of("two segments, reduced", SMOOTH)
-    found = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(400), 1)
-    assert found.cost <= problem.objective_upper_bound
-    assert rows(problem, "torque", found.x[None])[0] <= 1.0 + 1e-9
-    motion = problem.trajectory(found.x)
-    slowed = motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
-    torque = next(verdict for verdict in problem.verify(slowed) if verdict.name == "torque")
-    assert torque.satisfied
-    assert torque.status is CertificateStatus.CERTIFIED
 
 
 # Torques that need not depend on angles: without gravity only friction is held, and sliding joints turn nothing

@@ -42,7 +42,9 @@ def found(*obstacles: Obstacle, robot: PlanarArm = ARM) -> AtGoal:
 
 def test_nothing_moves() -> None:
     assert after() is None
-    assert after(replace(DISC, center=(0.0, 1.0))) is None
+    still = replace(DISC, center=(0.0, 1.0))
+    assert after(still) is None
+    assert stay_verdicts(limits_of(ARM, (still,)), STRAIGHT, 5.0) == []
 
 
 HAND: dict[str, tuple[list[MovingObstacle], float, float, bool]] = {  # obstacles, margin; clear until, touched
@@ -75,11 +77,6 @@ def test_a_table_ends_and_what_it_moves_stands() -> None:
     down = Tabulated.through([0.0, 1.0, 5.0], np.array([[1.0, 3.0], [1.0, 2.4], [1.0, 0.0]]))
     result = found(MovingObstacle(DISC, down))
     assert down.placed(np.zeros((1, 2)), result.clear_until)[0, 1] == pytest.approx(0.1, abs=2e-3)
-
-
-def test_the_first_of_several_counts() -> None:
-    slow, fast = moving((1.0, 3.0), (0.0, -0.2)), moving((1.5, -3.0), (0.0, 1.0))
-    assert found(slow, fast).clear_until == pytest.approx(2.9, abs=2e-3)
 
 
 def test_a_goal_that_is_passed() -> None:
@@ -149,11 +146,6 @@ def test_the_verdict_is_about_the_posture_at_the_end() -> None:
     assert 0.3 <= kept.worst <= 0.4  # the distance at 5 s, less what a proof gives away
     assert broken.status is CertificateStatus.VIOLATED
     assert broken.worst < 0.0
-
-
-def test_nothing_is_asked_where_nothing_moves() -> None:
-    limits = limits_of(ARM, (Ellipse((0.0, 1.5), (0.1, 0.1)),))
-    assert stay_verdicts(limits, STRAIGHT, 5.0) == []
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.3, 10.0, 1e9])

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.certificates import case, criteria_of, draw, scene_of, straight
+from helpers.certificates import accepted, case, criteria_of, draw, scene_of, straight
 from helpers.core_robots import EXAMPLES, ROBOTS, distances, margins, placed, robot_of
 from helpers.slow import slow_except
 
@@ -26,14 +26,6 @@ from problems.motions import Trajectory
 from problems.robots import Payload, SpatialArm, TrackingError, built_in
 
 Content = dict[str, Any]
-
-
-def accepted(content: Content) -> bool:
-    try:
-        checker.check(json.loads(json.dumps(content)))
-    except checker.RefusedError:
-        return False
-    return True
 
 
 def refusal(content: Content) -> str:

@@ -10,7 +10,6 @@ from itertools import pairwise, product
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.slow import slow_except
 from helpers.space import LENGTHS, TOOL, small_arm
 from oracles.moving import KINDS, Table, random_motion
 from oracles.outlines import dense, inside, skeletons, to_segment
@@ -28,37 +27,18 @@ from problems import (
     Trajectory,
     move,
 )
-from problems.certify import ClearanceProof, closest_approach, prove_clearance
-from problems.limits import Clearance, proximity_limits, reachable_pairs
-from problems.robots import Robot, SpatialArm, Sphere
+from problems.certify import closest_approach, prove_clearance
+from problems.limits import Clearance, reachable_pairs
+from problems.robots import Robot, Sphere
 from problems.scene import Ellipse, Obstacle, Polygon, Polytope
 from problems.scene.solids import Ball, Box, Capsule, Cylinder, Ellipsoid, HalfSpace
 
-DENSE = 20_000
-SCENES = 100
-IN_EVERY_RUN = 3
-MARGIN = 0.01
 SPHERES = (
     *(Sphere(2, (0.0, 0.0, 0.1 * k), 0.06, "upper arm") for k in range(4)),
     *(Sphere(4, (0.0, 0.0, 0.1 * k), 0.05, "forearm") for k in range(4)),
     *(Sphere(7, (0.0, 0.0, 0.05 * k), 0.04, "hand") for k in range(4)),
 )
-PAIRS = tuple((one, two) for one in range(4) for two in range(8, 12))
-GUARDED: SpatialArm = small_arm(spheres=SPHERES, kept_pairs=PAIRS, margin=MARGIN, self_collision=True)
-
-
-def boxes_and_capsules(rng: np.random.Generator) -> tuple[Obstacle, ...]:
-    """Boxes and capsules beside the arm."""
-    obstacles: list[Obstacle] = []
-    for k in range(4):
-        way = rng.normal(size=3)
-        center = tuple((np.array([0.0, 0.0, 0.6]) + rng.uniform(0.5, 1.1) * way / np.linalg.norm(way)).tolist())
-        turn = tuple(Rotation.random(random_state=int(rng.integers(1 << 30))).as_quat().tolist())
-        if k % 2:
-            obstacles.append(Capsule(center=center, quaternion=turn, radius=0.06, length=0.3))
-        else:
-            obstacles.append(Box(center=center, quaternion=turn, size=tuple(rng.uniform(0.05, 0.4, 3).tolist())))
-    return tuple(obstacles)
+SPATIAL = small_arm(spheres=SPHERES, margin=0.01)
 
 
 def quintics(postures: np.ndarray, rng: np.random.Generator) -> Trajectory:
@@ -73,20 +53,12 @@ def two_quintics(rng: np.random.Generator) -> Trajectory:
     return quintics(rng.uniform(-1.0, 1.0, (3, 7)) * [1.5, 0.5, 1.0, 1.0, 1.5, 1.0, 1.5], rng)
 
 
-def of_box(p: np.ndarray, half: tuple[float, ...] = (0.1, 0.15, 0.05)) -> np.ndarray:
-    return np.linalg.norm(np.maximum(np.abs(p) - half, 0.0), axis=1)
+def of_box(p: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(np.maximum(np.abs(p) - [0.1, 0.15, 0.05], 0.0), axis=1)
 
 
-def of_capsule(p: np.ndarray, half: float = 0.2, radius: float = 0.07) -> np.ndarray:
-    return np.linalg.norm(p - np.clip(p, [0.0, 0.0, -half], [0.0, 0.0, half]), axis=1) - radius
-
-
-def distances(obstacle: Obstacle, points: np.ndarray) -> np.ndarray:
-    """Of points (m, 3) outside an obstacle, 0 inside; (m,), m."""
-    local = Rotation.from_quat(obstacle.quaternion).inv().apply(points - obstacle.center)
-    if isinstance(obstacle, Box):
-        return of_box(local, tuple(size / 2.0 for size in obstacle.size))
-    return np.maximum(0.0, of_capsule(local, 0.15, 0.06))
+def of_capsule(p: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(p - np.clip(p, [0.0, 0.0, -0.2], [0.0, 0.0, 0.2]), axis=1) - 0.07
 
 
 def sphere_centers(theta: np.ndarray) -> np.ndarray:
@@ -101,55 +73,16 @@ def sphere_centers(theta: np.ndarray) -> np.ndarray:
     return np.stack(each, axis=1)
 
 
-def least_clearances(
-    trajectory: Trajectory, obstacles: tuple[Obstacle, ...]
-) -> tuple[dict[str, float], dict[str, float]]:
-    """The smallest clearance of each pair at many samples, from obstacles, and of spheres from each other, m."""
-    centers = sphere_centers(trajectory.at(np.linspace(0.0, trajectory.duration, DENSE)))
-    radii = np.array([sphere.radius for sphere in SPHERES])
-    outside = [distances(o, centers.reshape(-1, 3)).reshape(centers.shape[:2]) - radii for o in obstacles]
-    between = [np.linalg.norm(centers[:, a] - centers[:, b], axis=1) - radii[a] - radii[b] for a, b in PAIRS]
-    return (
-        {f"{k}, {n}": float(d) for n, each in enumerate(outside, start=1) for k, d in enumerate(each.min(axis=0))},
-        {f"{a}, {b}": float(each.min()) for (a, b), each in zip(PAIRS, between, strict=True)},
-    )
-
-
 def test_the_second_kinematics_are_the_arms() -> None:
     theta = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 7))
     first = len(LENGTHS) + 1
-    frames = np.stack([np.array(place) for place in GUARDED.positions(ca.DM(theta))], axis=1)
+    frames = np.stack([np.array(place) for place in SPATIAL.positions(ca.DM(theta))], axis=1)
     assert frames[:, first:-1] == pytest.approx(sphere_centers(theta), abs=1e-12)
     assert frames[0, -1, 2] <= sum(LENGTHS) + TOOL
 
 
-@pytest.mark.parametrize("seed", slow_except(range(SCENES), IN_EVERY_RUN))
-def test_no_certificate_is_false(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    obstacles, trajectory = boxes_and_capsules(rng), two_quintics(rng)
-    clearance, self_clearance = proximity_limits(GUARDED, obstacles)
-    outside, between = least_clearances(trajectory, obstacles)
-    within_reach = [
-        f"{GUARDED.bodies.number_of(pair.body)}, {pair.number}" for pair in clearance.pairs if pair.can_touch(GUARDED)
-    ]
-    check(prove_clearance(clearance, trajectory), min(outside.values()), min(outside[pair] for pair in within_reach))
-    check(prove_clearance(self_clearance, trajectory), min(between.values()), min(between.values()))
-
-
-def check(proof: ClearanceProof | None, sampled: float, sampled_within_reach: float) -> None:
-    assert proof is not None
-    if proof.status is CertificateStatus.CERTIFIED:
-        assert sampled >= MARGIN
-        assert MARGIN <= proof.proven <= sampled_within_reach + 1e-9
-        # pairs out of reach may be looked at too
-        assert proof.proven >= MARGIN + 0.8 * (sampled - MARGIN) - 1e-9
-    else:
-        assert sampled < MARGIN + 1e-4
-
-
 SAMPLES = 2000
 ARM = PlanarArm((0.6, 0.5, 0.4), (4.0,) * 3, (20.0,) * 3, margin=0.01)
-SPATIAL = small_arm(spheres=SPHERES, margin=0.01)
 CORNERS = np.array([[-0.15, -0.1], [0.2, -0.1], [0.15, 0.12], [0.0, 0.02], [-0.1, 0.15]])
 PLANAR: dict[str, tuple[Obstacle, np.ndarray]] = {
     "ellipse": (
@@ -215,7 +148,7 @@ class Case:
         assert proof is not None
         if proof.status is CertificateStatus.CERTIFIED:
             assert kept.min() >= proof.proven - 1e-9
-            assert proof.proven >= margin
+            assert proof.proven >= margin + 0.8 * (kept.min() - margin) - coarse
         else:
             assert kept.min() < margin + coarse
         return proof.status

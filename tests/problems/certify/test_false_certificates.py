@@ -49,11 +49,6 @@ def content() -> Content:
     return case("sliding").content
 
 
-def test_as_it_is_it_is_accepted(content: Content) -> None:
-    assert outcome(content) == "accepted"
-    assert outcome(json.loads(json.dumps(content))) == "accepted"
-
-
 def test_planes_whose_length_vanishes_prove_nothing_more(content: Content) -> None:
     """Squares of 1e-200 are 0: divided by such a length a room would be as large as one likes."""
     tiny = changed(content, "planes", value=lambda planes: (1e-200 * np.array(planes)).tolist())
@@ -77,7 +72,7 @@ def test_nothing_of_any_proof_can_be_left_out(name: str, key: str) -> None:
     made = case(name).content
     levels = made["stages"][0]["proof"][key]
     places = [(i, k) for i, level in enumerate(levels) for k, digit in enumerate(level) if digit == "0"]
-    for choice in np.random.default_rng(5).permutation(len(places))[:25]:
+    for choice in np.random.default_rng(5).permutation(len(places))[:8]:
         i, k = places[choice]
         for digit in "12":
             other = changed(made, "proof", key, i, value=lambda level, k=k, d=digit: level[:k] + d + level[k + 1 :])
@@ -241,7 +236,7 @@ def _leaves(part: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 def test_whatever_stands_anywhere_nothing_else_is_raised(content: Content) -> None:
     rng, places = np.random.default_rng(7), _leaves(content["stages"][0])[1:]
     outer = [path for path in places if len(path) <= 3]
-    chosen = [*outer, *(places[k] for k in rng.integers(len(places), size=200))]
+    chosen = [*outer, *(places[k] for k in rng.integers(len(places), size=100))]
     values = [None, "x", [], {}, -1, 1e9, 0, True, [[]], [0.0], 3, 10**400]
     said = [outcome(changed(content, *path, value=values[rng.integers(len(values))])) for path in chosen]
     assert sum(line.startswith("no certificate: ") for line in said) > 0.7 * len(said)

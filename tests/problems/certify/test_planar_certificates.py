@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.certificates import criteria_of, straight
+from helpers.certificates import accepted, criteria_of, straight
 
 from problems.assembly import certificate_of
 from problems.base import FloatArray, as_array
@@ -59,14 +59,6 @@ def case(form: str, scene: str) -> Case:
     robot, obstacles = arm(form), SCENES[scene]
     motion = straight(robot, *np.random.default_rng(SEEDS[form, scene]).uniform(-2.0, 2.0, (2, 3)))
     return Case(robot, obstacles, motion, certificate_of(criteria_of(robot, motion, obstacles), motion))
-
-
-def accepted(content: dict[str, Any]) -> bool:
-    try:
-        checker.check(json.loads(json.dumps(content)))
-    except checker.RefusedError:
-        return False
-    return True
 
 
 def links_at(robot: PlanarArm, theta: FloatArray) -> FloatArray:

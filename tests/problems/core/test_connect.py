@@ -7,13 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.core_robots import slider, world_of
 from helpers.space import small_arm
 
-from problems.core import World
 from problems.core.world import CONNECT
-from problems.robots import ChainJoint, SpatialArm, Sphere
-from problems.robots.chain import Chain, JointKind
-from problems.scene import Ball, Box, Obstacle
+from problems.robots import SpatialArm, Sphere
+from problems.scene import Ball, Box
 
 FINER = 20
 SPARE = 0.02
@@ -30,12 +29,6 @@ def reaching() -> SpatialArm:
     )
     pairs = tuple((one, two) for one in range(4) for two in range(8, 12))
     return small_arm(spheres=spheres, kept_pairs=pairs, margin=0.01, self_collision=True)
-
-
-def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
-    world = World.of(robot, obstacles)
-    assert world is not None
-    return world
 
 
 def ranges(robot: SpatialArm) -> np.ndarray:
@@ -115,17 +108,8 @@ def test_a_seed_is_a_way() -> None:
     assert one.shape != other.shape or (one != other).any()
 
 
-def lift() -> SpatialArm:
-    """A ball that slides up and down."""
-    joint = ChainJoint(name="lift", link="ball", kind=JointKind.PRISMATIC, position=(-1.0, 1.0), axis=(0.0, 0.0, 1.0))
-    return SpatialArm(
-        chain=Chain(name="lift", joints=(joint,)), max_speed=(1.0,), max_acceleration=(1.0,),
-        position_limits=((-1.0, 1.0),), spheres=(Sphere(1, (0.0, 0.0, 0.0), 0.1, "ball"),),
-    )  # fmt: skip
-
-
 def test_there_is_no_way_through_a_floor() -> None:
-    robot = lift()
+    robot = slider(0.1)
     floor = Box(center=(0.0, 0.0, 0.0), size=(1.0, 1.0, 0.1))
     start, goal = np.array([0.5]), np.array([-0.5])
     assert world_of(robot, (floor,)).connect(start, goal, ranges(robot), 0) is None

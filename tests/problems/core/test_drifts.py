@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
-from helpers.core_robots import ROBOTS, margins, postures, robot_of, through
+from helpers.core_robots import ROBOTS, margins, postures, robot_of, slider, through
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -17,8 +16,7 @@ from problems.certify import CertificateStatus, prove_among, prove_clearance
 from problems.core import Separation, World, drifts_of
 from problems.limits import Clearance
 from problems.motions import Trajectory
-from problems.robots import ChainJoint, SpatialArm, Sphere
-from problems.robots.chain import Chain, JointKind
+from problems.robots import SpatialArm
 from problems.scene import Ball, ConstantVelocity, HalfSpace, MovingObstacle, Obstacle, Tabulated
 
 HAIR = 1e-9  # m
@@ -81,16 +79,6 @@ def test_it_is_proven_as_by_the_proof_in_numpy(name: str) -> None:
         if other is not None:
             assert {proof.status, other.status} != known
             assert proof.time == pytest.approx(other.time, abs=0.1 * motion.duration) or not proof.broken
-
-
-@cache
-def slider(radius: float) -> SpatialArm:
-    """A ball that slides up and down."""
-    joint = ChainJoint(name="lift", link="ball", kind=JointKind.PRISMATIC, position=(-6.0, 6.0), axis=(0.0, 0.0, 1.0))
-    return SpatialArm(
-        chain=Chain(name="by hand", joints=(joint,)), max_speed=(2.0,), max_acceleration=(10.0,),
-        position_limits=((-6.0, 6.0),), margin=0.0, spheres=(Sphere(1, (0.0, 0.0, 0.0), radius, "ball"),),
-    )  # fmt: skip
 
 
 @settings(max_examples=80)

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.core_robots import ROBOTS, SCENE, postures, robot_of
+from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, world_of
 
 from problems.base import FloatArray
-from problems.core import Schedule, Separation, World
+from problems.core import Schedule, Separation
 from problems.robots import SpatialArm
 from problems.scene import Ball, Box, ConstantVelocity, MovingObstacle, Obstacle, Solid
 
@@ -32,12 +32,6 @@ def placed(obstacle: Obstacle, time: float) -> Obstacle:
     still = obstacle.still
     assert isinstance(still, Solid)
     return replace(still, center=tuple(obstacle.motion.placed(np.array([still.center]), time)[0].tolist()))
-
-
-def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
-    world = World.of(robot, obstacles)
-    assert world is not None
-    return world
 
 
 def room_then(robot: SpatialArm, obstacles: tuple[Obstacle, ...], theta: FloatArray, time: float) -> float:

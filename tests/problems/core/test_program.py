@@ -290,14 +290,6 @@ def test_numbers_that_are_none_are_told_from_solutions() -> None:
         assert replace(program, single=single).solved() is None
 
 
-def test_the_same_program_has_the_same_solution_to_the_last_bit() -> None:
-    program = planned(Shape(7, 24, 3, 60, 8))
-    one, two = program.solved(), program.solved()
-    assert one is not None and two is not None
-    np.testing.assert_array_equal(one[0], two[0])
-    assert one[1] == two[1]
-
-
 @pytest.mark.parametrize("reach", [2, 4, 5])
 @pytest.mark.parametrize("n", [6, 17, 200])
 def test_rows_of_any_reach_and_costs_of_points_cost_as_little_as_with_highs(reach: int, n: int) -> None:

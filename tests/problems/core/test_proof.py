@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.core_robots import ROBOTS, SCENE, margins, postures, robot_of, through
+from helpers.core_robots import ROBOTS, SCENE, arm, margins, postures, robot_of, slider, through, world_of
 from helpers.slow import slow_except
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -21,7 +21,7 @@ from problems.core import Proof, Separation, World
 from problems.limits import cover_limits, proximity_limits
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, SpatialArm, Sphere
-from problems.robots.chain import Chain, JointKind
+from problems.robots.chain import JointKind
 from problems.scene import Ball, Ellipsoid, HalfSpace, Obstacle
 
 DENSE = 5_000
@@ -29,12 +29,6 @@ ROUNDING = 1e-9  # m, of rooms in another order of sums
 HAIR = 1e-9  # m
 FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear
 SIDES = (Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER)
-
-
-def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
-    world = World.of(robot, obstacles)
-    assert world is not None
-    return world
 
 
 def scene_of(name: str) -> tuple[Obstacle, ...]:
@@ -185,20 +179,6 @@ def verdicts_in_numpy(
 
 
 # By a hair
-
-
-def arm(*joints: ChainJoint, **changes: object) -> SpatialArm:
-    dof = len(joints)
-    return SpatialArm(
-        chain=Chain(name="by hand", joints=joints), max_speed=(2.0,) * dof, max_acceleration=(10.0,) * dof,
-        position_limits=((-6.0, 6.0),) * dof, margin=0.0, **changes,  # type: ignore[arg-type]
-    )  # fmt: skip
-
-
-def slider(radius: float, **changes: object) -> SpatialArm:
-    """A ball that slides up and down."""
-    joint = ChainJoint(name="lift", link="ball", kind=JointKind.PRISMATIC, position=(-6.0, 6.0), axis=(0.0, 0.0, 1.0))
-    return arm(joint, spheres=(Sphere(1, (0.0, 0.0, 0.0), radius, "ball"),), **changes)
 
 
 def pendulum(length: float, radius: float, **changes: object) -> SpatialArm:

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through
+from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through, world_of
 from helpers.slow import slow_except
 
 from problems.base import FloatArray
 from problems.certify import CertificateStatus, prove
-from problems.core import World
 from problems.limits import (
     Clearance,
     CoverClearance,
@@ -24,7 +23,6 @@ from problems.limits import (
 )
 from problems.motions import Trajectory
 from problems.robots import SpatialArm, TrackingError
-from problems.scene import Obstacle
 
 HAIR = 1e-9  # m
 each_robot = pytest.mark.parametrize("name", ROBOTS)
@@ -34,12 +32,6 @@ one_robot_often = pytest.mark.parametrize("name", slow_except(ROBOTS, 1))
 def tracked(robot: SpatialArm, constant: float, speed: float = 0.0, acceleration: float = 0.0) -> SpatialArm:
     each = [tuple([part] * robot.dof) for part in (constant, speed, acceleration)]
     return replace(robot, tracking=TrackingError(*each))
-
-
-def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
-    world = World.of(robot, obstacles)
-    assert world is not None
-    return world
 
 
 def off(theta: FloatArray, errors: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from helpers.core_robots import EXAMPLES, MARGIN, ROBOTS, SCENE, links_and_pairs, margins, postures, robot_of
+from helpers.core_robots import EXAMPLES, MARGIN, ROBOTS, SCENE, links_and_pairs, margins, postures, robot_of, world_of
 from helpers.slow import slow_except
 from scipy.spatial import cKDTree
 
@@ -14,15 +14,9 @@ from problems import PlanarArm
 from problems.base import Matrix
 from problems.core import Separation, World
 from problems.robots import SpatialArm
-from problems.scene import SOLIDS, Box, Ellipsoid, MovingObstacle, Obstacle, Tabulated
+from problems.scene import SOLIDS, Box, Ellipsoid, MovingObstacle, Tabulated
 
 TOLERANCE = 1e-9  # m; where two balls are at the same distance up to rounding, either is the nearest
-
-
-def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
-    world = World.of(robot, obstacles)
-    assert world is not None
-    return world
 
 
 each_robot = pytest.mark.parametrize("name", ROBOTS)

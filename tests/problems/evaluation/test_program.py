@@ -156,7 +156,7 @@ def random_programs(draw: st.DrawFn) -> Program:
 
 
 @given(random_programs())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10)
 def test_random_programs(program: Program) -> None:
     candidates = points(SETTINGS.batch_size, 2)
     alone, together = by_virtual_machine(program, candidates)
@@ -352,9 +352,8 @@ QUICK = {
 }
 
 
-@pytest.mark.parametrize("case", ["time-3", "pentagram-rotation"])
-def test_population_equals_a_loop(case: str) -> None:
-    problem = builtin(case)
+def test_population_equals_a_loop() -> None:
+    problem = builtin("time-3")
     lower, upper = problem.bounds
     size = SETTINGS.batch_size
     points = np.random.default_rng(0).uniform(lower, upper, (SETTINGS.batch_after + 2 * size + 3, lower.size))

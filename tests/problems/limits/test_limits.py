@@ -8,7 +8,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.cases import OVAL, equal_links, moving
+from helpers.cases import equal_links
 from helpers.space import small_arm
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -271,14 +271,6 @@ def test_the_least_time_just_keeps_the_limits_and_is_certified(names: tuple[str,
     dense = motion.time_scaled(scale).samples(np.linspace(0.0, scale * motion.duration, 20_001))
     for limit in limits:
         assert float(limit.constraints(dense)[0].graded_penalty()) < 1e-6
-
-
-def test_a_limit_of_a_new_kind_belongs_to_a_problem() -> None:
-    problem = moving(equal_links(3), (1.0, 0.0), (0.5, 1.5), "length", "up", obstacles=(OVAL,))
-    assert isinstance(problem.limits[0], SpeedLimit)
-    trajectory = a_motion(1)
-    names = [verdict.name for verdict in limit_verdicts([*problem.limits, JerkLimit(SMOOTH)], trajectory)]
-    assert names == ["speed", "acceleration", "clearance", "jerk"]
 
 
 MASS, LENGTH, GRAVITY = 2.0, 0.5, 9.81

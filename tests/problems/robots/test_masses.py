@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -37,13 +38,6 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ),
     ({"payload": planar_payload(1.0), "link_masses": None}, "payload: link_masses are needed with it"),
 ]
-
-
-@pytest.mark.parametrize(("changes", "message"), WRONG, ids=[message[:40] for _, message in WRONG])
-def test_what_is_wrong_with_planar_masses(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(InvalidProblem) as error:
-        planar(**changes)
-    assert str(error.value).startswith(message)
 
 
 def test_rods_are_uniform_unless_stated() -> None:
@@ -84,27 +78,14 @@ WRONG_PAYLOADS: list[tuple[dict[str, Any], str]] = [
     ({"mass": -1.0}, "payload.mass: -1 is not within 0 and 1e+09 kg"),
     ({"mass": NAN}, "payload.mass: nan is not within"),
     ({"center": (0.0, 1e9, 0.0)}, "payload.center: 1e+09 is not within"),
-    (
-        {"matrix": box((1e13, 0, 0), (0, 1, 0), (0, 0, 1))},
-        "payload.inertia: 1e+13 is not within -1e+12 and 1e+12 kg m^2",
-    ),
+    ({"matrix": box((1e13, 0, 0), (0, 1, 0), (0, 0, 1))}, "payload.inertia: 1e+13 is not within -1e+12 and 1e+12 kg"),
     ({"matrix": box((1, 0.1, 0), (0, 1, 0), (0, 0, 1))}, "payload.inertia: the matrix is not symmetric"),
-    (
-        {"matrix": box((1, 2, 0), (2, 1, 0), (0, 0, 2))},
-        "payload.inertia: principal moments -1, 2 and 3 kg m^2: one is negative",
-    ),
+    ({"matrix": box((1, 2, 0), (2, 1, 0), (0, 0, 2))}, "payload.inertia: principal moments -1, 2 and 3 kg m^2: one is"),
     (
         {"matrix": box((1, 0, 0), (0, 1, 0), (0, 0, 2.5))},
         "payload.inertia: principal moments 1, 1 and 2.5 kg m^2: the largest is above the sum of the others",
     ),
 ]
-
-
-@pytest.mark.parametrize(("changes", "message"), WRONG_PAYLOADS, ids=[message[:45] for _, message in WRONG_PAYLOADS])
-def test_what_is_wrong_with_a_payload(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(InvalidProblem) as error:
-        Payload(**({"mass": 1.0} | changes))
-    assert str(error.value).startswith(message)
 
 
 WRONG_TABLES: list[tuple[Any, str]] = [
@@ -118,13 +99,6 @@ WRONG_TABLES: list[tuple[Any, str]] = [
     ({"mass": 1.0, "inertia": [1.0]}, "payload.inertia: a number is needed, not [1.0]"),
     ({"mass": 1.0, "inertia": -1.0}, "payload.inertia: -1 is not within 0 and 1e+12 kg m^2"),
 ]
-
-
-@pytest.mark.parametrize(("table", "message"), WRONG_TABLES, ids=[str(table) for table, _ in WRONG_TABLES])
-def test_what_is_no_payload_of_a_planar_arm(table: Any, message: str) -> None:
-    with pytest.raises(InvalidProblem) as error:
-        planar_payload_of(table)
-    assert str(error.value).startswith(message)
 
 
 def test_inertias_that_a_body_can_have() -> None:
@@ -152,20 +126,26 @@ def crane(text: str = ARM) -> RobotDescription:
 HEAVY = ARM.replace('name="jib">', 'name="jib"><inertial><mass value="1.5"/></inertial>')
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"max_torque": [1.0]}, "max_torque: 1 values for 2 joints"),
-        ({"max_torque": 1e13}, "max_torque: 1e+13 is not within"),
-        ({"viscous_friction": [1.0]}, "viscous_friction: 1 values for 2 joints"),
-        ({"viscous_friction": -1.0}, "viscous_friction: -1 is not within 0 and 1e+12 N m s"),
-        ({"coulomb_friction": [1.0, -2.0]}, "coulomb_friction: -2 is not within 0 and 1e+12 N m"),
-        ({"gravity": (0.0, 0.0, NAN)}, "gravity: nan is not within"),
-    ],
-)
-def test_what_is_wrong_with_a_robot_in_space(given: dict[str, Any], message: str) -> None:
+WRONG_IN_SPACE: list[tuple[dict[str, Any], str]] = [
+    ({"max_torque": [1.0]}, "max_torque: 1 values for 2 joints"),
+    ({"max_torque": 1e13}, "max_torque: 1e+13 is not within"),
+    ({"viscous_friction": [1.0]}, "viscous_friction: 1 values for 2 joints"),
+    ({"viscous_friction": -1.0}, "viscous_friction: -1 is not within 0 and 1e+12 N m s"),
+    ({"coulomb_friction": [1.0, -2.0]}, "coulomb_friction: -2 is not within 0 and 1e+12 N m"),
+    ({"gravity": (0.0, 0.0, NAN)}, "gravity: nan is not within"),
+]
+REFUSED: list[tuple[Callable[[Any], object], Any, str]] = [
+    *((lambda changes: planar(**changes), *each) for each in WRONG),
+    *((lambda changes: Payload(**({"mass": 1.0} | changes)), *each) for each in WRONG_PAYLOADS),
+    *((planar_payload_of, *each) for each in WRONG_TABLES),
+    *((lambda given: crane(HEAVY).arm(max_acceleration=1.0, **given), *each) for each in WRONG_IN_SPACE),
+]
+
+
+@pytest.mark.parametrize(("make", "given", "message"), REFUSED, ids=[message[:45] for *_, message in REFUSED])
+def test_what_is_wrong_is_named(make: Callable[[Any], object], given: Any, message: str) -> None:
     with pytest.raises(InvalidProblem) as error:
-        crane(HEAVY).arm(max_acceleration=1.0, **given)
+        make(given)
     assert str(error.value).startswith(message)
 
 

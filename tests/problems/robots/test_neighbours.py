@@ -160,11 +160,6 @@ def test_soft_limits_and_quaternions_are_read() -> None:
     assert any("soft limits bound j1" in note for note in turned.notes)
 
 
-def test_links_that_nothing_connects_with_the_arm_are_said() -> None:
-    lost = '<link name="lost"><collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>'
-    assert "lost: no joint connects them with the arm" in cell(CELL.replace("</robot>", lost)).left_out
-
-
 def test_any_pair_may_be_kept_but_one_on_a_body() -> None:
     assert "own links that a joint connects: l1 and l2" in cell().uncompared
     kept = cell(kept=(("l1", "l2"),))

@@ -163,29 +163,27 @@ def ball(link: int, x: float, radius: float = 0.1) -> Sphere:
 JOINED = frozenset(frozenset((f"l{i}", f"l{i + 1}")) for i in range(3))
 
 
-def test_what_can_touch_has_to_keep_apart() -> None:
-    assert own_pairs_of(arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9)), connected=JOINED).kept == ((0, 2), (1, 2))
+BRACKET = replace(ball(2, 0.5), name="bracket")
+PAIRS: dict[str, tuple[SpatialArm, frozenset[frozenset[str]], tuple[tuple[int, int], ...]]] = {  # kept pairs
+    "what can touch has to keep apart": (arm(ball(0, 0.5), ball(1, 0.5), ball(3, 0.9)), JOINED, ((0, 2), (1, 2))),
+    "what a joint connects may touch": (arm(ball(1, 0.5), BRACKET), frozenset({frozenset(("l1", "bracket"))}), ()),
+    "but not what is fixed to it": (arm(ball(1, 0.5), BRACKET), JOINED, ((0, 1),)),
+    "what never touches needs no watching": (arm(ball(1, 0.5), ball(3, 0.9), bend=0.5), frozenset(), ()),
+    "what always touches is one thing": (arm(ball(0, 0.0, 1.2), ball(2, 0.0, 0.3)), frozenset(), ()),
+    "at least 1.75 m apart": (arm(ball(1, 0.0), ball(3, 0.0), bend=1.0), frozenset(), ()),
+    "of which a margin is more": (
+        replace(arm(ball(1, 0.0), ball(3, 0.0), bend=1.0), margin=1.7),
+        frozenset(),
+        ((0, 1),),
+    ),
+}
 
 
-def test_links_that_a_joint_connects_may_touch_but_not_what_is_fixed_to_them() -> None:
-    robot = arm(ball(1, 0.5), replace(ball(2, 0.5), name="bracket"))
-    assert own_pairs_of(robot, connected=frozenset({frozenset(("l1", "bracket"))})).kept == ()
-    assert own_pairs_of(robot, connected=JOINED).kept == ((0, 1),)
-
-
-def test_what_never_touches_needs_no_watching() -> None:
-    assert own_pairs_of(arm(ball(1, 0.5), ball(3, 0.9), bend=0.5)).kept == ()
-
-
-def test_what_always_touches_is_one_thing() -> None:
-    assert own_pairs_of(arm(ball(0, 0.0, 1.2), ball(2, 0.0, 0.3))).kept == ()
-
-
-def test_the_margin_counts() -> None:
-    near = arm(ball(1, 0.0), ball(3, 0.0), bend=1.0)  # at least 1.75 m apart
-    assert own_pairs_of(near).kept == ()
-    wide = replace(near, margin=1.7)
-    assert own_pairs_of(wide).kept == ((0, 1),)
+@pytest.mark.parametrize(("robot", "connected", "kept"), PAIRS.values(), ids=PAIRS)
+def test_pairs_that_have_to_keep_apart(
+    robot: SpatialArm, connected: frozenset[frozenset[str]], kept: tuple[tuple[int, int], ...]
+) -> None:
+    assert own_pairs_of(robot, connected=connected).kept == kept
 
 
 def test_links_are_named_to_override() -> None:

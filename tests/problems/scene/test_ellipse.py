@@ -16,10 +16,9 @@ from oracles.outlines import to_segment
 from problems import Ellipse, PlanarArm, PointToPointProblem, Trajectory
 from problems.base import FloatArray, as_array
 from problems.certify import prove_clearance
-from problems.evaluation import EvaluationOptions
-from problems.limits import SAMPLING_MARGIN, Clearance, StepLimit, reachable_pairs
+from problems.limits import Clearance, StepLimit, reachable_pairs
 from problems.motions import Samples
-from solvers import PSO, Budget, SearchBox, minimize
+from solvers import SearchBox
 
 LEAST_SHARE = {1.0: 0.9999, 5.0 / 3.0: 0.96, 3.0: 0.89, 10.0: 0.78}  # of the distance, by the ratio of the semi-axes
 
@@ -180,14 +179,3 @@ def test_proof_is_below_and_near_a_very_dense_sampling(seed: int, center: tuple[
         assert 0.8 * dense - 1e-6 <= proof.proven <= dense
     else:
         assert dense < 1e-6
-
-
-def test_a_found_plan_is_clear_at_100_000_times() -> None:
-    obstacle = Ellipse((0.85, 0.75), (0.15, 0.15))  # in the way
-    problem = moving(ARM, (1.0, 0.0), (0.5, 1.5), "length", "up", "reduced", obstacles=(obstacle,))
-    result = minimize(problem.evaluator(EvaluationOptions("vm")), SearchBox(*problem.bounds), PSO(), Budget(4000), 1)
-    trajectory = problem.trajectory(result.x)
-    verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
-    assert verdicts["clearance"].satisfied
-    dense = densest(clearance_limit(obstacle), trajectory, np.linspace(0.0, trajectory.duration, 100_000))
-    assert dense >= verdicts["clearance"].worst >= 0.5 * SAMPLING_MARGIN * ARM.reach()[1]

@@ -99,14 +99,6 @@ def test_gradients_are_finite_differences(case: tuple[Robot, PairClearances]) ->
     assert by_time.any() == nearness.is_time_dependent
 
 
-def test_a_path_that_waits_is_searched_all_through_its_times(case: tuple[Robot, PairClearances]) -> None:
-    robot, nearness = case
-    theta = np.repeat(path(robot)[60:61], 101, axis=0)
-    expected = all_clearances(robot, nearness, theta)
-    near = nearness.near(theta, TIMES, 0.1)
-    assert near.samples.size == (expected < 0.1).sum()
-
-
 def test_thinned_pairs_are_those_at_few_samples_and_all_minima() -> None:
     values = np.array([5.0, 4.0, 3.0, 4.0, 5.0, 4.5, 6.0, 1.0, 2.0])
     near = NearPairs(np.array([0, 1, 2, 3, 4, 5, 6, 9, 10]), np.zeros(9, dtype=np.intp), values)

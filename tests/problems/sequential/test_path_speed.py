@@ -1,7 +1,6 @@
 """A path and the speed along it: times, quantities in time and torques, against quadrature and finite differences."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -16,7 +15,7 @@ from problems.robots.planar import MassiveLinks
 from problems.sequential.descent import at_best_speed
 from problems.sequential.limit_rows import JointTorques, MotionLimits, derivative_limit_rows, torque_limit_rows
 from problems.sequential.path_speed import RESTING, Clock, MotionSpace, PathSpeed
-from problems.sequential.polish import delayed, with_timing
+from problems.sequential.polish import with_timing
 
 SPACE = MotionSpace(path_pieces=4, speed_pieces=8)
 LIMITS = JointLimits(speed=(2.0, 1.5), acceleration=(10.0, 8.0), jerk=(200.0, 150.0))
@@ -55,19 +54,6 @@ def test_derivatives_are_those_of_the_motion_in_time(motion: PathSpeed) -> None:
     assert motion.derivatives(grid)[2][middle] == pytest.approx(jerks[middle], rel=0.1, abs=0.1 * np.abs(jerks).max())
 
 
-def test_pieces_in_time_meet_and_rest_at_both_ends(motion: PathSpeed) -> None:
-    trajectory = with_timing(motion)
-    times = trajectory.breakpoints
-    assert trajectory.duration == pytest.approx(motion.duration, rel=1e-6)
-    for order in range(3):
-        after = trajectory.at(times[1:-1], order)
-        before = trajectory.at(np.nextafter(times[1:-1], 0.0), order)
-        assert before == pytest.approx(after, rel=1e-9, abs=1e-9)
-    assert trajectory.at(times[[0, -1]]) == pytest.approx(motion.controls[[0, -1]], abs=1e-12)
-    for order in (1, 2):
-        assert np.abs(trajectory.at(times[[0, -1]], order)).max() < 1e-9
-
-
 def moved(motion: PathSpeed, make: Callable[[PathSpeed], Any]) -> Iterator[tuple[FloatArray, FloatArray]]:
     """The change of a motion's rows in random directions: by their slopes, by finite differences."""
     slopes, rng, h = make(motion).slopes(np.eye(motion.controls.size)), np.random.default_rng(5), 1e-6
@@ -98,26 +84,6 @@ def test_times_are_the_delay_and_the_integral_of_the_slowness(waiting: PathSpeed
         exact = quad(slowness, 0.0, CLOCK.u[sample], points=breaks[breaks < CLOCK.u[sample]], epsabs=1e-12)[0]
         assert times[sample] == pytest.approx(0.7 + exact, rel=1e-9)
     assert waiting.duration == pytest.approx(times[-1], rel=1e-6)
-
-
-def test_slopes_of_times_are_finite_differences(waiting: PathSpeed) -> None:
-    h, slopes = 1e-6, CLOCK.slopes(waiting)
-    for number, step in enumerate(np.eye(SPACE.speed.size) * h):
-        moved = [CLOCK.times(replace(waiting, speeds=waiting.speeds + s * step)) for s in (1.0, -1.0)]
-        assert slopes[:, number] == pytest.approx((moved[0] - moved[1]) / (2.0 * h), abs=1e-8)
-    moved = [CLOCK.times(replace(waiting, delay=0.7 + s * h)) for s in (1.0, -1.0)]
-    assert slopes[:, -1] == pytest.approx((moved[0] - moved[1]) / (2.0 * h), abs=1e-8)
-
-
-def test_a_motion_with_a_delay_stands_still_and_then_is_the_same(waiting: PathSpeed) -> None:
-    whole, moving = with_timing(waiting), with_timing(replace(waiting, delay=0.0))
-    assert whole.duration == pytest.approx(waiting.duration, rel=1e-6)
-    assert whole.at(np.array([0.0, 0.3, 0.7])) == pytest.approx(np.tile(waiting.controls[0], (3, 1)))
-    assert not whole.at(np.linspace(0.0, 0.69, 5), 1).any()
-    times = np.linspace(0.0, moving.duration, 50)
-    for order in range(3):
-        assert whole.at(times + 0.7, order) == pytest.approx(moving.at(times, order), rel=1e-9, abs=1e-9)
-    assert (delayed(moving, 0.7).coefficients == whole.coefficients).all()
 
 
 BOUNDS = (60.0, 25.0)
