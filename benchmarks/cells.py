@@ -184,8 +184,8 @@ class Meshes:
         self.geometry = pin.buildGeomFromUrdf(self.model, file, pin.GeometryType.COLLISION, package_dirs=[folder])
         self.data, self.placed = self.model.createData(), self.geometry.createData()
         arm = plan.planned.criteria.robot
-        self.columns = [self.model.joints[self.model.getJointId(name)].idx_q for name in arm.joint_identifiers]
-        moved = set(self.model.subtrees[self.columns_joint(arm.joint_identifiers[0])])
+        self.columns = [self.model.joints[self.model.getJointId(name)].idx_q for name in arm.joints.identifiers]
+        moved = set(self.model.subtrees[self.columns_joint(arm.joints.identifiers[0])])
         self.links = [n for n, one in enumerate(self.geometry.geometryObjects) if one.parentJoint in moved]
 
     def columns_joint(self, name: str) -> int:

@@ -216,12 +216,12 @@ class TorqueProof:
         """The verdict on the limit; one that standing still breaks too is broken however slowly."""
         limit = self.arm.limit
         bound, robot = limit.bounds[self.joint], limit.robot
-        where = f"{robot.joint_names[self.joint]}, t = {self.time:.4g} s"
+        where = f"{robot.joints.names[self.joint]}, t = {self.time:.4g} s"
         outcome = Verdict(
             name=limit.name,
             worst=self.worst,
             bound=bound if self.worst >= 0.0 else -bound,
-            unit=robot.torque_units[self.joint],
+            unit=robot.joints.torque_units[self.joint],
             status=self.status,
             where=where if self.can_be_held else f"{where}, however slowly",
             time=self.time,

@@ -152,7 +152,7 @@ class JointRange(Limit):
                 expression=samples.theta,
                 lower=lowest + spare,
                 upper=highest - spare,
-                columns=self.robot.joint_names,
+                columns=self.robot.joints.names,
                 formula="lowest_i <= theta_i(t_j) <= highest_i, at every sample t_j",
             )
         ]
@@ -166,7 +166,7 @@ class JointRange(Limit):
             low, high = ranges[joint]
             return {field: entry_changed(ranges, joint, (low - by, high + by))}
 
-        units, names = self.robot.joint_units, self.robot.joint_names
+        units, names = self.robot.joints.units, self.robot.joints.names
         return tuple(
             Relaxation(
                 limit=self.name, of=names[joint], statement=self.robot, values=partial(wider, joint),
@@ -283,7 +283,7 @@ def _within(
         lower=-bound,
         upper=bound,
         symmetric=True,
-        columns=limit.robot.joint_names,
+        columns=limit.robot.joints.names,
         scale=bound,
         penalty=PenaltyKind.MAGNITUDE,
         formula=formula,
@@ -298,8 +298,8 @@ def _of_joints(limit: DerivativeLimit | TorqueLimit, unit: str) -> tuple[Relaxat
     def looser(joint: int, by: float) -> dict[str, object]:
         return {field: entry_changed(bounds, joint, bounds[joint] + by)}
 
-    units_by_joint = (unit if turning == "rad" else _of_sliding(unit) for turning in robot.joint_units)
-    each = zip(bounds, robot.joint_names, units_by_joint, strict=False)
+    units_by_joint = (unit if turning == "rad" else _of_sliding(unit) for turning in robot.joints.units)
+    each = zip(bounds, robot.joints.names, units_by_joint, strict=False)
     return tuple(
         Relaxation(
             limit=limit.name, of=name, statement=robot, values=partial(looser, joint), size=bound, unit=joint_unit

@@ -219,7 +219,7 @@ def equality(
 
 def slack_constraints(objective: Objective, samples: Samples, slack: Matrix) -> list[Constraint]:
     """The constraints on the slacks of an objective's smooth form: none below zero."""
-    joints = samples.moving.joint_names
+    joints = samples.moving.joints.names
     return [
         Constraint(
             name=name,

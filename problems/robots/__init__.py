@@ -21,10 +21,11 @@ from problems.robots.inverse_kinematics import (
     project,
     tool_jacobian,
 )
+from problems.robots.joints import JointLimits, Joints
 from problems.robots.link_covers import LinkCover, MeshNote, covers_text, read_covers
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
-from problems.robots.robot import JointLimits, Robot
+from problems.robots.robot import Robot
 from problems.robots.shapes import (
     BoxShape,
     CapsuleShape,
@@ -78,6 +79,7 @@ __all__ = [
     "CylinderShape",
     "HullShape",
     "JointLimits",
+    "Joints",
     "LinkAppearance",
     "LinkCover",
     "MeshNote",

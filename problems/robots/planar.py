@@ -32,8 +32,9 @@ from problems.base import (
 from problems.robots.closed_form import ClosedForm
 from problems.robots.dynamics import RigidChain, RigidJoint
 from problems.robots.inertia import Moments, Payload, planar_payload_of
+from problems.robots.joints import JointLimits
 from problems.robots.planar_links import PlanarLinks, angular_range, restore, turned, wrap_to
-from problems.robots.robot import JointLimits, are_numbers
+from problems.robots.robot import are_numbers
 from problems.robots.transform import ORIGIN, Transform, about, plus, times
 
 PLANAR_GRAVITY = (0.0, -9.81)  # m/s^2

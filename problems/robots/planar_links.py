@@ -44,7 +44,8 @@ from problems.base import (
     shown,
 )
 from problems.robots.bodies import Bodies, Body, BodyPairs
-from problems.robots.robot import JointLimits, Robot
+from problems.robots.joints import JointLimits
+from problems.robots.robot import Robot
 
 
 def wrap_to(angle: Matrix, reference: Matrix) -> Matrix:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any, ClassVar, Self
 
@@ -27,40 +27,7 @@ from problems.robots.bodies import Bodies, Body
 from problems.robots.closed_form import ClosedForm
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Payload
-
-
-@dataclass(frozen=True, kw_only=True)
-class JointLimits:
-    """Limits of the joints, one value per joint; None where there is no limit.
-
-    Attributes:
-        speed: bounds of |dq/dt|, rad/s.
-        acceleration: bounds of |d2q/dt2|, rad/s^2.
-        position: (lowest, highest) of q, rad.
-        jerk: bounds of |d3q/dt3|, rad/s^3.
-        torque: bounds of what the motors give, N m (N where a joint slides).
-    """
-
-    speed: tuple[float, ...]
-    acceleration: tuple[float, ...]
-    position: tuple[tuple[float, float], ...] | None = None
-    jerk: tuple[float, ...] | None = None
-    torque: tuple[float, ...] | None = None
-
-    @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return len(self.speed)
-
-    @property
-    def by_order(self) -> tuple[FloatArray, ...]:
-        """Bounds (dof,) of the absolute values of dq/dt, d2q/dt2 and so on, as far as they are limited."""
-        return tuple(np.array(bound) for bound in (self.speed, self.acceleration, self.jerk) if bound is not None)
-
-    @staticmethod
-    def time_scale(shares: Iterable[float]) -> float:
-        """The least factor by which time has to be multiplied, given the peak of each order as a share of its bound."""
-        return max(float(share ** (1.0 / order)) for order, share in enumerate(shares, start=1))
+from problems.robots.joints import JointLimits, Joints
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,24 +96,14 @@ class Robot(Parametric, ABC):
         return 2
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, for messages and tables."""
-        return tuple(f"joint {joint}" for joint in range(1, self.dof + 1))
-
-    @property
-    def joint_units(self) -> tuple[str, ...]:
-        """The units of the joints' positions: rad, or m where one slides."""
-        return ("rad",) * self.dof
-
-    @property
-    def base_name(self) -> str:
-        """The controller's name of the body that stands still."""
-        return "base"
-
-    @property
-    def joint_identifiers(self) -> tuple[str, ...]:
-        """The controller's names of the joints."""
-        return tuple(f"joint_{joint}" for joint in range(1, self.dof + 1))
+    def joints(self) -> Joints:
+        """Names and units of the joints; numbered by default, and turning."""
+        numbers = range(1, self.dof + 1)
+        return Joints(
+            names=tuple(f"joint {joint}" for joint in numbers),
+            identifiers=tuple(f"joint_{joint}" for joint in numbers),
+            units=("rad",) * self.dof,
+        )
 
     @property
     def base(self) -> tuple[float, ...]:
@@ -249,11 +206,6 @@ class Robot(Parametric, ABC):
     def rigid_chain(self) -> RigidChain | None:
         """The joints with the bodies that they move, the payload included; None where masses are not known."""
         return None
-
-    @property
-    def torque_units(self) -> tuple[str, ...]:
-        """The units of the joints' torques: N m, or N where one slides."""
-        return tuple("N m" if unit == "rad" else "N" for unit in self.joint_units)
 
     def inverse_dynamics(self, theta: Matrix, speed: Matrix, acceleration: Matrix) -> Matrix:
         """The motors' torques in a motion, gravity and friction included: (n, dof), N m or N.

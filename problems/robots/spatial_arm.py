@@ -32,7 +32,8 @@ from problems.robots.bodies import Bodies, Body, BodyPairs
 from problems.robots.chain import UNTURNED, Chain
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Moments, Payload
-from problems.robots.robot import JointLimits, Robot
+from problems.robots.joints import JointLimits, Joints
+from problems.robots.robot import Robot
 from problems.robots.spheres import Sphere
 from problems.robots.tracking import MOST_TOGETHER, TrackingError
 from problems.robots.transform import Matrix3, Point3, Transform, as_rows, quaternions_of
@@ -168,8 +169,8 @@ class SpatialArm(Robot):
     def assumed(self) -> str:
         parts = [f"without the geometry of {', '.join(self.ignored_links)}"] if self.ignored_links else []
         if self.joint_errors is not None:
-            most = dict.fromkeys(self.joint_units, 0.0)
-            for unit, error in zip(self.joint_units, self.joint_errors, strict=True):
+            most = dict.fromkeys(self.joints.units, 0.0)
+            for unit, error in zip(self.joints.units, self.joint_errors, strict=True):
                 most[unit] = max(most[unit], float(error))
             errors = " and ".join(f"{error:.3g} {unit}" for unit, error in most.items() if error > 0.0)
             parts.append(f"within a tracking error of {errors}")
@@ -192,10 +193,6 @@ class SpatialArm(Robot):
     @property
     def dof(self) -> int:
         return len(self.chain.joints)
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        return tuple(joint.name for joint in self.chain.joints)
 
     @property
     def limits(self) -> JointLimits:
@@ -229,16 +226,10 @@ class SpatialArm(Robot):
         return RigidChain(joints=tuple(joints), gravity=self.gravity)
 
     @property
-    def joint_units(self) -> tuple[str, ...]:
-        return tuple("rad" if joint.turns else "m" for joint in self.chain.joints)
-
-    @property
-    def base_name(self) -> str:
-        return self.chain.base_link
-
-    @property
-    def joint_identifiers(self) -> tuple[str, ...]:
-        return self.joint_names
+    def joints(self) -> Joints:
+        names = tuple(joint.name for joint in self.chain.joints)
+        units = tuple("rad" if joint.turns else "m" for joint in self.chain.joints)
+        return Joints(names=names, identifiers=names, units=units, base=self.chain.base_link)
 
     @property
     def base_frame(self) -> Transform:

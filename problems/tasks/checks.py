@@ -154,8 +154,8 @@ def overloaded(robot: Robot, theta: FloatArray) -> str:
         return ""
     joint = int(np.argmax(np.abs(torques[0]) / np.array(limits)))
     needed, most = shown(abs(torques[0, joint])), shown(limits[joint])
-    unit = robot.torque_units[joint]
-    return f"{robot.joint_names[joint]} needs {needed} {unit} to hold the arm there, more than its {most} {unit}"
+    unit = robot.joints.torque_units[joint]
+    return f"{robot.joints.names[joint]} needs {needed} {unit} to hold the arm there, more than its {most} {unit}"
 
 
 def least_clearances(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> FloatArray:

@@ -52,7 +52,7 @@ def _rates(task: Task, name: str, unit: str, symbol: str, away: FloatArray, boun
         lower=-bound,
         upper=bound,
         symmetric=True,
-        columns=task.robot.joint_names,
+        columns=task.robot.joints.names,
         scale=bound,
         for_all_t=False,
         formula=f"|{symbol} - {name}_i|, to rounding",

@@ -367,7 +367,7 @@ class ToolPath:
         ranges = robot.limits.position
         names = [
             name
-            for name, angle, (low, high) in zip(robot.joint_names, theta, ranges or (), strict=ranges is not None)
+            for name, angle, (low, high) in zip(robot.joints.names, theta, ranges or (), strict=ranges is not None)
             if min(angle - low, high - angle) <= 0.02 * (high - low)
         ]
         return f"{what}: " + (f"{', '.join(names)} at the end of the range" if names else "no posture next to the last")

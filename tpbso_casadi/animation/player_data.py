@@ -219,7 +219,7 @@ def shared_data(frames: Frames) -> dict[str, Any]:
         "times": rounded(frames.times, FINE),
         "joints": rounded(frames.joints),
         "points": rounded(frames.task_points),
-        "joint_names": list(robot.joint_names),
+        "joint_names": list(robot.joints.names),
         "lines": [_line(joint) for joint in range(robot.dof)],
         "curves": _curves(frames),
         "closest": None if closest is None else _closest(closest),
@@ -244,14 +244,15 @@ def _line(joint: int) -> dict[str, Any]:
 def _curves(frames: Frames) -> list[dict[str, Any]]:
     """Positions of the joints; what is limited as shares of the limits; torques that nothing limits as they are."""
     robot, trajectory, times = frames.problem.robot, frames.trajectory, frames.times
-    curves = [_curve(f"joint position [{alternatives(robot.joint_units)}]", frames.theta, robot.joint_units)]
+    units, torque_units = robot.joints.units, robot.joints.torque_units
+    curves = [_curve(f"joint position [{alternatives(units)}]", frames.theta, units)]
     curves[0]["bounds"] = robot.limits.position
     for name, shares in shares_of_limits(frames.problem, trajectory, times):
-        units = [unit + PER_TIME[name] for unit in robot.joint_units] if name in PER_TIME else robot.torque_units
-        curves.append(_curve(f"joint {name} / limit", shares, units) | {"limits": list(getattr(robot.limits, name))})
+        own = [unit + PER_TIME[name] for unit in units] if name in PER_TIME else torque_units
+        curves.append(_curve(f"joint {name} / limit", shares, own) | {"limits": list(getattr(robot.limits, name))})
     torques = torques_of(robot, trajectory, times) if robot.limits.torque is None else None
     if torques is not None:
-        curves.append(_curve(f"joint torque [{alternatives(robot.torque_units)}]", torques, robot.torque_units))
+        curves.append(_curve(f"joint torque [{alternatives(torque_units)}]", torques, torque_units))
     return curves
 
 

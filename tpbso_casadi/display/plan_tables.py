@@ -158,7 +158,7 @@ def remarks(plan: PlannedMotion) -> Iterator[str]:
         yield "not polished: this task has no nonlinear program"
     given = plan.criteria.task.given_postures
     asked = np.ptp(given, axis=0) / (2.0 * np.pi) if len(given) else np.zeros(plan.criteria.robot.dof)
-    for name, turns, least in zip(plan.criteria.robot.joint_names, plan.motion.turns, asked, strict=True):
+    for name, turns, least in zip(plan.criteria.robot.joints.names, plan.motion.turns, asked, strict=True):
         if turns > 1.0:
             why = f"the joints that are given are {least:.2f} turns apart" if least > 1.0 else FREE_TO_TURN
             yield f"{name} turns {turns:.2f} times; {why}"

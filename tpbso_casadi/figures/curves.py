@@ -121,7 +121,7 @@ class Row:
 @in_print
 def joints_figure(plan: PlannedMotion) -> Figure:
     """(c) Angle, speed and acceleration of every joint over time, jerk where it is limited, torque where known."""
-    rows, names = list(rows_of(plan)), plan.criteria.robot.joint_names
+    rows, names = list(rows_of(plan)), plan.criteria.robot.joints.names
     heights = np.array(
         [max(PANEL_HEIGHT, len(names) * LINE_HEIGHT * SMALL / 72.0 + 0.15), *[PANEL_HEIGHT] * (len(rows) - 1)]
     )
@@ -149,7 +149,7 @@ def joints_figure(plan: PlannedMotion) -> Figure:
 def rows_of(plan: PlannedMotion) -> Iterator[Row]:
     """The curves of the joints, with their limits."""
     robot, samples = plan.criteria.robot, plan.trajectory.samples(plan.times)
-    limits, unit = robot.limits, alternatives(robot.joint_units)
+    limits, unit = robot.limits, alternatives(robot.joints.units)
     ranges = None if limits.position is None else np.array(limits.position).T
     yield Row(f"{'angle' if unit == 'rad' else 'position'} [{unit}]", samples.theta, ranges=ranges)
     yield Row(f"speed [{unit}/s]", samples.speed, np.array(limits.speed))
@@ -159,7 +159,7 @@ def rows_of(plan: PlannedMotion) -> Iterator[Row]:
     torques = plan.motion.torques(plan.times)
     if torques is not None:
         most = None if limits.torque is None else np.array(limits.torque)
-        yield Row(f"torque [{alternatives(robot.torque_units)}]", ca.DM(torques), most)
+        yield Row(f"torque [{alternatives(robot.joints.torque_units)}]", ca.DM(torques), most)
 
 
 def draw_limits(axes: Axes, row: Row, names: Sequence[str], largest: float) -> None:

@@ -52,7 +52,7 @@ def limits_figure(plan: PlannedMotion) -> Figure:
         above.plot(times, used.max(axis=1), color=colour, linestyle=dashes, label=name)
     above.axhline(1.0, color=LIMIT, linewidth=0.8)
     above.set_ylabel("largest share of a limit")
-    draw_binding(below, times, shares, plan.criteria.robot.joint_names)
+    draw_binding(below, times, shares, plan.criteria.robot.joints.names)
     bound = np.any([used.max(axis=1) >= BINDING for used in shares.values()], axis=0)
     share_bound = float(np.sum(np.diff(times) * (bound[1:] & bound[:-1])) / trajectory.duration)
     broken = plan.motion.broken_spans

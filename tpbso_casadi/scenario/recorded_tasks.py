@@ -115,7 +115,7 @@ class MotionRowsTask(StatedMotionTask):
     def _order(self, robot: Robot) -> list[int]:
         if not self.joint_names:
             return list(range(robot.dof))
-        known = iter((robot.joint_identifiers, robot.joint_names))
+        known = iter((robot.joints.identifiers, robot.joints.names))
         return joint_order(self.joint_names, known, "task.joint_names")
 
 
@@ -132,7 +132,7 @@ class MotionPiecesTask(StatedMotionTask):
         """The pieces themselves, from t = 0."""
         breakpoints, coefficients = trajectory_pieces(self.breakpoints, self.coefficients)
         if self.joint_names:
-            known = iter((robot.joint_identifiers, robot.joint_names))
+            known = iter((robot.joints.identifiers, robot.joints.names))
             coefficients = coefficients[:, :, joint_order(self.joint_names, known, "task.joint_names")]
         motion = Trajectory(breakpoints - breakpoints[0], coefficients)
         said = f"{breakpoints.size - 1} polynomial pieces"

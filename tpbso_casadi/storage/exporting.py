@@ -71,8 +71,8 @@ def ros_message(rows: ControllerRows) -> dict[str, Any]:
     states = [state.tolist() for state in rows.states]
     effort = none if torques is None else torques.tolist()
     return {
-        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": robot.base_name},
-        "joint_names": list(robot.joint_identifiers),
+        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": robot.joints.base},
+        "joint_names": list(robot.joints.identifiers),
         "points": [
             {
                 **dict(zip(VALUES, values, strict=True)),
@@ -202,7 +202,7 @@ def _npz(folder: Path, rows: ControllerRows) -> Path:
     if torques is not None:
         arrays["tau"] = torques
     if pose.shape[1] > robot.dim:
-        arrays |= {"quaternion": pose[:, robot.dim :], "joint_names": np.array(robot.joint_identifiers)}
+        arrays |= {"quaternion": pose[:, robot.dim :], "joint_names": np.array(robot.joints.identifiers)}
     return write_with(folder / "joint_trajectory.npz", lambda temporary: np.savez(temporary, **arrays))  # type: ignore[arg-type]
 
 

@@ -170,7 +170,7 @@ class PathNlp(MotionProgram):
         points = ca.DM(self.encoding.knot_points)
         on_path = self.robot.tool(angles[self.form.knots, :]) - points
         rows = [
-            equality("spline", self.form.joins(angles, bends), "rad", self.robot.joint_names, JOINS),
+            equality("spline", self.form.joins(angles, bends), "rad", self.robot.joints.names, JOINS),
             equality("tip at the knots", on_path, "m", AXES[: self.robot.dim], ON_PATH, self.robot.length_unit),
         ]
         if self.task.knot_redundancy == "values":

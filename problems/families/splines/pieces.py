@@ -176,7 +176,7 @@ class PieceVariables:
     def joins(self, pieces: Pieces) -> list[Constraint]:
         """Constraints that each piece ends where the next one starts."""
         theta, speed, before, after, jerk, h = pieces
-        names = self.robot.joint_names
+        names = self.robot.joints.names
         way = _times(h / 3.0, speed[:-1, :] + pieces.middle + speed[1:, :])
         gain = _times(h / 2.0, before + after)
         rows = [

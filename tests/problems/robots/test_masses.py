@@ -175,7 +175,7 @@ def test_friction_of_the_urdf_may_be_overridden() -> None:
 
 
 def test_units_of_torques() -> None:
-    assert crane(HEAVY).arm(max_acceleration=1.0).torque_units == ("N m", "N")
+    assert crane(HEAVY).arm(max_acceleration=1.0).joints.torque_units == ("N m", "N")
 
 
 def test_an_inertia_that_no_body_has_is_noted() -> None:

@@ -63,7 +63,7 @@ def built(folder: InputFolder | None, unit: str = "rad", **changes: Any) -> Spat
 
 def test_files_beside_the_scenario_are_read(folder: InputFolder) -> None:
     robot = built(folder)
-    assert robot.joint_names == ("turn", "lift")
+    assert robot.joints.names == ("turn", "lift")
     assert robot.max_speed == (1.5, 2.5)
     assert robot.max_acceleration == (5.0, 5.0)
     assert [sphere.name for sphere in robot.spheres] == ["hand", "foot"]
@@ -95,7 +95,7 @@ def test_degrees_are_those_of_the_table_not_of_the_urdf(folder: InputFolder) -> 
 def test_degrees_of_a_joint_that_slides_are_refused(folder: InputFolder) -> None:
     sliding = URDF.replace('name="lift" type="revolute"', 'name="lift" type="prismatic"')
     (folder.path / "short.urdf").write_text(sliding)
-    assert built(folder, joint_limits=[[-2.0, 2.0], [-0.6, 0.6]]).joint_units == ("rad", "m")
+    assert built(folder, joint_limits=[[-2.0, 2.0], [-0.6, 0.6]]).joints.units == ("rad", "m")
     with pytest.raises(ScenarioError, match=r"^unit: 'deg' does not apply, joint 'lift' slides: state rad and m$"):
         built(folder, "deg", joint_limits=[[-90.0, 90.0], [-0.3, 0.3]])
 

@@ -198,5 +198,5 @@ def test_any_joint_name_survives_yaml(name: str) -> None:
 
 
 def test_joints_that_slide_are_in_metres() -> None:
-    assert sliding_arm().joint_units == ("m", "rad", "rad", "rad")
-    assert small_arm(2).joint_units == ("rad", "rad")
+    assert sliding_arm().joints.units == ("m", "rad", "rad", "rad")
+    assert small_arm(2).joints.units == ("rad", "rad")
