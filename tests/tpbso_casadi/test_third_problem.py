@@ -11,8 +11,6 @@ import pytest
 from helpers.third_problem import JointMoveProblem, JointMoveTask
 
 from tpbso_casadi import parse_scenario, read_scenario
-from tpbso_casadi.animation.frames import frames_of
-from tpbso_casadi.animation.player import page
 from tpbso_casadi.cli.commands.audit import main as audit
 from tpbso_casadi.cli.commands.solve import main as solve
 from tpbso_casadi.judging.campaign import run_campaign
@@ -21,8 +19,6 @@ from tpbso_casadi.judging.grid import grid, parse_solvers
 from tpbso_casadi.judging.page import write_comparison
 from tpbso_casadi.judging.results import best_runs, results_of
 from tpbso_casadi.judging.store import RunStore
-from tpbso_casadi.planning import plan
-from tpbso_casadi.reproduction.page_figures import illustrate
 from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.scenario.tasks import TASKS
 from tpbso_casadi.storage import read_run
@@ -53,25 +49,27 @@ def registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("move.toml").write_text(SCENARIO)
 
 
-@pytest.mark.parametrize("options", [["--polish"], ["--solver", "ipopt", "--iterations", "2"]])
-def test_it_is_polished_and_descended(options: list[str]) -> None:
-    assert solve(["move.toml", *options, "--out", "run", "--no-plots"]) == 0
+def test_it_is_descended() -> None:
+    assert solve(["move.toml", "--solver", "ipopt", "--iterations", "2", "--out", "run", "--no-plots"]) == 0
     assert read_run(Path("run")).motion.feasible
 
 
-def test_it_is_planned_drawn_animated_and_audited(capsys: pytest.CaptureFixture[str]) -> None:
-    assert solve(["move.toml", "--out", "run", "--animate", "run/move.html"]) == 0
+def test_it_is_planned_polished_drawn_animated_and_audited(capsys: pytest.CaptureFixture[str]) -> None:
+    assert solve(["move.toml", "--polish", "--out", "run", "--animate", "run/move.html"]) == 0
     pictures = {path.name for path in Path("run").glob("*.png")}
     assert pictures == {"convergence.png", "path.png", "joints.png", "limits.png"}
-    data = re.search(r'<script type="application/json">(.*?)</script>', Path("run/move.html").read_text())
+    page = Path("run/move.html").read_text()
+    data = re.search(r'<script type="application/json">(.*?)</script>', page)
     assert data is not None and json.loads(data[1])["points"] == []
+    run = read_run(Path("run"))
+    assert isinstance(run.motion.criteria, JointMoveProblem) and run.result.polish is not None
     assert audit(["run"]) == 0
     assert "certified" in capsys.readouterr().out
     assert audit(["move.toml"]) == 0
 
 
 def test_it_is_compared(tmp_path: Path) -> None:
-    runs = grid({"move": read_scenario(Path("move.toml"))}, parse_solvers("bso,pso+polish"), (1,))
+    runs = grid({"move": read_scenario(Path("move.toml"))}, parse_solvers("bso,pso"), (1,))
     executors = ExecutorFactory(lambda: ThreadPoolExecutor(2), lambda: ThreadPoolExecutor(1), 4)
     with RunStore(tmp_path / "store") as store:
         run_campaign(runs, store, executors)
@@ -81,20 +79,6 @@ def test_it_is_compared(tmp_path: Path) -> None:
     assert [summary.infeasible for summary in results.summaries] == [0, 0]
     write_comparison(Path("out"), results, runs, best, formats=())
     assert "move" in Path("out/comparison.html").read_text()
-
-
-def test_it_is_illustrated_and_shown_without_markers() -> None:
-    scenario = read_scenario(Path("move.toml"))
-    illustration = illustrate("move", scenario.as_text(), [])
-    assert [picture.caption for picture in illustration.pictures] == [
-        "(a) convergence; grey: the other runs",
-        "(b) path and postures",
-        "(c) joints",
-    ]
-    frames = frames_of(plan(scenario).motion, 5)
-    assert isinstance(frames.problem, JointMoveProblem)
-    assert frames.task_points.shape == (0, 2)
-    assert "joint" in page("move", frames)
 
 
 def test_its_keys_are_checked_like_all_others() -> None:

@@ -63,6 +63,7 @@ def test_a_run_folder_holds_motion_replans_obstacles_and_result_and_no_plan(
         "result.json", "trajectory.csv", "replans.csv", "obstacles.csv", "simulation.png", "simulation.html",
     }  # fmt: skip
     content = result_of("out")
+    assert set(content["files"]) == {path.name for path in Path("out").iterdir()} - {"result.json"}
     assert content["what"] == "a simulation of the planner: no robot was driven"
     assert content["seed"] == 3
     summary = content["summary"]
@@ -99,6 +100,7 @@ def test_the_command_line_overrides_the_table() -> None:
     table = result_of("out")["scenario"]["simulation"]
     assert (table["seconds"], table["every"], table["evaluations"], table["within"]) == (0.4, 0.2, 50, 0.1)
     assert result_of("out")["summary"]["replans"] == 2
+    assert {path.suffix for path in Path("out").iterdir()} == {".json", ".csv"}
 
 
 def test_what_is_told(capsys: pytest.CaptureFixture[str]) -> None:

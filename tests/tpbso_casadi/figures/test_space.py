@@ -139,7 +139,7 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
 
 
 def test_every_figure_is_drawn_in_space(tmp_path: Path) -> None:
-    paths = draw_figures(tmp_path, space_plan())
+    paths = draw_figures(tmp_path, space_plan(obstacles=False))
     assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png"]
     for path in paths:
         with Image.open(path) as image:

@@ -38,7 +38,7 @@ angle = 45
 retime = false
 [solver]
 name = "bso"
-evaluations = 500
+evaluations = 100
 polish_starts = 1
 """
 
@@ -171,7 +171,7 @@ def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pyte
     """Without an entry in the registry its class is named by its path."""
     if name == "capsule":
         request.getfixturevalue("registered")
-    plan = tp.plan(ARM, **TASK, solver="bso", evaluations=500, retime=False)
+    plan = tp.plan(ARM, **TASK, solver="bso", evaluations=100, retime=False)
     assert plan.certified
     assert [table.shape for table in plan.scenario.obstacles] == [name, name]
     assert plan.scenario.problem().obstacles == (STILL, MOVING)

@@ -16,7 +16,6 @@ from helpers.simulations import EVERY, replan_at, simulated
 from PIL import Image
 
 from tpbso_casadi.animation.player import simulation_page
-from tpbso_casadi.cli.commands.simulate import main
 from tpbso_casadi.figures.simulation import STYLES, draw_simulation, simulation_figure
 from tpbso_casadi.plain import parsed_json
 from tpbso_casadi.replanning.candidates import Kind
@@ -165,10 +164,9 @@ def test_distances_are_true_and_standstills_are_shaded() -> None:
     np.testing.assert_allclose(bars, [(EVERY * tick, 10.0 * (tick + 1)) for tick in range(8)])
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-def test_the_figure_is_a_file(dim: int, tmp_path: Path) -> None:
+def test_the_figure_is_a_file(tmp_path: Path) -> None:
     assert set(STYLES) == set(MEANINGS) == set(get_args(Kind))
-    [path] = draw_simulation(tmp_path, record_of(dim))
+    [path] = draw_simulation(tmp_path, record_of(3))
     with Image.open(path) as image:
         assert np.asarray(image.convert("L")).std() > 10.0
     assert [path.name for path in tmp_path.iterdir()] == ["simulation.png"]
@@ -192,17 +190,6 @@ def test_the_player_shows_what_was_answered_last(dim: int, tmp_path: Path) -> No
     document = after(jump, simulation_page("page", record_of(dim)), tmp_path)
     assert "1.000 s</output>" in document
     assert ">replan 4: the motion goes on (a stop in time proven), 50 ms</p>" in document
-
-
-@pytest.mark.usefixtures("in_an_empty_folder")
-def test_a_simulation_is_drawn_unless_it_must_not_be() -> None:
-    scenario = Path(__file__).parents[3] / "examples" / "simulation-plane.toml"
-    quick = [str(scenario), "--seconds", "0.2", "--evaluations", "100", "--quiet"]
-    assert main([*quick, "--out", "drawn"]) == 0
-    assert main([*quick, "--out", "bare", "--no-plots"]) == 0
-    names = {folder: {path.name for path in Path(folder).iterdir()} for folder in ("drawn", "bare")}
-    assert names["drawn"] - names["bare"] == {"simulation.png", "simulation.html"}
-    assert set(json.loads(Path("drawn/result.json").read_text())["files"]) == names["drawn"] - {"result.json"}
 
 
 def test_the_scene_keeps_its_place_where_nothing_had_to_stop() -> None:
