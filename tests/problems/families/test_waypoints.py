@@ -37,12 +37,6 @@ def test_variables_are_those_of_the_places_in_order() -> None:
     assert names(Move(TWO, Joints((0.0, 0.0)), (Joints((1.0, 1.0)),))) == []
 
 
-def test_the_sign_of_a_variable_chooses_the_elbow() -> None:
-    task = Move(TWO, Joints((0.0, 0.0)), (CORNER,))
-    for branch, expected in ((0.4, [0.0, pi / 2]), (-0.4, [pi / 2, -pi / 2])):
-        assert found(task, [branch])[1] == pytest.approx(np.array(expected), abs=1e-12)
-
-
 def test_one_of_several_goals() -> None:
     task = Move(TWO, Joints((0.0, 0.0)), (CORNER, Joints((1.0, 2.0)), Joints((3.0, 4.0))), elbow="up")
     expected = ([0.0, pi / 2], [1.0, 2.0], [3.0, 4.0])
@@ -50,27 +44,26 @@ def test_one_of_several_goals() -> None:
         assert found(task, [which])[1] == pytest.approx(np.array(expected[goal]), abs=1e-12)
 
 
-def test_angles_are_in_the_turns_nearest_to_the_stop_before() -> None:
-    """From 6 rad on, 0 is 2 pi; and so on from there."""
-    task = Move(TWO, Joints((6.0, -4.0)), (CORNER,), vias=(CORNER,), elbow="up")
-    via, goal = found(task, [])[1:]
-    assert via == pytest.approx(np.array([2 * pi, pi / 2 - 2 * pi]), abs=1e-12)
-    assert goal == pytest.approx(via, abs=1e-12)
+ORIGIN, TURNED = Joints((0.0, 0.0)), Joints((6.0, -4.0))
+NEAR_IT = [2 * pi, pi / 2 - 2 * pi]  # of the corner, elbow up, nearest to what is turned
+POSTURES: dict[str, tuple[Move, list[float], list[list[float]]]] = {
+    "a variable from 0 on: elbow up": (Move(TWO, ORIGIN, (CORNER,)), [0.4], [[0.0, 0.0], [0.0, pi / 2]]),
+    "and below 0 down": (Move(TWO, ORIGIN, (CORNER,)), [-0.4], [[0.0, 0.0], [pi / 2, -pi / 2]]),
+    "turns are those nearest to the stop before": (
+        Move(TWO, TURNED, (CORNER,), vias=(CORNER,), elbow="up"), [], [[6.0, -4.0], NEAR_IT, NEAR_IT],
+    ),
+    "before the first given posture those nearest after": (
+        Move(TWO, CORNER, (CORNER,), vias=(CORNER, TURNED), elbow="up"), [], [NEAR_IT, NEAR_IT, [6.0, -4.0], NEAR_IT],
+    ),
+    "without a given posture the start is in its first turn": (
+        Move(TWO, Position((-1.0, -1.0)), (Position((-1.0, 1.0)),), elbow="up"), [], [[pi, pi / 2], [pi / 2, pi / 2]],
+    ),
+}  # fmt: skip
 
 
-def test_before_the_first_given_posture_turns_are_those_nearest_after() -> None:
-    task = Move(TWO, CORNER, (CORNER,), vias=(CORNER, Joints((6.0, -4.0))), elbow="up")
-    start, via, given, goal = found(task, [])
-    assert given.tolist() == [6.0, -4.0]
-    for posture in (start, via, goal):
-        assert posture == pytest.approx(np.array([2 * pi, pi / 2 - 2 * pi]), abs=1e-12)
-
-
-def test_without_a_given_posture_the_start_is_in_its_first_turn() -> None:
-    task = Move(TWO, Position((-1.0, -1.0)), (Position((-1.0, 1.0)),), elbow="up")
-    start, goal = found(task, [])
-    assert start == pytest.approx(np.array([pi, pi / 2]), abs=1e-12)
-    assert goal == pytest.approx(np.array([pi / 2, pi / 2]), abs=1e-12)
+@pytest.mark.parametrize(("task", "x", "expected"), POSTURES.values(), ids=POSTURES)
+def test_postures_at_the_stops_by_hand(task: Move, x: list[float], expected: list[list[float]]) -> None:
+    assert np.array(found(task, x)) == pytest.approx(np.array(expected), abs=1e-12)
 
 
 def test_no_posture_is_farther_than_the_spread() -> None:

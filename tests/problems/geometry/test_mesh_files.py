@@ -134,13 +134,6 @@ def test_obj_states_a_square_in_many_ways(text: str) -> None:
     assert area("a.obj", text) == pytest.approx(1.0)
 
 
-def test_relative_corners_count_from_where_they_stand() -> None:
-    """The second square is 2 m away: by numbers from the file's end both would be there."""
-    away = SQUARE.replace("v 0", "v 3").replace("v 1", "v 4")
-    corners = read_mesh("a.obj", f"{SQUARE}f -4 -3 -2 -1\n{away}f -4 -3 -2 -1".encode()).corners
-    assert sorted(corners[..., 0].max(axis=1)) == [1.0, 1.0, 4.0, 4.0]
-
-
 def test_lines_and_points_are_left_out_and_that_is_said() -> None:
     mesh = read_mesh("a.obj", f"{SQUARE}f 1 2 3 4\nl 1 2\np 3".encode())
     assert mesh.reading == ("has lines or points, which have no surface and are left out",)

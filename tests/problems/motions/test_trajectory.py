@@ -28,37 +28,29 @@ def pieces(*steps: tuple[float, float]) -> Trajectory:
     return Trajectory.from_pieces(np.ones(len(steps)), coefficients)
 
 
-@pytest.mark.parametrize("way", [1e-5, 1.0, 100.0])
-def test_what_joins_has_no_jump(way: float) -> None:
-    assert pieces((0.3, way), (0.3 + way, -way)).largest_jump() < 1e-10
-
-
-def test_a_motion_that_stands_still_has_no_jump() -> None:
-    assert pieces((0.3, 0.0), (0.3, 0.0)).largest_jump() == 0.0
-    assert pieces((2.5, 1e-17), (2.5, -1e-17)).largest_jump() < ALLOWED
-
-
-@pytest.mark.parametrize("turns", [0.1, 1.0, 1e4, 1e8, 1e12])
-def test_no_number_of_turns_hides_half_a_radian(turns: float) -> None:
-    way = 2.0 * np.pi * turns
-    assert pieces((0.0, way), (way + 0.5, -way)).largest_jump() >= 0.49
-
-
-@pytest.mark.parametrize("way", [1.0, 1e-3, 1e-6])
-def test_a_small_motion_may_not_jump_by_a_part_of_itself(way: float) -> None:
-    assert pieces((0.0, way), (way * 1.01, -way)).largest_jump() >= 0.0099
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_nor_may_speed_or_acceleration_jump_beside_a_fast_piece(order: int) -> None:
-    fast = 1e9 * REST
-    jump = np.zeros(6)
-    jump[order] = 0.5 * 2.0 ** (order - 1)  # 0.5 rad/s or 1 rad/s^2 at the start of the last piece
+def beside_a_fast_piece(order: int) -> Trajectory:
+    """A last piece that begins with 0.5 rad/s or 1 rad/s^2 where all before ended at rest."""
+    fast, jump = 1e9 * REST, np.zeros(6)
+    jump[order] = 0.5 * 2.0 ** (order - 1)
     last = jump - 0.5 * np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    trajectory = Trajectory.from_pieces(
-        np.ones(3), [np.column_stack([c]) for c in (fast, -fast + 1e9 * (np.arange(6) == 0), last)]
-    )
-    assert trajectory.largest_jump() > 1e-3
+    parts = (fast, -fast + 1e9 * (np.arange(6) == 0), last)
+    return Trajectory.from_pieces(np.ones(3), [np.column_stack([part]) for part in parts])
+
+
+TURNS = [2.0 * np.pi * turns for turns in (0.1, 1.0, 1e4, 1e8, 1e12)]
+JUMPS: list[tuple[Trajectory, float, float]] = [  # the largest jump: at least, at most
+    *((pieces((0.3, way), (0.3 + way, -way)), 0.0, 1e-10) for way in (1e-5, 1.0, 100.0)),
+    (pieces((0.3, 0.0), (0.3, 0.0)), 0.0, 0.0),  # it stands still
+    (pieces((2.5, 1e-17), (2.5, -1e-17)), 0.0, ALLOWED),
+    *((pieces((0.0, way), (way + 0.5, -way)), 0.49, np.inf) for way in TURNS),  # no turn hides half a radian
+    *((pieces((0.0, way), (way * 1.01, -way)), 0.0099, np.inf) for way in (1.0, 1e-3, 1e-6)),  # nor a part of itself
+    *((beside_a_fast_piece(order), 1e-3, np.inf) for order in (1, 2)),
+]
+
+
+@pytest.mark.parametrize(("motion", "least", "most"), JUMPS)
+def test_what_joins_has_no_jump_and_nothing_hides_one(motion: Trajectory, least: float, most: float) -> None:
+    assert least <= motion.largest_jump() <= most
 
 
 def test_a_start_or_an_end_in_motion_counts() -> None:

@@ -28,17 +28,16 @@ def named(*pairs: str) -> set[frozenset[str]]:
     return {frozenset(pair.split()) for pair in pairs}
 
 
-def test_a_joint_connects_links_by_way_of_bare_ones() -> None:
-    solid = {"base", "wall", "arm", "bracket", "hand", "part"}
-    assert connected_links(FRAMES, solid) == named("base arm", "arm hand")
-
-
-def test_what_is_fixed_beside_a_bare_base_is_not_connected() -> None:
-    assert connected_links(FRAMES, {"wall", "arm", "hand"}) == named("arm hand")
-
-
-def test_two_joints_connect_nothing() -> None:
-    assert connected_links(FRAMES, {"base", "hand"}) == frozenset()
+@pytest.mark.parametrize(
+    ("solid", "connected"),
+    [
+        ({"base", "wall", "arm", "bracket", "hand", "part"}, named("base arm", "arm hand")),  # by way of bare ones
+        ({"wall", "arm", "hand"}, named("arm hand")),  # what is fixed beside a bare base is not
+        ({"base", "hand"}, set()),  # two joints connect nothing
+    ],
+)
+def test_a_joint_connects_links_by_way_of_bare_ones(solid: set[str], connected: set[frozenset[str]]) -> None:
+    assert connected_links(FRAMES, solid) == connected
 
 
 def balls(*places: tuple[float, float, float, float]) -> CoveredLink:

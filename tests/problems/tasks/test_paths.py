@@ -48,12 +48,6 @@ def test_resampling_keeps_ends_corners_and_count(count: int) -> None:
     assert np.hypot(*star.array[[0, -1]].T) == pytest.approx(1.0)
 
 
-def test_resampling_spreads_points_evenly_between_corners() -> None:
-    corner = Path.through([(0.0, 0.0), (1.0, 0.0), (1.0, 3.0)]).resampled(9)
-    assert corner.corners == (2,)
-    assert np.linalg.norm(np.diff(corner.array, axis=0), axis=1) == pytest.approx(0.5)
-
-
 @pytest.mark.parametrize("axes", [[[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]], ids=["plane", "space"])
 def test_turn_of_45_degrees_is_a_corner_and_less_is_not(axes: list[list[float]]) -> None:
     along, across = np.array(axes)

@@ -36,14 +36,6 @@ def test_it_takes_as_long_and_keeps_all_limits(limits: JointLimits, shares: list
         np.testing.assert_allclose(motion.at(times[after])[:, joint], GOAL[joint], atol=1e-9)
 
 
-def test_the_slowest_joint_has_no_time() -> None:
-    one = rest_to_rest(START, GOAL, SMOOTH, Phasing(np.zeros(3), np.array([0.0, 0.7, 1.0])))
-    other = rest_to_rest(START, GOAL, SMOOTH)
-    times = np.linspace(0.0, one.duration, 101)
-    slowest = int(np.argmax(least_durations(GOAL - START, SMOOTH)))
-    np.testing.assert_allclose(one.at(times)[:, slowest], other.at(times)[:, slowest], atol=1e-9)
-
-
 def test_all_of_the_time_is_the_usual_motion() -> None:
     same = rest_to_rest(START, GOAL, SMOOTH, Phasing(np.ones(3), np.zeros(3)))
     times = np.linspace(0.0, same.duration, 101)
