@@ -30,7 +30,7 @@ def judged(plan: PlannedMotion, folder: Path) -> tp.Plan:
     scenario = plan.scenario
     content = scenario.table()
     return tp.certify(
-        str(export_plan(folder, plan.planned, "ros-json")),
+        str(export_plan(folder, plan, "ros-json")),
         StatedRobot(scenario.robot_table),
         obstacles=content["obstacles"],
         margin=content["model"]["margin"],

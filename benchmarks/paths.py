@@ -75,9 +75,9 @@ def measured(name: str, seed: int, evaluations: int, found: dict[str, list[float
     if not plan.certified:
         return
     found["seconds"].append(time.process_time() - began)
-    searched = plan.planned.searched
-    assert searched is not None
-    exact = retime(searched.problem.path(searched.search.x), robot.limits, chain=robot.rigid_chain)  # type: ignore[attr-defined]
+    problem, search = plan.planned.problem, plan.search
+    assert problem is not None and search is not None
+    exact = retime(problem.path(search.x), robot.limits, chain=robot.rigid_chain)  # type: ignore[attr-defined]
     found["gained"].append(plan.duration / exact.duration)
     found[KINDS[seed % len(KINDS)]].append(found["gained"][-1])
     away, angle = nearness(way, *tool(robot, plan.trajectory.at(np.linspace(0.0, plan.duration, TIMES))))

@@ -23,7 +23,7 @@ from problems.base import FloatArray
 from problems.robots import TrackingError, least_tracking_error
 from tpbso_casadi import read_scenario
 from tpbso_casadi.cli.commands.tracking import toml_line
-from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.scenario import TrackingLog
 
 STEP = 1e-3  # s, of the simulation
@@ -82,7 +82,7 @@ class Controllers:
         return times, found
 
 
-def planned(scene: Scene, seed: int, tracking: TrackingError | None) -> SearchedMotion:
+def planned(scene: Scene, seed: int, tracking: TrackingError | None) -> PlannedMotion:
     """The plan of a scene."""
     text = scene.scenario(6000, seed, "direct")
     if tracking is not None:
@@ -90,9 +90,7 @@ def planned(scene: Scene, seed: int, tracking: TrackingError | None) -> Searched
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scene.toml"
         path.write_text(text)
-        found = plan(read_scenario(path))
-    assert isinstance(found, SearchedMotion)
-    return found
+        return plan(read_scenario(path))
 
 
 def rooms(scene: Scene, times: FloatArray, theta: FloatArray) -> FloatArray:

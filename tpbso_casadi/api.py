@@ -71,7 +71,7 @@ from tpbso_casadi.facade.certifying import certify
 from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
-from tpbso_casadi.facade.plan import Plan, StoredPlan
+from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planner import Planner
 from tpbso_casadi.facade.planning import audit, plan, read_run, replan
 from tpbso_casadi.facade.repairing import Repair, repair
@@ -171,7 +171,6 @@ __all__ = [
     "StatedRobot",
     "Step",
     "StopReason",
-    "StoredPlan",
     "Suite",
     "SuiteProblem",
     "Tabulated",

@@ -19,9 +19,9 @@ from problems.base import FloatArray
 from problems.certify import freedom, structure_of
 from problems.limits import SAMPLING_MARGIN, ExpressionLimit
 from problems.programs import Optimality, optimality
-from tpbso_casadi.planning import JudgedMotion, nearest_optimum
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion, nearest_optimum
 from tpbso_casadi.scenario import Scenario
-from tpbso_casadi.storage import CertificateResult, StoredRun
+from tpbso_casadi.storage import CertificateResult, result_of
 
 ACTIVE_MARGIN = 1e-3  # below which a constraint is active, of its bound, or of the reach where the bound is 0
 NOTHING_CHOSEN = {  # why there is no optimum to hold a motion against, by whether it is stated
@@ -78,21 +78,22 @@ def impossible(audit: dict[str, Any]) -> list[str]:
     return [c["name"] for c in audit["search"]["constraints"] if c["never_met"]]
 
 
-def audit_run(run: StoredRun) -> dict[str, Any]:
-    """The numeric audit and the certificate of a stored run that has been read and recomputed."""
+def audit_run(plan: PlannedMotion) -> dict[str, Any]:
+    """The numeric audit and the certificate of a plan; one that was read has been recomputed."""
+    motion, problem, result = plan.motion, plan.problem, result_of(plan)
+    polish, retiming = result.polish, result.retiming
     began = time.perf_counter()
-    motion, polish, retiming = run.motion, run.result.polish, run.result.retiming
     verdicts = motion.criteria.verify(motion.trajectory)
     certified = time.perf_counter()
-    kkt = None if run.problem is None or not run.problem.has_program else optimality_of(run.problem, run.found)
+    kkt = None if problem is None or not problem.has_program else optimality_of(problem, plan.found)
     judged = time.perf_counter()
-    optimum = None if run.problem is None or kkt is None else _optimum(run.problem, run)
+    optimum = None if problem is None or kkt is None else _optimum(problem, plan)
     return {
         "kind": "run",
-        "searched": run.problem is not None,
-        "nothing_chosen": None if run.problem is not None or motion.stages else NOTHING_CHOSEN[motion.is_stated],
-        "stages": [stage.table() for stage in run.result.stages],
-        "objective": run.result.objective.table(),
+        "searched": problem is not None,
+        "nothing_chosen": None if problem is not None or motion.stages else NOTHING_CHOSEN[motion.is_stated],
+        "stages": [stage.table() for stage in result.stages],
+        "objective": result.objective.table(),
         "certificate": {
             **CertificateResult.of(motion).table(),
             "seconds": certified - began,
@@ -111,12 +112,12 @@ def optimality_of(problem: Problem[Any], motion: JudgedMotion) -> Optimality:
     return optimality(program, program.from_trajectory(motion.trajectory))
 
 
-def _optimum(problem: Problem[Any], run: StoredRun) -> dict[str, Any] | None:
+def _optimum(problem: Problem[Any], plan: PlannedMotion) -> dict[str, Any] | None:
     """The optimum near the plan, with the prices of its limits."""
     of_the_tool = any(isinstance(limit, ExpressionLimit) for limit in problem.limits)
     if problem.robot.dim == 3 and (problem.task.obstacles or of_the_tool):
         return None  # second derivatives in space take a minute, of clearances several, which no deadline ends
-    optimum = nearest_optimum(problem, run.motion, run.found, run.scenario.model.retime)
+    optimum = nearest_optimum(problem, plan.motion, plan.found, plan.scenario.model.retime)
     if optimum is None:
         return None
     shares = ("per_cent", "timed_per_cent")

@@ -11,9 +11,9 @@ from rich.text import Text
 from problems import CertificateStatus, Verdict
 from problems.certify import AtGoal, WorstIs
 from problems.tasks import RecordedMotion
-from solvers import StopReason
+from solvers import Result, StopReason
 from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
-from tpbso_casadi.planning import BOUND, JudgedMotion, PlannedMotion, Polish, Retiming, SearchedMotion
+from tpbso_casadi.planning import BOUND, JudgedMotion, PlannedMotion, Polish, Retiming
 from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
 
 MARKS = {
@@ -48,8 +48,8 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
     console.print_table(summary_of(plan), table)
     for line in plan.motion.not_judged:
         console.say(f"not judged: {line}")
-    if plan.searched is not None and plan.searched.polish is not None:
-        print_polish(plan.searched, plan.searched.polish, console)
+    if plan.search is not None and plan.polish is not None:
+        print_polish(plan.search, plan.polish, console)
     if plan.retiming is not None:
         print_retiming(plan.retiming, console)
     for line in nearness_of(plan.motion):
@@ -91,20 +91,19 @@ def _how_long(after: AtGoal, arrival: float) -> str:
 
 def effort_of(plan: PlannedMotion) -> str:
     """How the plan was found, in a line."""
-    found, solver = plan.searched, plan.scenario.solver
+    search, solver = plan.search, plan.scenario.solver
     if plan.motion.stages:
         bound = float(plan.motion.quantities[BOUND][0])
         above = plan.motion.trajectory.duration / bound - 1.0
         count = len(plan.motion.stages)
         what = f"{count} stage{'s' if count > 1 else ''}, planned in {plan.seconds_timed:.2f} s"
         return f"{what}; {above:.1%} above {bound:.4g} s, their bound in free space between the postures looked at"
-    if found is None:
+    if search is None:
         task = plan.criteria.task
         if isinstance(task, RecordedMotion):
             return f"a motion as it is stated: {task.joined}"
         return f"a given path, timed in {plan.seconds_timed:.2f} s"
-    rounds = f", best of {found.rounds} rounds" if found.rounds > 1 else ""
-    search = found.search
+    rounds = f", best of {plan.rounds} rounds" if plan.rounds > 1 else ""
     if not search.evaluations:
         at_bound = search.stop_reason is StopReason.TARGET
         how = "nothing between its ends is faster; found" if at_bound else "found"
@@ -122,14 +121,14 @@ def _row(verdict: Verdict) -> tuple[Text, ...]:
     return texts
 
 
-def print_polish(plan: SearchedMotion, polish: Polish, console: OutputConsole) -> None:
+def print_polish(search: Result, polish: Polish, console: OutputConsole) -> None:
     """The search and its refinement by IPOPT, side by side."""
-    objective, descent = plan.problem.objective, polish.search
+    objective, descent = polish.before.problem.objective, polish.search
     decision = "kept" if polish.accepted else "discarded, not better"
     headings = f"{objective.name}, {objective.unit}", "worst violation", "evaluations", "iterations", "seconds"
     table = table_of(word(""), *map(number, headings))
     rows = (
-        ("before", polish.before, plan.search.evaluations, plan.search.iterations, plan.search.seconds),
+        ("before", polish.before, search.evaluations, search.iterations, search.seconds),
         ("after", polish.after, descent.evaluations, descent.solution.iterations, polish.seconds),
     )
     for name, motion, evaluations, iterations, seconds in rows:
@@ -153,8 +152,7 @@ def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
 
 def remarks(plan: PlannedMotion) -> Iterator[str]:
     """Remarks on a polish left out, joints that turn more than once, and a plan far from the best."""
-    found = plan.searched
-    if found is not None and plan.scenario.solver.polish_starts and not found.problem.has_program:
+    if plan.problem is not None and plan.scenario.solver.polish_starts and not plan.problem.has_program:
         yield "not polished: this task has no nonlinear program"
     given = plan.criteria.task.given_postures
     asked = np.ptp(given, axis=0) / (2.0 * np.pi) if len(given) else np.zeros(plan.criteria.robot.dof)

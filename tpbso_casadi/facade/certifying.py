@@ -26,6 +26,7 @@ from tpbso_casadi.facade.surroundings import (
     in_scene,
     surroundings,
 )
+from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
     InputFolder,
@@ -37,7 +38,7 @@ from tpbso_casadi.scenario import (
     read_recorded,
     rows_table,
 )
-from tpbso_casadi.storage import StoredRun, read_run
+from tpbso_casadi.storage import read_run
 
 Rows: TypeAlias = Sequence[Any] | Mapping[str, Any]  # times, positions and, where there are, rates
 AnyMotion: TypeAlias = Trajectory | Plan | Rows | str | Path | Any
@@ -183,8 +184,8 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Scen
     if "message" in given:
         raise ScenarioError("message: says which trajectory of a bag; this is none")
     if isinstance(trajectory, str | Path | Plan):
-        run = trajectory.as_run() if isinstance(trajectory, Plan) else read_run(Path(trajectory))
-        return _run_content(run, trajectory, given)
+        plan = trajectory.planned if isinstance(trajectory, Plan) else read_run(Path(trajectory))
+        return _plan_content(plan, trajectory, given)
     pieces = (trajectory, 0.0) if isinstance(trajectory, Trajectory) else exact_pieces(trajectory)
     if pieces is not None:
         return motion_table(*pieces) | _of_pieces(given), None
@@ -206,15 +207,15 @@ def file_content(file: Path, given: Content) -> Content:
     return {**STANDS, **rows_table(rows), **given}
 
 
-def _run_content(run: StoredRun, trajectory: AnyMotion, given: Content) -> tuple[Content, Scenario]:
+def _plan_content(plan: PlannedMotion, trajectory: AnyMotion, given: Content) -> tuple[Content, Scenario]:
     name = "trajectory" if isinstance(trajectory, Plan) else trajectory
     with named(name):
-        if run.motion.stages:
+        if plan.motion.stages:
             raise ScenarioError("a sequence is judged stage by stage, with what it carries; say tpbso audit")
-        if run.motion.criteria.task.end_velocities.any():
+        if plan.criteria.task.end_velocities.any():
             raise ScenarioError("it begins or ends in motion, as its task says; say tpbso audit")
-    motion = motion_table(run.motion.trajectory, task=run.motion.criteria.task)
-    return motion | _of_pieces(given), run.scenario
+    motion = motion_table(plan.trajectory, task=plan.criteria.task)
+    return motion | _of_pieces(given), plan.scenario
 
 
 def _of_pieces(given: Content) -> Content:

@@ -176,8 +176,8 @@ class Plan:
 
     @property
     def search(self) -> Result | None:
-        """The record of the search; None where a given path was timed."""
-        return None if self.planned.searched is None else self.planned.searched.search
+        """The record of the search; None where a given path was timed, or the plan was read."""
+        return self.planned.search
 
     @property
     def result(self) -> RunResult:
@@ -313,7 +313,7 @@ class Plan:
         Every constraint is judged again for all t; where the task has a nonlinear program, the conditions of optimality
         are checked, the nearest optimum is searched for, and the motion is planned again with each limit looser.
         """
-        return RunAudit(audit_run(self.as_run()))
+        return RunAudit(audit_run(self.planned))
 
     def as_run(self) -> StoredRun:
         """The run that reading the plan's run folder would give."""
@@ -325,15 +325,3 @@ class Plan:
         rows = [(v.name, v.worst_is.number(v.worst), v.bound, v.unit, str(v.status), v.where) for v in self.verdicts]
         judged = table(("constraint", "worst", "limit", "unit", "for all t", "where"), rows)
         return heading(repr(self)[1:-1]) + picture(png_of(self.plot()), "the path of the motion") + judged
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class StoredPlan(Plan):
-    """A plan whose folder was read, and whose numbers were computed again. Its search is known by its record alone."""
-
-    planned: StoredRun
-
-    @property
-    def run(self) -> StoredRun:
-        """The content of the folder."""
-        return self.planned

@@ -15,7 +15,7 @@ from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.facade.arguments import AnySolverChoice, file_path, in_words_of_python
 from tpbso_casadi.facade.audit import Audit, ScenarioAudit
 from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
-from tpbso_casadi.facade.plan import Plan, StoredPlan
+from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, given_scenario, scenario_of
 from tpbso_casadi.planning import SILENT, PlannedMotion, Progress
 from tpbso_casadi.planning import plan as plan_scenario
@@ -179,7 +179,7 @@ def audit(what: Plan | What | HasScenario) -> Audit:
         return ScenarioAudit(audit_scenario(scenario))
 
 
-def read_run(folder: str | Path) -> StoredPlan:
+def read_run(folder: str | Path) -> Plan:
     """The plan in a run folder, all of it computed again; of its search there is only the record, in its ``result``.
 
     Args:
@@ -189,4 +189,4 @@ def read_run(folder: str | Path) -> StoredPlan:
         TypeError: the folder is no path.
         InvalidRun: a file is missing or was changed, or a number is not what a recomputation gives.
     """
-    return StoredPlan(read_stored_run(file_path("folder", folder)))
+    return Plan(read_stored_run(file_path("folder", folder)))

@@ -132,10 +132,10 @@ def content_of(path: AnyPath, shape: Content) -> tuple[Content, Scenario | None]
         raise ScenarioError(f"{next(iter(shape))}: the path is complete; it is for waypoints")
     if isinstance(path, JointPath | Trajectory):
         return pieces_table(path if isinstance(path, JointPath) else JointPath.of(path)), None
-    run = path.as_run() if isinstance(path, Plan) else read_run(Path(path))
+    plan = path.planned if isinstance(path, Plan) else read_run(Path(path))
     with named("path" if isinstance(path, Plan) else path):
-        task = path_table(run)
-    return task, run.scenario
+        task = path_table(plan)
+    return task, plan.scenario
 
 
 def _waypoints(path: Any) -> FloatArray:

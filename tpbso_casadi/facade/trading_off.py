@@ -16,7 +16,7 @@ from problems.base import FloatArray, did_you_mean, in_words, shown_value
 from problems.evaluation import EvaluationOptions
 from solvers import deferred_interrupt
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, several, whole
-from tpbso_casadi.facade.plan import StoredPlan
+from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.showing import chosen, data_frame
 from tpbso_casadi.facade.statement import HasScenario, What, scenario_of
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
@@ -45,7 +45,7 @@ class Front:
     trade_off: TradeOff
     method: str
     points: tuple[Point, ...]
-    plans: tuple[StoredPlan, ...]
+    plans: tuple[Plan, ...]
 
     @property
     def objectives(self) -> tuple[str, str]:
@@ -204,5 +204,5 @@ def _front(trade_off: TradeOff, method: str, place: Path) -> Front:
     points = PointFront.of(trade_off.points[method]).points
     if not points:
         raise ScenarioError("no plan is certified, not even at an end of the front: more evaluations, or another seed")
-    plans = [StoredPlan(read_run(place / point.folder)) for point in points if point.folder]
+    plans = [Plan(read_run(place / point.folder)) for point in points if point.folder]
     return Front(trade_off, method, points, tuple(plans))

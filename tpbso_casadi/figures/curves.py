@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -15,9 +16,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from problems import CertificateStatus
+from problems import CertificateStatus, Problem
 from problems.base import FloatArray, Matrix, as_array
 from problems.tasks import BoundedCurve, ProgressMeasure
+from solvers import Result
 from tpbso_casadi.figures.palette import BLUE, GIVEN, GREEN, LIMIT, ORANGE, PATH, PURPLE, VERMILLION, colour_of, line_of
 from tpbso_casadi.figures.style import (
     LINE_HEIGHT,
@@ -30,7 +32,7 @@ from tpbso_casadi.figures.style import (
     title_figure,
 )
 from tpbso_casadi.plain import visible
-from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, first_feasible, step_name
+from tpbso_casadi.planning import PlannedMotion, alternatives, convergence, first_feasible, step_name
 
 STATUSES = {
     CertificateStatus.CERTIFIED: "certified for all t",
@@ -57,14 +59,15 @@ DECADES = 30.0  # from this ratio of the largest to the least cost on the axis i
 
 
 @in_print
-def convergence_figure(plan: SearchedMotion) -> Figure:
+def convergence_figure(plan: PlannedMotion) -> Figure:
     """(a) The best cost so far over the iterations; the infeasible phase is marked, as its cost is a penalty."""
     figure = Figure(figsize=(ONE_COLUMN, HEIGHT), layout="constrained")
     axes = figure.subplots()
-    iterations, cost = convergence(plan.search)
-    objective, first = plan.problem.objective, first_feasible(plan)
+    problem, search = searched(plan)
+    iterations, cost = convergence(search)
+    objective, first = problem.objective, first_feasible(problem, search)
     solver = plan.scenario.solver.name.rsplit(":")[-1].upper()
-    axes.set_xlabel(step_name(plan.search))
+    axes.set_xlabel(step_name(search))
     axes.set_ylabel(f"best {objective.name} so far [{objective.unit}]" if first is not None else "penalised cost")
     axes.set_xlim(0, max(int(iterations[-1]), 1))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=6))
@@ -72,7 +75,7 @@ def convergence_figure(plan: SearchedMotion) -> Figure:
         axes.set_title(f"{solver}: no feasible candidate")
         draw_cost(axes, iterations, cost, VERMILLION)
         return figure
-    axes.set_title(f"{solver}: {plan.search.evaluations} evaluations")
+    axes.set_title(f"{solver}: {search.evaluations} evaluations")
     draw_cost(axes, iterations[first:], cost[first:], BLUE)
     labels = [EndLabel(f"{cost[-1]:.4g}", cost[-1], BLUE)]
     if plan.polish is not None and plan.polish.accepted:
@@ -195,23 +198,29 @@ def ranges_of(names: Sequence[str], joints: np.ndarray) -> str:
     return ", ".join(f"{run[0]}\nto {run[-1]}" if len(run) > 1 else run[0] for run in runs)
 
 
-def progress_figures(plan: SearchedMotion) -> dict[str, tuple[str, Figure]]:
+def searched(plan: PlannedMotion) -> tuple[Problem[Any], Result]:
+    """The problem of a plan and the record of its search, of a plan that was searched for here."""
+    assert plan.problem is not None and plan.search is not None
+    return plan.problem, plan.search
+
+
+def progress_figures(plan: PlannedMotion) -> dict[str, tuple[str, Figure]]:
     """Captions and figures of the problem's progress measures, by file name."""
-    return {
-        measure.name: (measure.label, progress_figure(plan, measure)) for measure in plan.problem.progress_measures()
-    }
+    measures = searched(plan)[0].progress_measures()
+    return {measure.name: (measure.label, progress_figure(plan, measure)) for measure in measures}
 
 
 @in_print
-def progress_figure(plan: SearchedMotion, measure: ProgressMeasure) -> Figure:
+def progress_figure(plan: PlannedMotion, measure: ProgressMeasure) -> Figure:
     """A measure of the best candidate so far over the iterations."""
     figure = Figure(figsize=(ONE_COLUMN, HEIGHT), layout="constrained")
     axes = figure.subplots()
-    iterations, _ = convergence(plan.search)
+    _, search = searched(plan)
+    iterations, _ = convergence(search)
     history = progress_history(plan, measure)
     axes.step(iterations, history, where="post", color=BLUE)
     axes.axhline(measure.limit, color=LIMIT, linestyle="--", linewidth=0.8)
-    axes.set_xlabel(step_name(plan.search))
+    axes.set_xlabel(step_name(search))
     axes.set_ylabel(f"{measure.label} [{measure.unit}]")
     axes.set_title(measure.title)
     axes.set_xlim(0, max(int(iterations[-1]), 1))
@@ -222,13 +231,13 @@ def progress_figure(plan: SearchedMotion, measure: ProgressMeasure) -> Figure:
     return figure
 
 
-def progress_history(plan: SearchedMotion, measure: ProgressMeasure) -> FloatArray:
+def progress_history(plan: PlannedMotion, measure: ProgressMeasure) -> FloatArray:
     """A measure of the best candidate so far after each iteration or start, (n,), in its unit."""
-    best = plan.search.history.best
-    if not plan.search.in_program_variables:
-        return measure.of_candidates(best)
-    program = plan.problem.nlp()
-    return np.array([measure.of_trajectory(program.trajectory(x)) for x in best])
+    problem, search = searched(plan)
+    if not search.in_program_variables:
+        return measure.of_candidates(search.history.best)
+    program = problem.nlp()
+    return np.array([measure.of_trajectory(program.trajectory(x)) for x in search.history.best])
 
 
 def curve_figures(plan: PlannedMotion) -> dict[str, tuple[str, Figure]]:

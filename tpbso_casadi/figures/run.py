@@ -27,13 +27,13 @@ def drawings_of(plan: PlannedMotion) -> dict[str, Callable[[], Figure]]:
     """Drawings of each figure of a plan, by file name."""
     drawings: dict[str, Callable[[], Figure]] = {name: partial(draw, plan) for name, draw in FIGURES.items()}
     drawings |= clearance_drawings(plan)
-    searched = None if plan.searched is None or not plan.searched.search.evaluations else plan.searched
-    if searched is not None:
-        drawings["convergence"] = partial(convergence_figure, searched)
+    problem = None if plan.search is None or not plan.search.evaluations else plan.problem
+    if problem is not None:
+        drawings["convergence"] = partial(convergence_figure, plan)
     drawings |= {name: partial(curve_figure, plan.times, group) for name, group in curve_groups(plan).items()}
-    if searched is not None:
-        measures = searched.problem.progress_measures()
-        drawings |= {measure.name: partial(progress_figure, searched, measure) for measure in measures}
+    if problem is not None:
+        measures = problem.progress_measures()
+        drawings |= {measure.name: partial(progress_figure, plan, measure) for measure in measures}
     return drawings
 
 

@@ -9,7 +9,6 @@ from tpbso_casadi.planning.finishing import (
     PlannedMotion,
     Polish,
     Retiming,
-    SearchedMotion,
     has_descents,
 )
 from tpbso_casadi.planning.motion import (
@@ -44,7 +43,6 @@ __all__ = [
     "Price",
     "Progress",
     "Retiming",
-    "SearchedMotion",
     "SharedSearches",
     "alternatives",
     "convergence",

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from math import inf
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -21,9 +21,9 @@ from problems import Problem
 from problems.base import FloatArray
 from solvers import IPOPT, Archive, Budget, Result, SearchBox, Solver, minimize
 from tpbso_casadi.planning.finishing import (
+    PlannedMotion,
     Polish,
     Refinement,
-    SearchedMotion,
     distinct,
     has_descents,
     is_better,
@@ -31,7 +31,7 @@ from tpbso_casadi.planning.finishing import (
     retimed,
 )
 from tpbso_casadi.planning.motion import JudgedMotion, motion_of
-from tpbso_casadi.planning.planning import Planning
+from tpbso_casadi.planning.planning import Planning, SearchRecord
 from tpbso_casadi.planning.progress import Progress, log_search
 
 T = TypeVar("T")
@@ -43,26 +43,9 @@ WORTH = 0.8  # of what a branch's own posture takes in free space: about what a 
 RACE_TIME = 0.4  # of a time limit, for all branches together
 
 
-class RacedBranch(NamedTuple):
-    """A branch that has been searched briefly: the problem that keeps to it, and what was found."""
-
-    problem: Problem[Any]
-    search: Result
-
-    @property
-    def cost(self) -> float:
-        """The cost of the best candidate."""
-        return self.search.cost
-
-    @property
-    def motion(self) -> JudgedMotion:
-        """The motion of the best candidate."""
-        return motion_of(self.problem, self.search.x)
-
-
 def best_of_branches(
-    problem: Problem[Any], planning: Planning, planned: Callable[[Problem[Any], Planning], SearchedMotion]
-) -> SearchedMotion:
+    problem: Problem[Any], planning: Planning, planned: Callable[[Problem[Any], Planning], PlannedMotion]
+) -> PlannedMotion:
     """The best plan of the race's finalists.
 
     Ctrl-C ends the race; the best so far is planned with what is left of its search. Where something raises in the
@@ -77,18 +60,18 @@ def best_of_branches(
     settings = planning.settings
     whole = settings.budget() if settings.within is None else Budget(seconds=settings.within)
     budget = _short(whole, len(problem.branches))
-    raced: list[RacedBranch] = []
+    raced: list[SearchRecord] = []
     for branch in problem.branches:
         if planning.is_cut_short and raced:
             break
-        if WORTH * _in_time(branch) < min((each.cost for each in raced), default=inf):
-            raced += _attempted(raced, planning, partial(_raced, branch, planning, budget))
+        if WORTH * _in_time(branch) < min((each.result.cost for each in raced), default=inf):
+            raced += _attempted(raced, planning, partial(planning.search, branch, budget))
     if planning.failures:
         return _as_plan(_finalists(raced)[0], planning, len(raced))
     limits = {"time_limit": settings.time_limit, "within": settings.within}
     share = (1.0 - RACE_TIME) / FINALISTS  # of the time, for each finalist
     left = planning.with_settings(**{key: share * s for key, s in limits.items() if s is not None})
-    best: SearchedMotion | None = None
+    best: PlannedMotion | None = None
     for number, finalist in enumerate(_finalists(raced), start=1):
         if best is not None and planning.is_cut_short:
             break
@@ -107,12 +90,12 @@ def _attempted(before: object, planning: Planning, work: Callable[[], T]) -> lis
     return [] if found is None else [found]
 
 
-def _finalists(raced: Sequence[RacedBranch]) -> list[RacedBranch]:
+def _finalists(raced: Sequence[SearchRecord]) -> list[SearchRecord]:
     """The best of the race, those last that slip through something between their samples."""
-    clear: list[RacedBranch] = []
-    slipping: list[RacedBranch] = []
-    for each in sorted(raced, key=lambda one: one.cost):
-        if len(clear) < FINALISTS and not (clear and each.cost > CLOSE * clear[0].cost):
+    clear: list[SearchRecord] = []
+    slipping: list[SearchRecord] = []
+    for each in sorted(raced, key=lambda one: one.result.cost):
+        if len(clear) < FINALISTS and not (clear and each.result.cost > CLOSE * clear[0].result.cost):
             (slipping if each.motion.worst_violation > DEEP else clear).append(each)
     return (clear or slipping)[:FINALISTS]
 
@@ -125,16 +108,12 @@ def _in_time(branch: Problem[Any]) -> float:
     return float(objective.terminal(ca.DM(branch.direct.free_space_time)))
 
 
-def _raced(branch: Problem[Any], planning: Planning, budget: Budget) -> RacedBranch:
-    return RacedBranch(branch, planning.search(branch, budget).result)
-
-
-def _as_plan(raced: RacedBranch, planning: Planning, rounds: int) -> SearchedMotion:
+def _as_plan(raced: SearchRecord, planning: Planning, rounds: int) -> PlannedMotion:
     """The plan of a race that was cut short."""
-    return SearchedMotion(
+    return PlannedMotion(
         scenario=planning.scenario,
         problem=raced.problem,
-        search=raced.search,
+        search=raced.result,
         motion=raced.motion,
         rounds=rounds,
         interrupted=True,
@@ -182,7 +161,7 @@ class SearchRound:
 Improve: TypeAlias = Callable[[Result, JudgedMotion, Archive, float], SearchRound]
 
 
-def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known: FloatArray | None) -> SearchedMotion:
+def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known: FloatArray | None) -> PlannedMotion:
     """The best of as many rounds as the seconds of the settings allow: search, refine, and again with a new seed.
 
     The first search is done in any case, and begins with what is known, candidates (m, d); refining follows if time is
@@ -210,7 +189,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
             rounds.append(better or SearchRound(search, motion, None, motion))
         known = None
     best = min(rounds, key=lambda each: each.rank)
-    return SearchedMotion(
+    return PlannedMotion(
         scenario=planning.scenario,
         problem=problem,
         search=best.search,

@@ -16,7 +16,7 @@ from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.certify import ROUNDING_ALLOWANCE
 from solvers import StopReason, unsearched
-from tpbso_casadi.planning.finishing import AS_FAST, SearchedMotion, is_better, slowed
+from tpbso_casadi.planning.finishing import AS_FAST, PlannedMotion, is_better, slowed
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
 
@@ -28,23 +28,25 @@ APART = 0.4  # rad, of some joint: postures at the goal that are less are much t
 WORTH_TRYING = 1.002  # of a bound: what is gained below that is not worth a way
 
 
-def directly(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+def directly(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
     """A certified plan that takes no search; None where the solver is another one, or none is found."""
     if not (planning.settings.is_direct and planning.scenario.model.retime):
         return None
     return planning.interruption.attempt(partial(_directly, problem, planning))
 
 
-def _directly(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+def _directly(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
     """A plan at a bound, unless an end may move and be reached sooner elsewhere: then the best along paths."""
     found = at_the_bound(problem, planning)
-    if found is None or planning.settings.first or not found.problem.direct.ends_may_move:
-        return found or along_paths(problem, planning, None)
+    if found is None:
+        return along_paths(problem, planning, None)
+    if planning.settings.first or found.problem is None or not found.problem.direct.ends_may_move:
+        return found
     least = min(branch.direct.least_bound for branch in problem.branches or (problem,))
     return found if found.objective <= ABOUT_AS_GOOD * least else along_paths(problem, planning, found)
 
 
-def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | None:
+def at_the_bound(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
     """A certified motion that nothing between its ends can beat; None where none is found.
 
     Of several branches, the first one that has such a motion counts, the quickest in free space first.
@@ -63,7 +65,7 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> SearchedMotion | 
     return None
 
 
-def along_paths(problem: Problem[Any], planning: Planning, known: SearchedMotion | None) -> SearchedMotion | None:
+def along_paths(problem: Problem[Any], planning: Planning, known: PlannedMotion | None) -> PlannedMotion | None:
     """The best certified motion along paths to postures at the goal, or the one that is known; None for none.
 
     Postures are tried in the order of their bounds, until none can lead to better than the best motion; of those that
@@ -71,7 +73,7 @@ def along_paths(problem: Problem[Any], planning: Planning, known: SearchedMotion
     """
     began = time.perf_counter()
     planning.progress.phase("polishing ways around")
-    best = None if known is None else (known.motion, known.problem)
+    best = None if known is None or known.problem is None else (known.motion, known.problem)
     approaches = [(branch, each) for branch in problem.branches or (problem,) for each in branch.direct.approaches()]
     tried: list[FloatArray] = []
     for branch, approach in sorted(approaches, key=lambda one: one[1].bound):
@@ -101,6 +103,6 @@ def judged(problem: Criteria, trajectory: Trajectory) -> JudgedMotion:
 
 def _plan(
     planning: Planning, problem: Problem[Any], motion: JudgedMotion, began: float, reason: StopReason, rounds: int
-) -> SearchedMotion:
+) -> PlannedMotion:
     search = unsearched(motion.objective, time.perf_counter() - began, planning.settings.seed, reason)
-    return SearchedMotion(scenario=planning.scenario, problem=problem, search=search, motion=motion, rounds=rounds)
+    return PlannedMotion(scenario=planning.scenario, problem=problem, search=search, motion=motion, rounds=rounds)

@@ -312,12 +312,16 @@ def _free_space(before: JudgedMotion) -> Iterator[Trajectory]:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class PlannedMotion:
-    """A motion and what it was asked for.
+    """A motion, what it was asked for, and how it was found.
 
     Attributes:
         scenario: robot, task, limits and solver.
         motion: the plan itself.
-        retiming: the last stage of a search; None where there was none.
+        problem: that was searched; None where a given path was timed.
+        search: result and record of the search, before any polish; None where there was none, or the plan is read.
+        polish: the refinement by IPOPT; None where there was none, or the plan is read.
+        rounds: searches made; ``search`` is the one that led to the best motion.
+        retiming: the last stage of a search; None where there was none, or it changed nothing and the plan is read.
         interrupted: whether Ctrl-C, or what was raised meanwhile, cut the work short.
         seconds_timed: that the timing of a given path took; 0 where there was a search.
         name: of the case or the file, for titles; empty where nobody knows one.
@@ -325,6 +329,10 @@ class PlannedMotion:
 
     scenario: Scenario
     motion: JudgedMotion
+    problem: Problem[Any] | None = None
+    search: Result | None = None
+    polish: Polish | None = None
+    rounds: int = 1
     retiming: Retiming | None = None
     interrupted: bool = False
     seconds_timed: float = 0.0
@@ -334,9 +342,9 @@ class PlannedMotion:
         return f"<planned motion: {self.trajectory!r}>"
 
     @property
-    def searched(self) -> SearchedMotion | None:
-        """The plan with its search; None where a given path was timed."""
-        return None
+    def found(self) -> JudgedMotion:
+        """The motion of search and polish: the same unless it was timed anew."""
+        return self.retiming.before if self.retiming is not None and self.retiming.accepted else self.motion
 
     @property
     def criteria(self) -> Criteria:
@@ -372,24 +380,3 @@ class PlannedMotion:
     def controller_rows(self) -> ControllerRows:
         """Rows for a controller that joins them by polynomials, and what it makes of them, judged."""
         return ControllerRows.of(self.motion)
-
-
-@dataclass(frozen=True, kw_only=True, repr=False)
-class SearchedMotion(PlannedMotion):
-    """A motion that was searched for, and everything needed to judge it.
-
-    Attributes:
-        problem: the scenario's model.
-        search: result and record of the search; before any polish.
-        polish: the refinement by IPOPT; None where there was none.
-        rounds: searches made; ``search`` is the one that led to the best motion.
-    """
-
-    problem: Problem[Any]
-    search: Result
-    polish: Polish | None = None
-    rounds: int = 1
-
-    @property
-    def searched(self) -> SearchedMotion:
-        return self

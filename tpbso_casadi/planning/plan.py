@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import chain
 from math import isfinite
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -28,20 +28,18 @@ from tpbso_casadi.planning.direct import directly
 from tpbso_casadi.planning.finishing import (
     PlannedMotion,
     Refinement,
-    SearchedMotion,
     has_descents,
     is_better,
     polish,
     retimed,
 )
-from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, JudgedMotion, motion_of
+from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, JudgedMotion
 from tpbso_casadi.planning.planning import Planning, SharedSearches
 from tpbso_casadi.planning.progress import Progress, log_search
 from tpbso_casadi.planning.sequence import planned_sequence
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
 
 LOG = logging.getLogger(__name__)
-P = TypeVar("P", bound=PlannedMotion)
 SILENT = Progress()
 LEAST_WITHIN = 0.01  # s: that a search has in any case
 RESTARTS = 2  # of a search in space without a certified plan
@@ -56,7 +54,7 @@ def plan(
     warm_start: PlannedMotion | JudgedMotion | None = None,
     shared: SharedSearches | None = None,
 ) -> PlannedMotion:
-    """Plan a scenario; a :class:`SearchedMotion` where there is something to search.
+    """Plan a scenario: search, refine, time, and judge the motion for all t.
 
     Args:
         scenario: robot, task, limits, solver, budget and seed.
@@ -131,7 +129,7 @@ def _timed(scenario: Scenario, progress: Progress, interruption: Interruption) -
     return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=seconds)
 
 
-def _valued(found: P) -> P:
+def _valued(found: PlannedMotion) -> PlannedMotion:
     """The plan, if what is minimised has a value.
 
     Raises:
@@ -143,7 +141,7 @@ def _valued(found: P) -> P:
     return found
 
 
-def by_search(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+def by_search(problem: Problem[Any], planning: Planning) -> PlannedMotion:
     """The best plan that searches lead to, of all branches, in the time that is left."""
     if planning.settings.within is not None:
         planning = planning.with_settings(within=max(planning.left, LEAST_WITHIN))
@@ -152,7 +150,7 @@ def by_search(problem: Problem[Any], planning: Planning) -> SearchedMotion:
     return best_of_branches(problem, planning, with_restarts)
 
 
-def with_restarts(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+def with_restarts(problem: Problem[Any], planning: Planning) -> PlannedMotion:
     """The plan of a problem that keeps to one branch, with other seeds where the first leads to nothing."""
     found = from_one_seed(problem, planning)
     for number in range(1, RESTARTS + 1 if may_start_again(planning.scenario, problem) else 1):
@@ -166,7 +164,7 @@ def with_restarts(problem: Problem[Any], planning: Planning) -> SearchedMotion:
     return found
 
 
-def _directly_or_by_search(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+def _directly_or_by_search(problem: Problem[Any], planning: Planning) -> PlannedMotion:
     return directly(problem, planning) or from_one_seed(problem, planning)
 
 
@@ -176,7 +174,7 @@ def may_start_again(scenario: Scenario, problem: Problem[Any]) -> bool:
     return problem.direct.replaces_descents and scenario.model.retime and not timed
 
 
-def from_one_seed(problem: Problem[Any], planning: Planning) -> SearchedMotion:
+def from_one_seed(problem: Problem[Any], planning: Planning) -> PlannedMotion:
     """The plan of one search, polished and timed.
 
     Raises:
@@ -192,10 +190,10 @@ def from_one_seed(problem: Problem[Any], planning: Planning) -> SearchedMotion:
         found = best_within(problem, planning, planning.solver, candidates_of(problem, planning.warm_start))
     else:
         found = _searched(problem, planning, candidates_of(problem, planning.warm_start))
-    return finished(found, planning) if planning.scenario.model.retime else found
+    return finished(found, problem, planning) if planning.scenario.model.retime else found
 
 
-def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT) -> SearchedMotion:
+def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT) -> PlannedMotion:
     """A plan by gradients alone, from motions that are given, then from the program's own starts, again and again."""
     refinement = planning.interruption.breakable(partial(Refinement, problem, solver))
     planning.progress.phase("searching")
@@ -207,7 +205,7 @@ def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT) -> Sear
     status = planning.progress.status
     search = planning.searched(partial(refinement.descend, starts, settings.budget(), settings.seed, status))
     log_search("descent", search)
-    return SearchedMotion(
+    return PlannedMotion(
         scenario=planning.scenario,
         problem=problem,
         search=search,
@@ -216,20 +214,20 @@ def _descended(problem: Problem[Any], planning: Planning, solver: IPOPT) -> Sear
     )
 
 
-def _searched(problem: Problem[Any], planning: Planning, known: FloatArray | None) -> SearchedMotion:
+def _searched(problem: Problem[Any], planning: Planning, known: FloatArray | None) -> PlannedMotion:
     """A plan by a metaheuristic, polished if the scenario says so; the search begins with known candidates (m, d)."""
     settings, progress = planning.settings, planning.progress
     progress.phase("searching")
     found = planning.search(problem, settings.budget(), known)
     search = found.result
     log_search("search", search)
-    motion = motion_of(problem, search.x)
+    motion = found.motion
     refined = None
     if settings.polish_starts and has_descents(problem):
         good = [search.x] if found.archive is None else [search.x, *found.archive.x]
         work = partial(polish, problem, motion, good, settings.polish_starts, progress, planning.starts)
         refined = planning.breakable_attempt(work)
-    return SearchedMotion(
+    return PlannedMotion(
         scenario=planning.scenario,
         problem=problem,
         search=search,
@@ -239,9 +237,9 @@ def _searched(problem: Problem[Any], planning: Planning, known: FloatArray | Non
     )
 
 
-def finished(found: SearchedMotion, planning: Planning) -> SearchedMotion:
+def finished(found: PlannedMotion, problem: Problem[Any], planning: Planning) -> PlannedMotion:
     """The plan as fast as its limits allow; as it was found where it is cut short."""
-    retiming = planning.breakable_attempt(partial(retimed, found.motion, found.problem.direct, planning.progress))
+    retiming = planning.breakable_attempt(partial(retimed, found.motion, problem.direct, planning.progress))
     motion = found.motion if retiming is None else retiming.chosen
     return replace(found, motion=motion, retiming=retiming, interrupted=planning.is_cut_short)
 
@@ -261,12 +259,12 @@ def candidates_of(problem: Problem[Any], previous: PlannedMotion | JudgedMotion 
     if joints != problem.robot.dof:
         raise ScenarioError(f"warm_start: a motion of {joints} joints for a robot of {problem.robot.dof}")
     rows = []
-    found = previous.searched if isinstance(previous, PlannedMotion) else None
-    if found is not None and not found.search.x.size:
-        return None
-    if found is not None and not found.search.in_program_variables:
-        before, now = ([variable.name for variable in each.variables] for each in (found.problem, problem))
-        rows = [found.search.x] if before == now else []
+    if isinstance(previous, PlannedMotion) and previous.search is not None and previous.problem is not None:
+        search = previous.search
+        if not search.x.size:
+            return None
+        before, now = ([variable.name for variable in each.variables] for each in (previous.problem, problem))
+        rows = [search.x] if before == now and not search.in_program_variables else []
     nearest = problem.nearest_candidate(previous.trajectory)
     rows += [] if nearest is None else [nearest]
     if not rows:
@@ -279,11 +277,11 @@ def convergence(search: Result) -> tuple[FloatArray, FloatArray]:
     return search.history.numbers, search.history.cost
 
 
-def first_feasible(plan: SearchedMotion) -> int | None:
+def first_feasible(problem: Problem[Any], search: Result) -> int | None:
     """The index in the history from which the best candidate was feasible at the samples; None if there was none."""
-    descended = plan.search.in_program_variables
-    least_infeasible = INFEASIBLE_MERIT if descended else np.nextafter(plan.problem.objective_upper_bound, np.inf)
-    feasible = np.flatnonzero(plan.search.history.cost < least_infeasible)
+    descended = search.in_program_variables
+    least_infeasible = INFEASIBLE_MERIT if descended else np.nextafter(problem.objective_upper_bound, np.inf)
+    feasible = np.flatnonzero(search.history.cost < least_infeasible)
     return int(feasible[0]) if feasible.size else None
 
 

@@ -27,7 +27,7 @@ from solvers import (
     minimize,
 )
 from tpbso_casadi.planning.finishing import PlannedMotion
-from tpbso_casadi.planning.motion import JudgedMotion
+from tpbso_casadi.planning.motion import JudgedMotion, motion_of
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario import Scenario, SolverSection
 
@@ -48,6 +48,11 @@ class SearchRecord:
     problem: Problem[Any]
     result: Result
     archive: Archive | None
+
+    @property
+    def motion(self) -> JudgedMotion:
+        """The motion of the best candidate."""
+        return motion_of(self.problem, self.result.x)
 
 
 class SharedSearches:

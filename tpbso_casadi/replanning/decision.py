@@ -160,10 +160,10 @@ class Decision:
             return None
         old = self.rest if self.arrival < inf else []
         obstacles = [obstacle.later(self.every) for obstacle in self.scene.obstacles]
-        for found in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
-            if self.every + found.trajectory.duration > SOONER * arrival or self._is_late:
+        for added, x in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
+            if self.every + added.duration > SOONER * arrival or self._is_late:
                 return None
-            judged = self.judged(self.new(found.trajectory, found.x))
+            judged = self.judged(self.new(added, x))
             if judged.accepted:
                 return judged
         return None

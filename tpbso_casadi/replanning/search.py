@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,19 +17,6 @@ MEMBERS = 80  # of a swarm whose iterations take little time of their own: a ste
 KEPT = 8  # candidates of a search from which the next one begins
 QUINTICS = 4  # durations of the motions in free space from which it begins too
 PROVEN = 3  # the best of a search are proven, in order of cost
-
-
-@dataclass(frozen=True)
-class FoundMotion:
-    """A motion that keeps everything at the samples of the search.
-
-    Attributes:
-        trajectory: from the state at its start.
-        x: its search vector, (d,).
-    """
-
-    trajectory: Trajectory
-    x: FloatArray
 
 
 class SuccessiveSearches:
@@ -84,8 +71,8 @@ class SuccessiveSearches:
         obstacles: Sequence[Obstacle],
         known: Sequence[Trajectory],
         seconds: float | None,
-    ) -> Iterator[FoundMotion]:
-        """The best motions, the fastest first, as far as they keep everything at their samples.
+    ) -> Iterator[tuple[Trajectory, FloatArray]]:
+        """The best motions with their search vectors (d,), the fastest first, as far as they keep all at their samples.
 
         Args:
             state: with which they begin.
@@ -115,7 +102,7 @@ class SuccessiveSearches:
         self._known = archive.x[:KEPT]
         for x, cost in zip(archive.x[:PROVEN], archive.cost, strict=False):
             if cost <= problem.objective_upper_bound:
-                yield FoundMotion(problem.trajectory(x), x)
+                yield problem.trajectory(x), x
 
     def _first(self, problem: TimeMoveProblem, known: Sequence[Trajectory]) -> FloatArray:
         """Given motions as candidates, and those of the search before, where these have the same variables."""

@@ -20,13 +20,13 @@ from matplotlib.ticker import NullLocator
 
 from tpbso_casadi.animation.frames import frames_of
 from tpbso_casadi.animation.player import player
-from tpbso_casadi.figures.curves import convergence_figure, curve_figures, joints_figure, progress_figures
+from tpbso_casadi.figures.curves import convergence_figure, curve_figures, joints_figure, progress_figures, searched
 from tpbso_casadi.figures.palette import colour_of, line_of, marker_of
 from tpbso_casadi.figures.path import path_figure
 from tpbso_casadi.judging.figures import draw_runs
 from tpbso_casadi.judging.run import Run
 from tpbso_casadi.judging.store import RunStore
-from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.planning import plan
 from tpbso_casadi.reproduction.experiment import (
     BASES,
     ITERATIONS,
@@ -87,10 +87,9 @@ def illustrate(case: str, scenario: str, histories: Sequence[Sequence[float | No
         scenario: JSON, with solver and seed.
         histories: the best costs over the iterations of all runs of the same solver.
     """
-    repeated = plan(parse_scenario(json.loads(scenario))).searched
-    assert repeated is not None
+    repeated = plan(parse_scenario(json.loads(scenario)))
     convergence = convergence_figure(repeated)
-    add_other_runs(convergence, repeated, histories)
+    add_other_runs(convergence, histories, searched(repeated)[0].objective_upper_bound)
     figures = [("convergence; grey: the other runs", convergence), *progress_figures(repeated).values()]
     figures.append(("path and postures", path_figure(repeated)))
     figures += curve_figures(repeated).values() or [("joints", joints_figure(repeated))]
@@ -102,12 +101,12 @@ def illustrate(case: str, scenario: str, histories: Sequence[Sequence[float | No
     return Illustration(case, repeated.scenario.solver.seed, repeated.objective, pictures, moving)
 
 
-def add_other_runs(figure: Figure, repeated: SearchedMotion, histories: Sequence[Sequence[float | None]]) -> None:
-    """Draw the convergence of other runs behind that of the plan, where they have something feasible."""
+def add_other_runs(figure: Figure, histories: Sequence[Sequence[float | None]], feasible: float) -> None:
+    """Draw the convergence of other runs behind that of the plan, where their cost is feasible: up to so much."""
     axes = figure.axes[0]
     for history in histories:
         cost = np.array(history, dtype=np.float64)
-        cost[~(cost <= repeated.problem.objective_upper_bound)] = np.nan
+        cost[~(cost <= feasible)] = np.nan
         axes.step(np.arange(cost.size), cost, where="post", color="0.75", linewidth=0.7, zorder=0)
 
 

@@ -5,15 +5,14 @@ Unknown and missing keys and wrong types are errors of one line that name the ke
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from platform import python_version
 from typing import Annotated, Any, Self
 
-from problems import Problem
 from problems.base import InvalidTable, Range, ReadBy, shown, shown_value
-from solvers import StopReason
+from solvers import Result, StopReason
 from tpbso_casadi.plain import SEAL, BrokenSeal, NotJSON, as_json, check_seal, parsed_json, plain, sealed, versions
-from tpbso_casadi.planning import JudgedMotion, PlannedMotion, SearchedMotion
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage.tables import (
     AtGoalResult,
@@ -146,22 +145,17 @@ class StoredRun(PlannedMotion):
 
     Attributes:
         result: the content of ``result.json``.
-        found: the motion of search and polish; the same unless it was timed anew.
-        problem: that was searched; None where a given path was timed.
     """
 
     result: RunResult
-    found: JudgedMotion
-    problem: Problem[Any] | None
 
 
 def stored(plan: PlannedMotion) -> StoredRun:
     """The plan as reading its run folder would give it."""
     if isinstance(plan, StoredRun):
         return plan
-    found = plan.retiming.before if plan.retiming is not None and plan.retiming.accepted else plan.motion
-    problem = None if plan.searched is None else plan.searched.problem
-    return StoredRun(scenario=plan.scenario, motion=plan.motion, result=result_of(plan), found=found, problem=problem)
+    known = {field.name: getattr(plan, field.name) for field in fields(plan) if field.name not in ("search", "polish")}
+    return StoredRun(**known, result=result_of(plan))
 
 
 def result_of(plan: PlannedMotion) -> RunResult:
@@ -181,7 +175,7 @@ def result_of(plan: PlannedMotion) -> RunResult:
         interrupted=plan.interrupted,
         versions={"python": python_version(), **versions()},
         **of_motion(plan.motion),
-        **(of_timing(plan.seconds_timed) if plan.searched is None else _of_search(plan.searched)),
+        **(of_timing(plan.seconds_timed) if plan.search is None else _of_search(plan, plan.search)),
     )
 
 
@@ -199,9 +193,8 @@ def of_motion(motion: JudgedMotion) -> dict[str, Any]:
     }
 
 
-def _of_search(plan: SearchedMotion) -> dict[str, Any]:
-    """The keys that describe a search."""
-    search = plan.search
+def _of_search(plan: PlannedMotion, search: Result) -> dict[str, Any]:
+    """The keys that describe the search of a plan."""
     return {
         "solver": SolverResult.of(plan.scenario),
         "seed": plan.scenario.solver.seed,

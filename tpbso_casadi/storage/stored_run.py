@@ -13,7 +13,7 @@ import numpy as np
 from problems import InvalidProblem, Problem
 from problems.base import number_of
 from problems.motions import JointPath
-from tpbso_casadi.planning import SAME_PATH, JudgedMotion
+from tpbso_casadi.planning import SAME_PATH, JudgedMotion, PlannedMotion, Retiming
 from tpbso_casadi.scenario import Scenario, ScenarioError, criteria_of, pieces_table, plugin_failures_named, read_text
 from tpbso_casadi.storage.exporting import TORQUE, table_of
 from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
@@ -103,24 +103,23 @@ def check_files(folder: Path, digests: Mapping[str, str]) -> None:
             raise Contradiction(f"{path}: is not of this run")
 
 
-def path_of(run: StoredRun) -> JointPath:
-    """The path of a run's motion, of the lowest degree that is known of it."""
-    retiming = run.result.retiming
-    same = retiming is not None and retiming.accepted and retiming.candidate == SAME_PATH
-    return run.found.path if same else run.motion.path
+def path_of(plan: PlannedMotion) -> JointPath:
+    """The path of a plan's motion, of the lowest degree that is known of it."""
+    same = plan.retiming is not None and plan.retiming.candidate == SAME_PATH
+    return plan.found.path if same else plan.motion.path
 
 
-def path_table(run: StoredRun) -> dict[str, Any]:
-    """The [task] table of a run's path, with the speeds of its ends; plain data.
+def path_table(plan: PlannedMotion) -> dict[str, Any]:
+    """The [task] table of a plan's path, with the speeds of its ends; plain data.
 
     Raises:
         ScenarioError: the timing of a path would not keep how it begins.
     """
-    task = run.motion.criteria.task
+    task = plan.criteria.task
     if task.end_accelerations.any():
         raise ScenarioError("it leaves with an acceleration, which the timing of a path does not keep")
     start, goal = (float(np.linalg.norm(velocity)) for velocity in task.end_velocities)
-    return {**pieces_table(path_of(run)), "start_speed": start, "goal_speed": goal}
+    return {**pieces_table(path_of(plan)), "start_speed": start, "goal_speed": goal}
 
 
 def _searched(scenario: Scenario, solution: SolutionResult) -> Problem[Any]:
@@ -146,11 +145,12 @@ def checked(result: RunResult) -> StoredRun:
     quantities = {name: np.array(values) for name, values in solution.quantities.items()}
     criteria = criteria_of(scenario, solution.trajectory, quantities) if problem is None else problem
     motion = JudgedMotion(criteria, solution.trajectory, quantities, solution.time_scale)
-    found = motion
+    found, retiming = motion, None
     if result.retiming is not None and result.retiming.motion is not None:
         found = replace(motion, trajectory=result.retiming.motion.trajectory)
         motion = replace(motion, retimed=True)
+        retiming = Retiming(found, motion, result.retiming.candidate, result.retiming.seconds)
         check_trajectory("retiming.motion", found, problem)
     check_trajectory("solution", motion, problem)
     check_result(result, problem, found, motion)
-    return StoredRun(scenario=scenario, motion=motion, result=result, found=found, problem=problem)
+    return StoredRun(scenario=scenario, motion=motion, problem=problem, retiming=retiming, result=result)

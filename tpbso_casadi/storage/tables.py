@@ -250,13 +250,13 @@ class SolutionResult(StoredTable):
     @classmethod
     def of(cls, plan: PlannedMotion) -> Self:
         """The motion of a plan, with the search vector that it comes from, before any polish."""
-        motion, found = plan.motion, plan.searched
-        has_vector = found is not None and not found.search.in_program_variables
-        branch = {} if found is None else found.problem.branch
+        motion, problem, search = plan.motion, plan.problem, plan.search
+        variables = None
+        if problem is not None and search is not None and not search.in_program_variables:
+            variables = VariableResult.all_of(problem, search.x)
+        branch = {} if problem is None else problem.branch
         return cls(
-            variables=VariableResult.all_of(found.problem, found.search.x)
-            if found is not None and has_vector
-            else None,
+            variables=variables,
             quantities=quantities_of(motion),
             branches={name: theta.tolist() for name, theta in branch.items()} or None,
             time_scale=motion.time_scale,

@@ -132,7 +132,7 @@ def _planned(request: Request, points: Sequence[Point], work: FrontWork) -> Poin
 
 
 def _evaluations(found: PlannedMotion) -> int:
-    return 0 if found.searched is None else found.searched.search.evaluations
+    return 0 if found.search is None else found.search.evaluations
 
 
 def _numbered(number: int, progress: Progress) -> Progress:

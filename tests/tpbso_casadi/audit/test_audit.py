@@ -24,7 +24,7 @@ from tpbso_casadi import audit_report, builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.figures import write_run
-from tpbso_casadi.planning import PlannedMotion, SearchedMotion, plan
+from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.scenario.cases import TITLES
 from tpbso_casadi.storage import sealed
 
@@ -54,12 +54,6 @@ def planned(case: str, polish: bool = False, retime: bool = True) -> PlannedMoti
         content["model"] |= {"retime": retime, "formulation": "reduced"}
     solver = {"name": "pso", "evaluations": 600, "polish_starts": int(polish)}
     return plan(parse_scenario(content | {"solver": content.get("solver", {}) | solver}))
-
-
-def searched(case: str, retime: bool = True) -> SearchedMotion:
-    found = planned(case, retime=retime).searched
-    assert found is not None
-    return found
 
 
 @cache
@@ -346,7 +340,7 @@ def test_files_of_another_plan_are_refused(tmp_path: Path, capfd: pytest.Capture
         (folder / name).unlink()
 
 
-def rewritten(solution: SearchedMotion, folder: Path, factor: float) -> Path:
+def rewritten(solution: PlannedMotion, folder: Path, factor: float) -> Path:
     """A run that is consistent in itself, with its motion run faster by a factor."""
     motion = replace(solution.motion, trajectory=solution.trajectory.time_scaled(1.0 / factor))
     search = replace(solution.search)
@@ -356,7 +350,7 @@ def rewritten(solution: SearchedMotion, folder: Path, factor: float) -> Path:
 
 
 def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    solution = searched("time-3", retime=False)
+    solution = planned("time-3", retime=False)
     tight = solution.problem.exact_time_scale(solution.trajectory)
     status, result = audit(capfd, rewritten(solution, tmp_path / "run", 1.001 / tight))
     assert status == 1
@@ -370,7 +364,7 @@ def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.Captu
 def test_a_link_that_grazes_an_obstacle_is_caught(
     grown: float, expected: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    solution = searched("obstacle-3")
+    solution = planned("obstacle-3")
     clearance = next(v for v in solution.problem.verify(solution.trajectory) if v.name == "clearance")
     smallest = clearance.worst / 0.9  # what is proven gives a tenth away
     oval = solution.problem.obstacles[0]

@@ -20,7 +20,7 @@ from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.display.audit_tables import of_one, print_optimum, saved, sentences
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.figures import write_run
-from tpbso_casadi.planning import SearchedMotion, nearest_optimum, plan
+from tpbso_casadi.planning import PlannedMotion, nearest_optimum, plan
 from tpbso_casadi.planning import optimum as replanned
 from tpbso_casadi.planning.optimum import ProgramPlanner
 
@@ -29,7 +29,7 @@ SHARE = 0.3  # of the reach
 
 
 @cache
-def planned() -> SearchedMotion:
+def planned() -> PlannedMotion:
     arm = {
         "link_lengths": [0.5, 0.5], "max_speed": 4.0, "max_acceleration": 40.0, "link_masses": 2.0,
         "payload": {"mass": 1.0}, "max_torque": [40.0, 10.0],

@@ -19,18 +19,16 @@ from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, ranges_of
 from tpbso_casadi.figures.limits import STYLES, limits_figure, runs, spans, structure_figure
 from tpbso_casadi.figures.palette import line_of
-from tpbso_casadi.planning import PlannedMotion, SearchedMotion, alternatives, convergence, plan, shares_of_limits
+from tpbso_casadi.planning import PlannedMotion, alternatives, convergence, plan, shares_of_limits
 from tpbso_casadi.planning.motion import QUANTITIES
 
 
 @cache
-def searched(name: str = "bso") -> SearchedMotion:
+def searched(name: str = "bso") -> PlannedMotion:
     content = builtin("rotation-3").table()
     content["model"]["retime"] = False
     content["solver"] |= {"name": name} | ({"iterations": 2} if name == "ipopt" else {"evaluations": 600})
-    found = plan(parse_scenario(content)).searched
-    assert found is not None
-    return found
+    return plan(parse_scenario(content))
 
 
 def test_labels_name_joints_by_ranges_and_limits_and_units_once_each() -> None:

@@ -28,19 +28,17 @@ from tpbso_casadi.figures.curves import (
 from tpbso_casadi.figures.path import COUNT, Nearest, fan_of, nearest_of, path_figure, projected
 from tpbso_casadi.figures.scene import capsule, draw_band, draw_bodies, outlines, wide_bodies
 from tpbso_casadi.figures.style import PlaceLabel, label_places, width_of
-from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.planning import PlannedMotion, plan
 
 ZIGZAG = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.3, 0.2]])
 
 
 @cache
-def planned(case: str, solver: str = "pso") -> SearchedMotion:
+def planned(case: str, solver: str = "pso") -> PlannedMotion:
     content = builtin(case).table()
     content["model"] |= {"retime": False, "formulation": "reduced"}
     content["solver"] |= {"name": solver} | ({"iterations": 2} if solver == "ipopt" else {"evaluations": 300})
-    found = plan(parse_scenario(content)).searched
-    assert found is not None
-    return found
+    return plan(parse_scenario(content))
 
 
 @cache

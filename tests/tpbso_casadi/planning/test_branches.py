@@ -18,16 +18,14 @@ from solvers import StopReason
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.figures import write_run
-from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.planning.branches import FINALISTS
 from tpbso_casadi.storage import sealed
 
 
 @cache
-def planned() -> SearchedMotion:
-    found = plan(parse_scenario(space_scenario(solver={"evaluations": 300})))
-    assert isinstance(found, SearchedMotion)
-    return found
+def planned() -> PlannedMotion:
+    return plan(parse_scenario(space_scenario(solver={"evaluations": 300})))
 
 
 def elbow_up(forward: float, height: float) -> tuple[float, float]:
@@ -120,7 +118,6 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
     }
     found = plan(parse_scenario(space_scenario(task=task, solver={"evaluations": 40}, obstacles=[])))
     assert found.feasible
-    assert isinstance(found, SearchedMotion)
     assert set(found.problem.branch) == {"start", "via_1", "goal"}
     start = found.motion.joint_positions(np.zeros(1))[0, -1]
     assert start == pytest.approx([0.5, -0.2, 0.5], abs=1e-8)
@@ -128,7 +125,6 @@ def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
 
 def test_a_time_limit_is_that_of_everything() -> None:
     found = plan(parse_scenario(space_scenario(solver={"evaluations": None, "time_limit": 0.2}, obstacles=[])))
-    assert isinstance(found, SearchedMotion)
     assert found.search.stop_reason is StopReason.SECONDS
     assert found.scenario.solver.time_limit == 0.2
 

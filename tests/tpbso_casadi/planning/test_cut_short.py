@@ -15,7 +15,7 @@ from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
 from solvers import Status, best_so_far
-from tpbso_casadi.planning import JudgedMotion, Progress, SearchedMotion, plan
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion, Progress, plan
 from tpbso_casadi.storage import read_run, write_plan
 
 
@@ -57,10 +57,10 @@ class Raising:
                 raise Boom(str(status.evaluations))
 
 
-def cut_short(scenario: tp.Scenario, raising: Raising) -> SearchedMotion:
+def cut_short(scenario: tp.Scenario, raising: Raising) -> PlannedMotion:
     with pytest.raises(Boom) as caught:
         plan(scenario, raising.progress)
-    found = best_so_far(caught.value, SearchedMotion)
+    found = best_so_far(caught.value, PlannedMotion)
     assert found is not None and found.interrupted
     return found
 
@@ -78,7 +78,6 @@ def test_in_a_search() -> None:
         raising.statuses[-1].evaluations,
     )
     whole = plan(stated("time-3", solver="random", evaluations=found.search.evaluations, retime=False))
-    assert isinstance(whole, SearchedMotion)
     assert whole.search.x.tolist() == found.search.x.tolist()
     assert whole.trajectory.coefficients.tolist() == found.trajectory.coefficients.tolist()
 

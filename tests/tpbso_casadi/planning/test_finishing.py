@@ -13,7 +13,7 @@ from helpers.space_scenarios import GOAL, URDF, space_scenario
 from problems.timing.free_space import rest_to_rest
 from solvers.budget import Interruption
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.planning import POLISHED, SAME_PATH, PlannedMotion, Progress, Retiming, SearchedMotion, plan
+from tpbso_casadi.planning import POLISHED, SAME_PATH, PlannedMotion, Progress, Retiming, plan
 from tpbso_casadi.planning.finishing import is_better, retimed
 from tpbso_casadi.planning.plan import finished
 from tpbso_casadi.planning.planning import Planning
@@ -22,19 +22,17 @@ SILENT = Progress()
 
 
 @cache
-def planned(case: str, *, retime: bool = False, **task: Any) -> SearchedMotion:
+def planned(case: str, *, retime: bool = False, **task: Any) -> PlannedMotion:
     content = builtin(case).table()
     content["model"] |= {"retime": retime, "formulation": "reduced"}
     content["task"] |= task
     content["solver"] |= {"name": "pso", "evaluations": 1000}
-    found = plan(parse_scenario(content)).searched
-    assert found is not None
-    return found
+    return plan(parse_scenario(content))
 
 
 def timed_anew(found: PlannedMotion) -> Retiming:
-    assert found.searched is not None
-    return retimed(found.motion, found.searched.problem.direct, SILENT)
+    assert found.problem is not None
+    return retimed(found.motion, found.problem.direct, SILENT)
 
 
 @cache
@@ -164,7 +162,7 @@ def test_a_request_to_stop_leaves_the_plan_as_it_was_found() -> None:
         progress=SILENT,
         interruption=interruption,
     )
-    left = finished(found, planning)
+    left = finished(found, found.scenario.problem(), planning)
     assert left.motion is found.motion
     assert left.retiming is None
     assert left.interrupted

@@ -23,7 +23,7 @@ from problems.motions import Samples
 from problems.scene import Obstacle
 from problems.tasks import Joints, Move
 from solvers import IPOPT
-from tpbso_casadi.planning import JudgedMotion, SearchedMotion, nearest_optimum, plan
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion, nearest_optimum, plan
 from tpbso_casadi.planning import optimum as optimum_module
 from tpbso_casadi.planning.finishing import Refinement
 from tpbso_casadi.planning.optimum import Price, Pricing, ProgramPlanner
@@ -36,7 +36,7 @@ def time_for_all_prices(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(optimum_module, "LONGEST", FOREVER)
 
 
-def by_gradients(content: dict[str, Any], starts: int) -> SearchedMotion:
+def by_gradients(content: dict[str, Any], starts: int) -> PlannedMotion:
     """A scenario without its last stage, planned by IPOPT alone."""
     model = {**content.get("model", {}), "retime": False}
     solver = {"name": "ipopt", "iterations": starts}
@@ -47,10 +47,10 @@ def stated(case: str) -> dict[str, Any]:
     return tp.builtin(case).table()
 
 
-def with_limit(case: str, key: str, joint: int, starts: int) -> Callable[[float], SearchedMotion]:
+def with_limit(case: str, key: str, joint: int, starts: int) -> Callable[[float], PlannedMotion]:
     """A built-in case with another limit of a joint, by a factor."""
 
-    def planned(factor: float) -> SearchedMotion:
+    def planned(factor: float) -> PlannedMotion:
         content = stated(case)
         links, value = len(content["arm"]["link_lengths"]), content["arm"][key]
         values = list(value) if isinstance(value, (list, tuple)) else [value] * links
@@ -60,13 +60,13 @@ def with_limit(case: str, key: str, joint: int, starts: int) -> Callable[[float]
     return planned
 
 
-def with_accuracy(factor: float) -> SearchedMotion:
+def with_accuracy(factor: float) -> PlannedMotion:
     content = stated("closed-curve-rotation")
     accuracy = 0.7 * content["task"]["accuracy"] * factor  # which is reached, too
     return by_gradients({**content, "task": {**content["task"], "accuracy": accuracy}}, 3)
 
 
-def with_margin(factor: float) -> SearchedMotion:
+def with_margin(factor: float) -> PlannedMotion:
     content = stated("obstacle-3")
     return by_gradients({**content, "model": {**content["model"], "margin": 0.02 * factor}}, 4)
 
@@ -74,16 +74,14 @@ def with_margin(factor: float) -> SearchedMotion:
 WIDTH = 0.25  # m, between the bounds of the tip's height
 
 
-def under_a_ceiling(factor: float) -> SearchedMotion:
+def under_a_ceiling(factor: float) -> PlannedMotion:
     """An own constraint, as wide on both sides; a factor of 1.01 widens each by a hundredth of the width."""
     wider = (factor - 1.0) * WIDTH
     ceiling = tp.Constraint(lambda m: m.tool[1], lower=0.2 - wider, upper=0.2 + WIDTH + wider, name="ceiling", unit="m")
     arm = tp.robot([0.8, 0.7, 0.6], max_speed=2.0, max_acceleration=6.0)
     ends = {"start": [1.4, 0.3], "goal": [-1.4, 0.3], "elbow": "up"}
     how = {"motion": "paper", "solver": "ipopt", "iterations": 3, "retime": False}
-    found = tp.plan(arm, constraints=[ceiling], **ends, **how).planned
-    assert isinstance(found, SearchedMotion)
-    return found
+    return tp.plan(arm, constraints=[ceiling], **ends, **how).planned
 
 
 def price_of(motion: JudgedMotion, problem: Problem[Any], limit: str, of: str) -> Price | None:
@@ -101,7 +99,7 @@ class Case:
 
     limit: str
     of: str
-    planned: Callable[[float], SearchedMotion]
+    planned: Callable[[float], PlannedMotion]
     away: float = 0.02
     tolerance: float = 0.05
 
@@ -231,7 +229,7 @@ def test_what_holds_a_plan_back_need_not_hold_back_its_optimum() -> None:
     content = stated("pentagram-time")
     solver = {"name": "bso", "evaluations": 3000, "polish_starts": 1}
     found = plan(tp.parse_scenario({**content, "solver": solver}))
-    assert isinstance(found, SearchedMotion) and found.feasible
+    assert found.feasible
     optimum = nearest_optimum(found.problem, found.motion, found.motion, retimes=False)
     assert optimum is not None and optimum.excess > 0.05
     assert optimum.program == pytest.approx(optimum.objective, rel=1e-3)
@@ -246,7 +244,7 @@ def test_an_optimum_is_a_motion_that_exists() -> None:
     """A smoothed length is less than that of the straight line, which no motion's is."""
     content = stated("obstacle-3")
     found = plan(tp.parse_scenario({**content, "solver": {"name": "bso", "evaluations": 1000}}))
-    assert isinstance(found, SearchedMotion) and found.feasible
+    assert found.feasible
     straight = float(np.hypot(*np.subtract(content["task"]["goal"], content["task"]["start"])))
     optimum = nearest_optimum(found.problem, found.motion, found.motion, retimes=False)
     assert optimum is not None and optimum.program < straight < optimum.objective

@@ -25,7 +25,7 @@ from problems.limits import reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.planning import Polish, SearchedMotion, motion_of, plan
+from tpbso_casadi.planning import PlannedMotion, Polish, motion_of, plan
 from tpbso_casadi.planning.branches import STRUCTURED, by_turns
 from tpbso_casadi.planning.finishing import Refinement, distinct
 from tpbso_casadi.scenario import ScenarioError
@@ -126,7 +126,7 @@ OBSTACLES = {
 }
 
 
-def clear_at_20_000_times(solution: SearchedMotion) -> bool:
+def clear_at_20_000_times(solution: PlannedMotion) -> bool:
     robot, times = solution.problem.robot, np.linspace(0.0, solution.trajectory.duration, 20_000)
     positions = robot.positions(ca.DM(solution.trajectory.at(times)))
     clearance = ca.horzcat(*(pair.clearance(positions) for pair in reachable_pairs(robot, solution.problem.obstacles)))
@@ -273,7 +273,6 @@ def test_seconds_are_kept() -> None:
 def test_in_space_sequential_programs_refine_and_no_descent(asked: dict[str, float]) -> None:
     goal = {"goal": {"joints": [1.2, 0.3, 1.0]}}
     found = plan(parse_scenario(space_scenario(task=goal, solver={"evaluations": 300} | asked)))
-    assert isinstance(found, SearchedMotion)
     assert found.feasible
     assert found.polish is None
     assert found.retiming is not None

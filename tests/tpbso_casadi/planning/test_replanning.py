@@ -16,7 +16,7 @@ from problems.certify import ClearanceProof, prove_clearance
 from problems.limits import proximity_limits
 from problems.timing.from_motion import MotionState, fastest_move
 from tpbso_casadi import replan
-from tpbso_casadi.planning import SearchedMotion, plan
+from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.planning.plan import candidates_of
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.replanning.candidates import passed, remaining
@@ -260,20 +260,18 @@ def test_how_long_it_stands_at_its_end_does_not_matter(seconds: float) -> None:
     assert passed(remaining(whole, over, 0.05 + seconds), whole) == pytest.approx(over)
 
 
-def small_plan(evaluations: int, warm_start: SearchedMotion | None = None) -> SearchedMotion:
+def small_plan(evaluations: int, warm_start: PlannedMotion | None = None) -> PlannedMotion:
     """A short search along a spline over time."""
     tables = {"model": {"motion": "time-spline"}, "solver": {"name": "lshade", "evaluations": evaluations}}
-    found = plan(parse_scenario(CONTENT | tables), warm_start=warm_start).searched
-    assert found is not None
-    return found
+    return plan(parse_scenario(CONTENT | tables), warm_start=warm_start)
 
 
 @pytest.fixture(scope="module")
-def planned() -> SearchedMotion:
+def planned() -> PlannedMotion:
     return small_plan(evaluations=1000)
 
 
-def test_a_plan_goes_on_where_nothing_has_changed_for_the_worse(planned: SearchedMotion) -> None:
+def test_a_plan_goes_on_where_nothing_has_changed_for_the_worse(planned: PlannedMotion) -> None:
     step = replan(planned, 0.3, [FAR])
     assert step.certified
     assert step.trajectory.value_at_end() == pytest.approx(GOAL, abs=1e-8)
@@ -283,14 +281,14 @@ def test_a_plan_goes_on_where_nothing_has_changed_for_the_worse(planned: Searche
     assert again.trajectory.duration == pytest.approx(step.trajectory.duration - 0.1)
 
 
-def test_a_scenario_states_the_scene_and_the_goal_anew(planned: SearchedMotion) -> None:
+def test_a_scenario_states_the_scene_and_the_goal_anew(planned: PlannedMotion) -> None:
     other = scenario(goal=[0.9, 0.4, 0.2])
     step = replan(planned.trajectory, 0.3, other, every=0.05)
     assert (step.kind, step.certified) == ("new", True)
     assert step.trajectory.value_at_end() == pytest.approx([0.9, 0.4, 0.2], abs=1e-9)
 
 
-def test_it_goes_on_from_a_plan_and_stands_at_its_end(planned: SearchedMotion) -> None:
+def test_it_goes_on_from_a_plan_and_stands_at_its_end(planned: PlannedMotion) -> None:
     step = Replanner(scenario()).first(planned.trajectory, [FAR])
     assert step.certified
     assert step.trajectory.at(np.zeros(1))[0] == pytest.approx(START)
@@ -299,14 +297,14 @@ def test_it_goes_on_from_a_plan_and_stands_at_its_end(planned: SearchedMotion) -
     assert np.abs(step.trajectory.at(np.linspace(0.0, 0.1, 5), 1)).max() < 1e-9
 
 
-def test_a_search_begins_with_the_plan_before(planned: SearchedMotion) -> None:
+def test_a_search_begins_with_the_plan_before(planned: PlannedMotion) -> None:
     """So few evaluations find nothing as good by themselves; and what a plan begins with is all that it depends on."""
     cold, warm, again = (small_plan(evaluations=30, warm_start=first) for first in (None, planned, planned))
     assert warm.search.cost <= planned.search.cost < cold.search.cost
     assert warm.search.x.tolist() == again.search.x.tolist()
 
 
-def test_a_motion_is_fitted_where_the_search_had_other_variables(planned: SearchedMotion) -> None:
+def test_a_motion_is_fitted_where_the_search_had_other_variables(planned: PlannedMotion) -> None:
     other = plan(parse_scenario(CONTENT | {"solver": {"name": "lshade", "evaluations": 300}}))
     known = candidates_of(planned.problem, other)
     assert known is not None
@@ -335,7 +333,7 @@ LONGER, POINTS = {"link_lengths": [0.8, 0.7, 0.6]}, {"start": [1.0, -0.5], "goal
 ENDS = {"start": {"joints": [0.0, 0.5]}, "goal": {"joints": [1.0, 0.5]}}
 OF_TWO = fits(arm={"link_lengths": [1.0, 1.0]}, task=ENDS)
 SECTION: Any = parse_scenario(CONTENT | {"obstacles": [{"center": [2.6, 1.9], "semi_axes": [0.1, 0.1]}]}).obstacles[0]
-MISTAKES: list[tuple[Callable[[SearchedMotion], object], str]] = [
+MISTAKES: list[tuple[Callable[[PlannedMotion], object], str]] = [
     (lambda plan: Replanner(scenario(), every=0.0), "every: 0 is not within"),
     (lambda plan: Replanner(scenario(), every=float("nan")), "every: nan is not within"),
     (lambda plan: Replanner(scenario(), fail_safe_rate=-0.1), "fail_safe_rate: -0.1 is not within"),
@@ -362,9 +360,7 @@ MISTAKES: list[tuple[Callable[[SearchedMotion], object], str]] = [
 
 
 @pytest.mark.parametrize(("call", "message"), MISTAKES, ids=[message[:30] for _, message in MISTAKES])
-def test_mistakes_take_one_line(
-    call: Callable[[SearchedMotion], object], message: str, planned: SearchedMotion
-) -> None:
+def test_mistakes_take_one_line(call: Callable[[PlannedMotion], object], message: str, planned: PlannedMotion) -> None:
     with pytest.raises((InvalidProblem, ScenarioError), match=f"^{message}") as caught:
         call(planned)
     assert "\n" not in str(caught.value)

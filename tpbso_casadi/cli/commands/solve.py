@@ -222,7 +222,7 @@ def exit_status(solution: PlannedMotion, folder: Path | None, interruption: Inte
         print_error(f"interrupted; {what_there_is(solution, folder)}")
         return Exit.INTERRUPTED
     if not solution.feasible:
-        if solution.searched is None:
+        if solution.search is None:
             violated = solution.motion.status is CertificateStatus.VIOLATED
             verb = "cannot be run" if violated else "is not proven"
             subject = "motion" if solution.motion.is_stated else "path"
