@@ -82,7 +82,7 @@ def within_reach(robot: SpatialArm, start: FloatArray, line: tp.Line, passed: Fl
 def tool(robot: SpatialArm, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Positions (n, 3), m, and rotations (n, 3, 3) of the tool, from link to link in NumPy."""
     positions, rotations = [], []
-    base, end = _matrix(robot.base_frame), _matrix(robot.tool_frame)
+    base, end = _matrix(robot.base_frame), _matrix(robot.tool.frame)
     for posture in theta:
         frame = base
         for joint, angle in zip(robot.chain.joints, posture, strict=True):

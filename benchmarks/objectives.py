@@ -53,7 +53,7 @@ class Outcome:
 def pose_of(theta: FloatArray) -> FloatArray:
     """Of the tool, at joint angles (7,): a frame (4, 4)."""
     frame, robot = np.eye(4), panda().model
-    place, rotation = robot.tool_at(theta[None])  # type: ignore[attr-defined]
+    place, rotation = robot.tool.at(theta[None])  # type: ignore[attr-defined]
     frame[:3, :3], frame[:3, 3] = rotation[0], place[0]
     return frame
 

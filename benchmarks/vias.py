@@ -93,7 +93,7 @@ def measured(measure: Callable[[FloatArray, Via, FloatArray], T], problems: int,
     drawn, found = postures(np.random.default_rng(seed)), []
     while len(found) < problems:
         start, between, goal = (next(drawn) for _ in range(3))
-        point = as_array(panda().model.tool(ca.DM(between).T)).ravel()
+        point = as_array(panda().model.tool.position(ca.DM(between).T)).ravel()
         vias: dict[str, Via] = {
             "joints": tp.Joints(tuple(between)),
             "position": tp.Position(tuple(point)),

@@ -268,14 +268,14 @@ def _tool_frame(robot: Robot) -> FloatArray:
         place, axes = [float(robot.link_lengths[-1]) + along, float(left), 0.0], np.eye(3)
     else:
         assert isinstance(robot, SpatialArm)
-        place, axes = _flat(robot.tool_frame.translation), np.transpose(_rotation(robot.tool_frame.rotation))
+        place, axes = _flat(robot.tool.frame.translation), np.transpose(_rotation(robot.tool.frame.rotation))
     return np.asarray(np.array(place) + np.vstack([np.zeros(3), axes]))
 
 
 def _spatial_chain(robot: SpatialArm) -> dict[str, Any]:
     """Joints, and masses as they are stated: mass, centre and inertia about it, in the frame of a joint."""
     joints, base = robot.chain.joints, robot.base_frame
-    carried = [] if robot.payload is None else [(robot.dof - 1, moved_inertia(robot.payload, robot.tool_frame))]
+    carried = [] if robot.payload is None else [(robot.dof - 1, moved_inertia(robot.payload, robot.tool.frame))]
     bodies = [(n, joint.inertia) for n, joint in enumerate(joints) if joint.inertia is not None] + carried
     return {
         "joints": [joint.name for joint in joints],

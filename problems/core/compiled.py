@@ -211,7 +211,7 @@ class CoreSteps:
     def __init__(self, library: CDLL, geometry: SpatialArm) -> None:
         self._library = library
         self._arm = _handle_of(self, library, *described(geometry, RobotNumbers.of(geometry), ()))
-        frame = geometry.tool_frame
+        frame = geometry.tool.frame
         turned = [float(part) for row in frame.rotation for part in row]
         self._tool = np.array([*turned, *map(float, frame.translation)])
 

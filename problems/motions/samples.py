@@ -224,7 +224,7 @@ def _tool_velocity(samples: Samples) -> Matrix:
     """The velocity of the tool, (n, dim), m/s."""
     robot = samples.moving
     theta, speed = ca.SX.sym("theta", robot.dof), ca.SX.sym("speed", robot.dof)
-    velocity = ca.jtimes(robot.tool(theta.T).T, theta, speed)
+    velocity = ca.jtimes(robot.tool.position(theta.T).T, theta, speed)
     of_state = ca.Function("tool_velocity", [theta, speed], [velocity], {"allow_free": True, "cse": True})
     return of_state(samples.theta.T, samples.speed.T).T
 
@@ -233,7 +233,7 @@ def _rotation(samples: Samples) -> Matrix:
     """The rotation matrix of the tool row by row, (n, 9)."""
     robot = samples.moving
     assert isinstance(robot, SpatialArm)
-    return robot.tool_pose(samples.theta)[1]
+    return robot.tool.pose(samples.theta)[1]
 
 
 def _times(samples: Samples) -> Matrix:

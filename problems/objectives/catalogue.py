@@ -121,7 +121,7 @@ class TipTravel(Objective):
     def of_motion(self, trajectory: Trajectory, robot: Robot, times: FloatArray) -> float:
         """The length of the curve, to 1e-9: the integral of the tip's speed."""
         theta, rates = ca.SX.sym("theta", robot.dof), ca.SX.sym("rates", robot.dof)
-        velocity = ca.jtimes(robot.tool(theta.T).T, theta, rates)
+        velocity = ca.jtimes(robot.tool.position(theta.T).T, theta, rates)
         speed = ca.Function("speed", [theta, rates], [ca.norm_2(velocity)])
 
         def at(moments: FloatArray) -> FloatArray:
@@ -142,7 +142,7 @@ class TipTravel(Objective):
     def integrand(self, samples: Samples) -> Integrand:
         robot = samples.moving
         theta, rates = ca.SX.sym("theta", robot.dof), ca.SX.sym("rates", robot.dof)
-        velocity = ca.Function("velocity", [theta, rates], [ca.jtimes(robot.tool(theta.T).T, theta, rates)])
+        velocity = ca.Function("velocity", [theta, rates], [ca.jtimes(robot.tool.position(theta.T).T, theta, rates)])
         return Integrand(lengths=(velocity(samples.theta.T, samples.speed.T).T,))
 
     def smooth(self, samples: Samples, slack: Matrix) -> Matrix:

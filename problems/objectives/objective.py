@@ -42,7 +42,7 @@ class DirectMoves:
     @property
     def distances(self) -> FloatArray:
         """The least distance that the tool moves, (n,), m."""
-        tool = as_array(self.robot.tool(ca.DM(np.vstack([self.start, self.goals]))))
+        tool = as_array(self.robot.tool.position(ca.DM(np.vstack([self.start, self.goals]))))
         return np.asarray(np.linalg.norm(tool[1:] - tool[0], axis=1))
 
 

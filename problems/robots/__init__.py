@@ -39,6 +39,7 @@ from problems.robots.spatial_arm import GRAVITY, RANDOM_POSTURES, SpatialArm, la
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
 from problems.robots.srdf import read_srdf, srdf_chain
+from problems.robots.tool import ArmTool, Tool
 from problems.robots.tracking import TrackingError, least_tracking_error
 from problems.robots.transform import (
     Orientations,
@@ -64,6 +65,7 @@ __all__ = [
     "RANDOM_POSTURES",
     "ROBOTS",
     "ArmCover",
+    "ArmTool",
     "Ball",
     "Bodies",
     "Body",
@@ -99,6 +101,7 @@ __all__ = [
     "Sphere",
     "SphereShape",
     "Steps",
+    "Tool",
     "TrackingError",
     "Transform",
     "angles_between",

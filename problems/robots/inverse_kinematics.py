@@ -111,7 +111,7 @@ def jacobian_columns(robot: SpatialArm, theta: Matrix, turning: bool) -> tuple[T
         turning: whether each column has the 3 angular velocities below the 3 velocities.
     """
     frames = robot.chain.frames(theta, robot.base_frame)
-    pose = frames[-1] @ robot.tool_frame
+    pose = frames[-1] @ robot.tool.frame
     found: Columns = []
     for joint, frame in zip(robot.chain.joints, frames[1:], strict=True):
         axis = frame.turn(joint.axis)
@@ -411,7 +411,7 @@ class NewtonSteps:
 def _kinematics(robot: SpatialArm) -> ca.Function:
     """Position, rotation row by row and Jacobian column by column of a posture (dof, 1): (12 + 6 dof, 1)."""
     theta = ca.SX.sym("theta", robot.dof)
-    position, rotation = robot.tool_pose(theta.T)
+    position, rotation = robot.tool.pose(theta.T)
     parts = position.T, rotation.T, ca.vec(tool_jacobian(robot, theta.T))
     return ca.Function("kinematics", [theta], [ca.densify(ca.vertcat(*parts))])
 

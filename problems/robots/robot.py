@@ -28,6 +28,7 @@ from problems.robots.closed_form import ClosedForm
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Payload
 from problems.robots.joints import JointLimits, Joints
+from problems.robots.tool import LastFrame, Tool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,14 +115,10 @@ class Robot(Parametric, ABC):
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
         """Forward kinematics: where the frames are, base first and tool last, each (n, dim), m; theta (n, dof), rad."""
 
-    def tool(self, theta: Matrix) -> Matrix:
-        """Positions of the tool, (n, dim), m, in n postures (n, dof), rad."""
-        return self.positions(theta)[-1]
-
-    def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
-        """The tool's coordinates in n postures (n, dof), rad: columns (n,) by name; x, y and, in space, z, m."""
-        place = as_array(self.tool(ca.DM(theta)))
-        return dict(zip("xyz", place.T, strict=False))
+    @property
+    def tool(self) -> Tool:
+        """The tool; in the last frame by default."""
+        return LastFrame(self.positions)
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
         """Positions of base, joints and tool, for drawing: (n, frames, dim), m; postures (n, dof), rad."""

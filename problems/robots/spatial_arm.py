@@ -22,9 +22,7 @@ from problems.base import (
     InvalidProblem,
     Matrix,
     as_array,
-    cached_function,
     check_within,
-    structure_key,
 )
 from problems.robots.appearance import LinkAppearance
 from problems.robots.arm_cover import ArmCover
@@ -35,11 +33,11 @@ from problems.robots.inertia import Moments, Payload
 from problems.robots.joints import JointLimits, Joints
 from problems.robots.robot import Robot
 from problems.robots.spheres import Sphere
+from problems.robots.tool import ArmTool
 from problems.robots.tracking import MOST_TOGETHER, TrackingError
-from problems.robots.transform import Matrix3, Point3, Transform, as_rows, quaternions_of
+from problems.robots.transform import Matrix3, Point3, Transform, as_rows
 
 GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
-POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 
 @dataclass(frozen=True, repr=False)
@@ -221,7 +219,7 @@ class SpatialArm(Robot):
         joints = list(self.chain.rigid)
         joints[0] = replace(joints[0], pose=Transform(self.base_rotation) @ joints[0].pose)
         if self.payload is not None:
-            carried = Moments.of(self.payload, self.tool_frame)
+            carried = Moments.of(self.payload, self.tool.frame)
             joints[-1] = replace(joints[-1], moments=joints[-1].moments + carried)
         return RigidChain(joints=tuple(joints), gravity=self.gravity)
 
@@ -240,55 +238,19 @@ class SpatialArm(Robot):
     def base(self) -> tuple[float, ...]:
         return tuple(float(part) for part in self.base_translation)
 
-    @property
-    def tool_frame(self) -> Transform:
-        """The transform from the tool's frame to the last joint's."""
-        return self.chain.tip @ Transform(self.tool_rotation, self.tool_translation)
+    @cached_property
+    def tool(self) -> ArmTool:
+        return ArmTool(
+            self.chain, self.base_frame, self.chain.tip @ Transform(self.tool_rotation, self.tool_translation)
+        )
 
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
         """Base, joints, centres of the spheres, tool; dof + 2 + spheres matrices (n, 3), m."""
         frames, rows = self.chain.frames(theta, self.base_frame), theta.shape[0]
         points = [frame.translation for frame in frames]
         points += [frames[sphere.link].apply(sphere.center) for sphere in self.spheres]
-        points.append(frames[-1].apply(self.tool_frame.translation))
+        points.append(frames[-1].apply(self.tool.frame.translation))
         return tuple(as_rows(point, rows) for point in points)
-
-    def tool_pose(self, theta: Matrix) -> tuple[Matrix, Matrix]:
-        """Position (n, 3), m, and rotation matrix row by row (n, 9) of the tool in n postures (n, dof)."""
-        if isinstance(theta, ca.DM) and self._tool is not None:
-            position, rotation = self._tool(theta.T)
-            return position.T, rotation.T
-        return self._symbolic_tool(theta)
-
-    def _symbolic_tool(self, theta: Matrix) -> tuple[Matrix, Matrix]:
-        pose, rows = self.chain.frames(theta, self.base_frame)[-1] @ self.tool_frame, theta.shape[0]
-        return as_rows(pose.translation, rows), as_rows([entry for row in pose.rotation for entry in row], rows)
-
-    @cached_property
-    def _tool(self) -> ca.Function | None:
-        """The function of n postures (dof, n) to position (3, n) and rotation (9, n); None with symbols in it."""
-        parts = (self.chain, self.base_translation, self.base_rotation, self.tool_translation, self.tool_rotation)
-        if structure_key(*parts) is None:
-            return None
-        theta = ca.SX.sym("theta", self.dof)
-
-        def make() -> ca.Function:
-            return ca.Function("tool", [theta], [ca.densify(part.T) for part in self._symbolic_tool(theta.T)])
-
-        return cached_function(make, "tool", *parts)
-
-    def tool_at(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The tool's poses in numbers: positions (n, 3), m, and rotation matrices (n, 3, 3)."""
-        position, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
-        return position, rotation.reshape(-1, 3, 3)
-
-    def tool(self, theta: Matrix) -> Matrix:
-        return self.tool_pose(theta)[0]
-
-    def pose(self, theta: FloatArray) -> dict[str, FloatArray]:
-        """The tool's position x, y, z, m, and its orientation, the unit quaternion qx, qy, qz, qw."""
-        place, rotation = (as_array(part) for part in self.tool_pose(ca.DM(theta)))
-        return dict(zip(POSE, [*place.T, *quaternions_of(rotation).T], strict=True))
 
     def body_frames(self, theta: FloatArray) -> FloatArray:
         """Origin, m, and axes in rows of the base's frame and of those of all joints: (n, dof + 1, 4, 3)."""
@@ -320,11 +282,7 @@ class SpatialArm(Robot):
     def _farthest(self) -> FloatArray:
         joints = np.concatenate([[0.0], np.cumsum(self.chain.offsets)])
         spheres = [joints[sphere.link] + float(np.linalg.norm(sphere.center)) for sphere in self.spheres]
-        return np.array([*joints, *spheres, joints[-1] + self._tool_distance])
-
-    @property
-    def _tool_distance(self) -> float:
-        return float(np.linalg.norm([float(part) for part in self.tool_frame.translation]))
+        return np.array([*joints, *spheres, joints[-1] + self.tool.distance])
 
     @property
     def turns(self) -> FloatArray:
@@ -339,12 +297,6 @@ class SpatialArm(Robot):
         for link in np.unique(links).tolist():
             found[links == link] = self.chain.levers(link, centers[links == link])
         return found
-
-    @cached_property
-    def tool_levers(self) -> FloatArray:
-        """The largest distance of the tool from each joint's axis, (dof,), m; 1 for a joint that slides."""
-        place = np.array([[float(part) for part in self.tool_frame.translation]])
-        return np.asarray(self.chain.levers(self.dof, place)[0])
 
     @property
     def touching(self) -> Self:

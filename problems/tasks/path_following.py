@@ -365,7 +365,7 @@ class SpaceTracing(ToolTracing):
         """
         points = self.path.array
         times = trajectory.times(max(LEAST_TIMES, TIMES_PER_POINT * len(points)))
-        tool = self.robot.tool_at(trajectory.at(times))[0]
+        tool = self.robot.tool.at(trajectory.at(times))[0]
         away = np.array([np.square(tool - point).sum(axis=1) for point in points])
         chosen = np.array(increasing_choice(away))
         low, high = times[np.maximum(chosen - 1, 0)], times[np.minimum(chosen + 1, times.size - 1)]
@@ -379,7 +379,7 @@ class SpaceTracing(ToolTracing):
         for _ in range(HALVINGS):
             inner = high - golden * (high - low), low + golden * (high - low)
             first, second = (
-                np.square(self.robot.tool_at(trajectory.at(times))[0] - self.path.array).sum(axis=1) for times in inner
+                np.square(self.robot.tool.at(trajectory.at(times))[0] - self.path.array).sum(axis=1) for times in inner
             )
             low, high = np.where(first <= second, low, inner[0]), np.where(first <= second, inner[1], high)
         return (low + high) / 2.0

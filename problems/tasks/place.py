@@ -294,7 +294,7 @@ class Joints(Place):
         return max(ANGLE_TOLERANCE, self.within)
 
     def position(self, robot: Robot) -> FloatArray:
-        return as_array(robot.tool(ca.DM([self.values]))).ravel()
+        return as_array(robot.tool.position(ca.DM([self.values]))).ravel()
 
     def table(self) -> dict[str, Any]:
         return self._with_tolerance({"joints": [*map(float, self.values)]})
@@ -345,7 +345,7 @@ class Position(Place):
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
         """Vectors from the point to the tool, (n, dim), m."""
-        return robot.tool(theta) - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
+        return robot.tool.position(theta) - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
 
     def tolerance(self, robot: Robot) -> float:
         return max(ANGLE_TOLERANCE * robot.reach()[1], self.within)

@@ -238,7 +238,7 @@ class Pose(Place):
 
         The turn is zero for the stated one alone.
         """
-        position, rotation = _in_space(robot).tool_pose(theta)
+        position, rotation = _in_space(robot).tool.pose(theta)
         away = position - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
         if self.quaternion is None or self.within:
             return away

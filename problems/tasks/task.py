@@ -49,7 +49,7 @@ class Marker:
 
 def end_markers(robot: Robot, postures: FloatArray) -> tuple[Marker, Marker]:
     """Markers of the tool's places in the first and the last posture of a robot, (2, dof), rad."""
-    ends = as_array(robot.tool(ca.DM(postures)))
+    ends = as_array(robot.tool.position(ca.DM(postures)))
     return (
         Marker(label="start", points=ends[:1], kind=MarkerKind.START),
         Marker(label="goal", points=ends[1:], kind=MarkerKind.GOAL),

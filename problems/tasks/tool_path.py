@@ -383,7 +383,7 @@ class ToolPath:
         point = ca.SX.sym("tool", robot.dim)
         away = ca.Function("away", [point], [self.way.away(point)])
         if not isinstance(robot, SpatialArm):
-            return float(as_array(away(robot.tool(ca.DM(theta)).T)).max()), 0.0
+            return float(as_array(away(robot.tool.position(ca.DM(theta)).T)).max()), 0.0
         positions, rotations = _tool_of(geometry_of(robot))(theta.T)
         found = float(as_array(away(positions)).max())
         if self.turned is None:
@@ -400,5 +400,5 @@ class ToolPath:
 def _tool_of(robot: SpatialArm) -> ca.Function:
     """The function from a posture (dof, 1) to the tool's position (3, 1) and rotation row by row (9, 1)."""
     theta = ca.SX.sym("theta", 1, robot.dof)
-    position, rotation = robot.tool_pose(theta)
+    position, rotation = robot.tool.pose(theta)
     return ca.Function("tool", [theta.T], [position.T, rotation.T])

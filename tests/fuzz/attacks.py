@@ -88,7 +88,7 @@ class Chain:
     def tool(self, theta: np.ndarray) -> tuple[np.ndarray, Rotation]:
         """Where the tool is."""
         turned, place = list(self.frames(theta))[-1]
-        frame = self.arm.tool_frame
+        frame = self.arm.tool.frame
         at = np.array([float(part) for part in frame.translation])
         own = Rotation.from_matrix(np.array([[float(part) for part in row] for row in frame.rotation]))
         return turned.apply(at) + place, turned * own

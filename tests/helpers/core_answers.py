@@ -110,7 +110,7 @@ def ways(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answe
 
 def steps(core: Core, robot: SpatialArm, rng: np.random.Generator) -> bytes:
     """Inverse kinematics, of points and of poses."""
-    reach, (place, rotation) = core.steps(geometry_of(robot)), robot.tool_at(postures(robot, rng, 1))
+    reach, (place, rotation) = core.steps(geometry_of(robot)), robot.tool.at(postures(robot, rng, 1))
     starts, limits = postures(robot, rng, POSTURES), np.array(robot.position_limits).T
     bounds = (np.ascontiguousarray(limits[0]), np.ascontiguousarray(limits[1]))
     return b"".join(bits(*reach(starts, place[0], turn, bounds, 40)) for turn in (None, rotation[0]))

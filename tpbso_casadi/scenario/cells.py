@@ -246,7 +246,7 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
         criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
         stages.append(MotionStage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
     robot = scenario.model.kept_by(cells[0].robot)
-    tools = as_array(robot.tool(ca.DM(postures)))
+    tools = as_array(robot.tool.position(ca.DM(postures)))
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
     obstacles = build_obstacles(list(scenario.obstacles), robot.dof)

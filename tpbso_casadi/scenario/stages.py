@@ -346,14 +346,14 @@ AnyStage = Annotated[StageSection, ReadBy(read_stage)]
 def _tool(robot: Robot, posture: FloatArray) -> tuple[FloatArray, FloatArray | None]:
     """The position of the tool in a posture (dof,), (dim,), m, and its rotation, (3, 3); None in the plane."""
     if not isinstance(robot, SpatialArm):
-        return as_array(robot.tool(ca.DM(posture).T))[0], None
+        return as_array(robot.tool.position(ca.DM(posture).T))[0], None
     (frame,) = tool_frames(robot, posture[None])
     return frame[:3, 3], frame[:3, :3]
 
 
 def tool_frames(robot: SpatialArm, theta: FloatArray) -> FloatArray:
     """Frames of the tool in postures (n, dof): (n, 4, 4)."""
-    positions, rotations = robot.tool_pose(ca.DM(theta))
+    positions, rotations = robot.tool.pose(ca.DM(theta))
     frames = np.tile(np.eye(4), (len(theta), 1, 1))
     frames[:, :3, :3] = as_array(rotations).reshape(-1, 3, 3)
     frames[:, :3, 3] = as_array(positions)

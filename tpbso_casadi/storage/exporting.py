@@ -46,7 +46,7 @@ def table_of(motion: JudgedMotion, times: FloatArray) -> tuple[list[str], FloatA
     torques ``tau1..tauk`` follow, N m (N where a joint slides).
     """
     robot, samples = motion.problem.robot, motion.trajectory.samples(times)
-    pose = robot.pose(as_array(samples.theta))
+    pose = robot.tool.coordinates(as_array(samples.theta))
     joints = range(1, robot.dof + 1)
     header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), *pose]
     parts = (as_array(matrix) for matrix in (samples.theta, samples.speed, samples.acceleration))
@@ -188,7 +188,7 @@ def _csv(folder: Path, rows: ControllerRows) -> Path:
 def _npz(folder: Path, rows: ControllerRows) -> Path:
     motion, times = rows.source, rows.times
     robot, samples = motion.problem.robot, motion.trajectory.samples(times)
-    pose = np.column_stack([*robot.pose(as_array(samples.theta)).values()])
+    pose = np.column_stack([*robot.tool.coordinates(as_array(samples.theta)).values()])
     arrays = {
         "t": times,
         "q": as_array(samples.theta),

@@ -131,7 +131,7 @@ class PathFollowingProblem(Problem[SplineShape]):
         """The trajectory accuracy (24) at the points of the path."""
         spline = self.motion.spline
         at_points = ca.mtimes(spline.sampling_matrix(self.motion.point_parameters), parameters.coefficients)
-        return [self.accuracy.at(self.robot.tool(at_points), ca.DM(self.task.path.array))]
+        return [self.accuracy.at(self.robot.tool.position(at_points), ca.DM(self.task.path.array))]
 
     def cost_program(self) -> Program:
         """Postures at the knots, spline, [peaks, scale,] samples, points of the path, finish."""
@@ -261,7 +261,7 @@ class KnotSteps(CostSteps[SplineShape]):
         window, row = ca.SX.sym("window", width), ca.SX.sym("row", grid.rows.shape[1] + points.shape[1])
         basis, point = row[: grid.rows.shape[1]], row[grid.rows.shape[1] :]
         theta = self.motion.combined(window, basis, orders, 0)
-        constraint = self.accuracy.at(self.motion.robot.tool(theta), point.T)
+        constraint = self.accuracy.at(self.motion.robot.tool.position(theta), point.T)
         accuracy = ca.SX.sym("accuracy")
         inputs = {"p": self.p, "window": window, "row": row, "accuracy": accuracy}
         outputs = {"accuracy": accuracy + self.encoding.penalty(constraint)}

@@ -168,7 +168,7 @@ class PathNlp(MotionProgram):
         """Joints of the pieces, knots on the path, accuracy, the limits that time scaling does not restore."""
         angles, bends, time, _, slack = self.split(self.x)
         points = ca.DM(self.encoding.knot_points)
-        on_path = self.robot.tool(angles[self.form.knots, :]) - points
+        on_path = self.robot.tool.position(angles[self.form.knots, :]) - points
         rows = [
             equality("spline", self.form.joins(angles, bends), "rad", self.robot.joints.names, JOINS),
             equality("tip at the knots", on_path, "m", AXES[: self.robot.dim], ON_PATH, self.robot.length_unit),
@@ -194,7 +194,7 @@ class PathNlp(MotionProgram):
         if not others:
             return []
         theta, *_ = self.form.samples(angles, bends, self.motion.point_parameters[others])
-        return [Accuracy(self.task.accuracy).at(self.robot.tool(theta), ca.DM(self.task.path.array[others]))]
+        return [Accuracy(self.task.accuracy).at(self.robot.tool.position(theta), ca.DM(self.task.path.array[others]))]
 
     def _exact_rows(self) -> dict[Limit, list[Constraint]]:
         """Limits that need other samples: acceleration at the nodes, which is exact; speed at nodes and between."""

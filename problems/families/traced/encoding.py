@@ -380,7 +380,7 @@ def best_starts(task: SpaceTracing, knots: PathKnots, theta: FloatArray, followe
         followed: where they lead at all knots, (n, M, dof).
     """
     count, knots_count, dof = followed.shape
-    tool = task.robot.tool_at(followed.reshape(-1, dof))[0].reshape(count, knots_count, -1)
+    tool = task.robot.tool.at(followed.reshape(-1, dof))[0].reshape(count, knots_count, -1)
     missed = (np.linalg.norm(tool - knots.points, axis=2) > task.accuracy).sum(axis=1)
     turning = np.abs(np.diff(followed, axis=1) / task.robot.limits.speed).max(axis=2).sum(axis=1)
     return np.asarray(theta[np.lexsort((turning, missed))[:MOST_STARTS]])

@@ -57,9 +57,9 @@ def near_path(
     """
     starts, ends = ca.horzsplit(lines[:, : 2 * robot.dim], robot.dim)
     if angular is None:
-        return [accuracy.along(robot.tool(theta), starts, ends, SAMPLING_MARGIN)]
+        return [accuracy.along(robot.tool.position(theta), starts, ends, SAMPLING_MARGIN)]
     assert isinstance(robot, SpatialArm)
-    tool, rotation = robot.tool_pose(theta)
+    tool, rotation = robot.tool.pose(theta)
     turned = angular.along(rotation, shares_along(tool, starts, ends), lines[:, 2 * robot.dim :], SAMPLING_MARGIN)
     return [accuracy.along(tool, starts, ends, SAMPLING_MARGIN), turned]
 

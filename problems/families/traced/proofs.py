@@ -139,7 +139,7 @@ class ToolMotion:
         )
         turning = np.array([joint.turns for joint in self.robot.chain.joints], dtype=float)
         before = np.cumsum(first * turning, axis=1) - first * turning
-        linear = (second + first * (first + 2.0 * before)) @ self.robot.tool_levers
+        linear = (second + first * (first + 2.0 * before)) @ self.robot.tool.levers
         return linear, np.asarray((second + first * before) @ turning)
 
     @cached_property
@@ -151,7 +151,7 @@ class ToolMotion:
         """Positions (n, 3), rotations (n, 3, 3), velocities (n, 3) and angular velocities (n, 3) at times (n,), s."""
         theta, rates = self.trajectory.at(times), self.trajectory.at(times, 1)
         velocity = as_array(self._velocity.map(len(times))(theta.T, rates.T)).T
-        return *self.robot.tool_at(theta), velocity[:, :3], velocity[:, 3:]
+        return *self.robot.tool.at(theta), velocity[:, :3], velocity[:, 3:]
 
     def bounds_in(self, middles: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The bounds of the pieces in which times (n,) lie, both (n,)."""
@@ -178,14 +178,14 @@ class TracedTool:
 
     def prove_position(self, accuracy: float) -> Verdict:
         """The verdict on the distance from the path, m."""
-        tool = self.motion.robot.tool_at(self.motion.trajectory.at(self.times))[0]
+        tool = self.motion.robot.tool.at(self.motion.trajectory.at(self.times))[0]
         away = np.linalg.norm(tool - self.points, axis=1)
         return prove(("accuracy", "m"), accuracy, self.motion.trajectory, (self.times, away), self._distances)
 
     def prove_orientation(self, accuracy: float) -> Verdict:
         """The verdict on the angle to the orientation of the path, rad."""
         assert self.orientations is not None
-        turned = self.motion.robot.tool_at(self.motion.trajectory.at(self.times))[1]
+        turned = self.motion.robot.tool.at(self.motion.trajectory.at(self.times))[1]
         away = angles_between(turned, self.orientations.matrices)
         return prove(("angular accuracy", "rad"), accuracy, self.motion.trajectory, (self.times, away), self._angles)
 

@@ -123,7 +123,7 @@ class PointToPointNlp(MotionProgram):
         rows = [
             equality(
                 f"tip at the {name}",
-                self.robot.tool(theta) - ca.horzcat(*point),
+                self.robot.tool.position(theta) - ca.horzcat(*point),
                 "m",
                 AXES[: self.robot.dim],
                 f"tip({symbol}) = {name}",

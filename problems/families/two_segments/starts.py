@@ -142,7 +142,7 @@ class EndPostures:
         """Over theta_s, theta_f, and T (s) or the ways (k) of the joints; rows in the order of ``_row_bounds``."""
         k = self.robot.dof
         theta_s, theta_f, size = ca.SX.sym("s", k), ca.SX.sym("f", k), ca.SX.sym("z", self._sizes)
-        tips = [self.robot.tool(theta.T).T / self.robot.length_unit for theta in (theta_s, theta_f)]
+        tips = [self.robot.tool.position(theta.T).T / self.robot.length_unit for theta in (theta_s, theta_f)]
         way = theta_f - theta_s
         ways = [allowed - sign * way for allowed in self._allowed(size) for sign in (1.0, -1.0)]
         nlp = {"x": ca.vertcat(theta_s, theta_f, size), "f": total(size), "g": ca.vertcat(*tips, *ways)}

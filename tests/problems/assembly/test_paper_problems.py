@@ -151,7 +151,7 @@ def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowi
     for x in sampled(problem, 20):
         trajectory = problem.trajectory(x)
         times = problem.task.point_times(trajectory)
-        tip = np.asarray(problem.robot.tool(trajectory.samples(times).theta))
+        tip = np.asarray(problem.robot.tool.position(trajectory.samples(times).theta))
         knots = list(problem.task.knot_indices)
         assert tip[knots] == pytest.approx(problem.task.path.array[knots], abs=1e-7)
         ends = trajectory.samples(np.array([0.0, trajectory.duration]))

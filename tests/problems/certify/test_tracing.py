@@ -111,7 +111,7 @@ def test_velocities_are_derivatives_and_accelerations_are_bounded(seed: int, rob
     linear, angular = tool.bounds_in(times)
     assert (np.linalg.norm((after[2] - before[2]) / (2.0 * h), axis=1) <= linear * (1.0 + 1e-6)).all()
     assert (np.linalg.norm((after[3] - before[3]) / (2.0 * h), axis=1) <= angular * (1.0 + 1e-6)).all()
-    assert position == pytest.approx(robot.tool_at(trajectory.at(times))[0])
+    assert position == pytest.approx(robot.tool.at(trajectory.at(times))[0])
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])

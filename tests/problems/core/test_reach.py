@@ -23,7 +23,7 @@ turned_or_not = pytest.mark.parametrize("turned", [True, False], ids=["pose", "p
 
 
 def target(robot: SpatialArm, seed: int) -> tuple[FloatArray, FloatArray]:
-    position, rotation = robot.tool_at(postures(robot, np.random.default_rng(seed), 1))
+    position, rotation = robot.tool.at(postures(robot, np.random.default_rng(seed), 1))
     return position[0], rotation[0]
 
 
@@ -38,7 +38,7 @@ def test_what_is_said_to_be_missing_is_what_the_tool_lacks(name: str, turned: bo
     position, rotation = target(robot, 1)
     starts = postures(robot, np.random.default_rng(2), 83)
     found, missing = steps_of(robot)(starts, position, rotation if turned else None, wide(robot), 40)
-    places, turns = robot.tool_at(found)
+    places, turns = robot.tool.at(found)
     away = np.linalg.norm(places - position, axis=1)
     angle = Rotation.from_matrix(rotation @ turns.transpose(0, 2, 1)).magnitude() if turned else 0.0
     near = missing < 1e-3
@@ -54,7 +54,7 @@ def test_what_is_said_to_be_missing_is_what_the_tool_lacks(name: str, turned: bo
 def test_the_same_postures_are_found_as_by_numpy(model: str, turned: bool) -> None:
     robot = built_in(model).arm()
     theta = np.array([0.4, -1.2, 1.4, -1.8, 1.1, 1.3, 0.2])[: robot.dof]
-    position, rotation = (part[0] for part in robot.tool_at(theta[None]))
+    position, rotation = (part[0] for part in robot.tool.at(theta[None]))
     kept = rotation if turned else None
     one, other = (
         found_by(robot, position, kept, np.random.default_rng(3), 60, theta, steps) for steps in (None, steps_of(robot))
@@ -69,7 +69,7 @@ def test_the_same_postures_are_found_as_by_numpy(model: str, turned: bool) -> No
 def test_no_joint_leaves_its_bounds_and_others_do_its_part() -> None:
     robot = built_in("panda").arm()
     theta = np.array([0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5])
-    position, rotation = (part[0] for part in robot.tool_at(theta[None]))
+    position, rotation = (part[0] for part in robot.tool.at(theta[None]))
     low, high = theta - 0.5, theta + 0.5
     low[2] = high[2] = theta[2]  # fixed
     starts = np.random.default_rng(4).uniform(low, high, (50, 7))
@@ -81,7 +81,7 @@ def test_no_joint_leaves_its_bounds_and_others_do_its_part() -> None:
 def test_a_posture_that_is_there_stays() -> None:
     robot = built_in("ur5e").arm()
     theta = np.array([[0.4, -1.2, 1.4, -0.8, 1.1, 0.3]])
-    position, rotation = (part[0] for part in robot.tool_at(theta))
+    position, rotation = (part[0] for part in robot.tool.at(theta))
     found, missing = steps_of(robot)(theta, position, rotation, wide(robot), 10)
     np.testing.assert_allclose(found, theta, rtol=0.0, atol=1e-12)
     assert missing[0] <= 1e-12
@@ -90,7 +90,7 @@ def test_a_posture_that_is_there_stays() -> None:
 def test_a_tool_upside_down_is_turned_and_a_place_out_of_reach_is_not_reached() -> None:
     robot = built_in("panda").arm()
     theta = np.array([[0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5]])
-    position, rotation = (part[0] for part in robot.tool_at(theta))
+    position, rotation = (part[0] for part in robot.tool.at(theta))
     over = rotation @ np.diag([1.0, -1.0, -1.0])
     starts = np.random.default_rng(5).uniform(*np.array(robot.position_limits).T, (100, 7))
     _, missing = steps_of(robot)(starts, position, over, wide(robot), 80)
@@ -102,7 +102,7 @@ def test_a_tool_upside_down_is_turned_and_a_place_out_of_reach_is_not_reached() 
 def test_a_tool_turned_by_exactly_half_a_turn_is_not_there() -> None:
     robot = built_in("panda").arm()
     theta = np.array([[0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5]])
-    position, rotation = (part[0] for part in robot.tool_at(theta))
+    position, rotation = (part[0] for part in robot.tool.at(theta))
     _, missing = steps_of(robot)(theta, position, rotation @ np.diag([1.0, -1.0, -1.0]), wide(robot), 0)
     assert missing[0] >= 1.0
 
@@ -117,7 +117,7 @@ def test_what_counts_is_the_arm_and_its_tool_alone() -> None:
 def test_postures_of_a_pose_are_those_that_its_function_gives() -> None:
     robot = built_in("panda").arm()
     theta = np.array([0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5])
-    position, rotation = robot.tool_at(theta[None])
+    position, rotation = robot.tool.at(theta[None])
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = rotation[0], position[0]
     place = Pose.from_matrix(matrix).on_branch(theta)

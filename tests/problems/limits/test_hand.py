@@ -35,7 +35,7 @@ def test_in_the_plane_it_is_the_angle_of_the_last_link(away: float) -> None:
 
 def test_in_space_it_is_the_angle_between_axis_and_direction() -> None:
     q = np.random.default_rng(1).uniform(-1.0, 1.0, SPACE.dof)
-    rotation = SPACE.tool_at(q[None])[1][0].reshape(3, 3)
+    rotation = SPACE.tool.at(q[None])[1][0].reshape(3, 3)
     axis, toward = np.array([0.6, 0.0, 0.8]), np.array([0.0, 0.0, -1.0])
     expected = np.arctan2(np.linalg.norm(np.cross(rotation @ axis, toward)), rotation @ axis @ toward)
     constraint = Upright(axis=tuple(3.0 * axis), toward=tuple(toward), tolerance=0.1)
@@ -45,7 +45,7 @@ def test_in_space_it_is_the_angle_between_axis_and_direction() -> None:
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 0.3, 2.9])
 def test_an_orientation_is_missed_by_the_angle_of_the_turn(angle: float) -> None:
     q = np.random.default_rng(2).uniform(-1.0, 1.0, SPACE.dof)
-    own = Rotation.from_matrix(SPACE.tool_at(q[None])[1][0].reshape(3, 3))
+    own = Rotation.from_matrix(SPACE.tool.at(q[None])[1][0].reshape(3, 3))
     turned = own * Rotation.from_rotvec(angle * np.array([0.6, 0.0, 0.8]))
     constraint = ToolOrientation(quaternion=tuple(turned.as_quat().tolist()), tolerance=0.1)
     assert values(constraint, SPACE, q) == pytest.approx([angle], abs=1e-9)
@@ -66,7 +66,7 @@ def test_a_box_is_stated_along_its_axes_and_a_plane_by_the_distance() -> None:
 
 def test_a_box_in_space_is_turned_by_its_quaternion() -> None:
     q = np.full(SPACE.dof, 0.3)
-    tool, turn = SPACE.tool_at(q[None])[0][0], Rotation.from_rotvec([0.2, 0.1, -0.4])
+    tool, turn = SPACE.tool.at(q[None])[0][0], Rotation.from_rotvec([0.2, 0.1, -0.4])
     box = ToolRegion(center=(0.1, 0.2, 0.3), size=(1.0, 1.0, 1.0), quaternion=tuple(turn.as_quat().tolist()))
     assert values(box, SPACE, q) == pytest.approx(turn.inv().apply(tool - [0.1, 0.2, 0.3]))
 

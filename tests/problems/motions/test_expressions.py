@@ -69,7 +69,7 @@ def test_the_rotation_of_a_tool_in_space() -> None:
     assert isinstance(panda, SpatialArm)
     states, (q, *_) = states_of(panda, 3)
     found = traced(lambda m: m.rotation[:, 2], panda, "c").probed(panda, states)
-    np.testing.assert_allclose(found, panda.tool_at(q)[1][:, :, 2], atol=1e-13)
+    np.testing.assert_allclose(found, panda.tool.at(q)[1][:, :, 2], atol=1e-13)
 
 
 def test_short_where_it_can_be_and_written_out_where_it_is_differentiated() -> None:

@@ -19,7 +19,7 @@ BENT = np.array([0.4, -1.2, 1.4, -0.8, 1.1, 0.3])  # of a UR5e
 
 
 def pose(robot: SpatialArm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    position, rotation = robot.tool_pose(ca.DM(theta).T)
+    position, rotation = robot.tool.pose(ca.DM(theta).T)
     return np.array(position).ravel(), np.array(rotation).reshape(3, 3)
 
 

@@ -13,7 +13,7 @@ from problems.robots.transform import from_angles, matrix_of, quaternions_of, sn
 
 
 def tool(robot: SpatialArm, *theta: float) -> np.ndarray:
-    return np.array(robot.tool(ca.DM([theta]))).ravel()
+    return np.array(robot.tool.position(ca.DM([theta]))).ravel()
 
 
 def test_panda() -> None:

@@ -81,7 +81,7 @@ Case = tuple[RobotDescription, UrdfOracle, np.ndarray]
 
 def test_poses(case: Case) -> None:
     description, oracle, states = case
-    position, rotation = (np.array(part) for part in description.drawn.tool_pose(ca.DM(states)))
+    position, rotation = (np.array(part) for part in description.drawn.tool.pose(ca.DM(states)))
     for theta, place, turn in zip(states, position, rotation.reshape(-1, 3, 3), strict=True):
         expected_place, expected_turn = oracle.pose(theta)
         np.testing.assert_allclose(place, expected_place, atol=5e-15)

@@ -97,7 +97,7 @@ def test_there_and_back(seed: int) -> None:
         np.testing.assert_allclose(frames, skeletons(arm, theta[None])[0][: len(frames)], atol=1e-12)
         assert (np.vstack([as_array(place) for place in arm.positions(ca.DM(theta).T)]) == frames).all()
         point = ca.DM(frames[-1])
-        assert as_array(arm.tool(ca.DM(theta).T)).ravel().tolist() == frames[-1].tolist()
+        assert as_array(arm.tool.position(ca.DM(theta).T)).ravel().tolist() == frames[-1].tolist()
         phi = arm.closed_form.redundant_values(theta[None])[0]
         assert np.exp(1j * phi) == pytest.approx(np.exp(1j * (arm.base_angle + np.cumsum(theta)[2:])))
         elbow = 1.0 if np.sin(theta[1] - arm.closed_form.stretched) >= 0.0 else -1.0
@@ -201,8 +201,10 @@ def test_zero_is_structure() -> None:
     symbolic_copy = arguments.symbolic_copy(posed_arm(1, 3, link_radius=(0.1, 0.0, 0.1), margin=0.01))
     assert arguments.values.size == 9 + 5 + 3 + 1
     theta = postures(plain, 1, 0)
-    tool = ca.Function("tool", [arguments.symbols], [symbolic_copy.tool(ca.DM(theta))])
-    assert as_array(tool(arguments.values)) == pytest.approx(as_array(posed_arm(1, 3).tool(ca.DM(theta))), abs=1e-12)
+    tool = ca.Function("tool", [arguments.symbols], [symbolic_copy.tool.position(ca.DM(theta))])
+    assert as_array(tool(arguments.values)) == pytest.approx(
+        as_array(posed_arm(1, 3).tool.position(ca.DM(theta))), abs=1e-12
+    )
 
 
 @pytest.mark.parametrize(

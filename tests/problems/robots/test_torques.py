@@ -153,7 +153,7 @@ def spatial_potential(arm: SpatialArm) -> Heights:
     def energy(q: ca.SX) -> ca.SX:
         frames = arm.chain.frames(q, arm.base_frame)
         bodies = [(joint.inertia, frame) for joint, frame in zip(arm.chain.joints, frames[1:], strict=True)]
-        bodies.append((arm.payload, frames[-1] @ arm.tool_frame))
+        bodies.append((arm.payload, frames[-1] @ arm.tool.frame))
         return -sum(
             body.mass * sum(g * part for g, part in zip(arm.gravity, frame.apply(body.center), strict=True))
             for body, frame in bodies

@@ -42,7 +42,7 @@ def test_fixed_joints_are_folded() -> None:
 
 def test_the_tool_is_where_it_was_computed_by_hand() -> None:
     arm = crane().arm(max_acceleration=1.0)
-    position, rotation = arm.tool_pose(ca.DM([[np.pi / 2, 0.4]]))
+    position, rotation = arm.tool.pose(ca.DM([[np.pi / 2, 0.4]]))
     # before the turn: (0.3, 0.1 + 0.4, 0.2), because the slide's x is the mast's y; a quarter of a turn: (-y, x)
     assert np.array(position).ravel() == pytest.approx([-0.5, 0.3, 1.7])
     # the slide's frame is turned by another quarter: x = (-1, 0, 0); the tool is upside down: y = (0, 1, 0), z down

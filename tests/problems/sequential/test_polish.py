@@ -39,7 +39,7 @@ def line(problem: MoveProblem) -> Trajectory:
 
 
 def pose_of(robot: SpatialArm, theta: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    point, rows = (np.asarray(ca.DM(part).full()).ravel() for part in robot.tool_pose(ca.DM([theta])))
+    point, rows = (np.asarray(ca.DM(part).full()).ravel() for part in robot.tool.pose(ca.DM([theta])))
     return tuple(point.tolist()), tuple(Rotation.from_matrix(rows.reshape(3, 3)).as_quat().tolist())
 
 

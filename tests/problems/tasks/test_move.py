@@ -261,7 +261,7 @@ def test_a_via_at_a_breakpoint_or_between_grid_times_is_found_exactly(share: flo
 
 
 def test_points_are_found_by_the_tool() -> None:
-    point = as_array(ARM.tool(ca.DM([[1.2345, 0.3]]))).ravel()
+    point = as_array(ARM.tool.position(ca.DM([[1.2345, 0.3]]))).ravel()
     assert passing_times(ARM, CIRCLE, (Position(tuple(point.tolist())),)) == pytest.approx([1.2345 / np.pi], abs=1e-9)
 
 

@@ -25,7 +25,7 @@ NO_TURN = (0.0, 0.0, 0.0, 1.0)
 
 
 def tool_of(robot: SpatialArm, theta: FloatArray) -> tuple[FloatArray, Rotation]:
-    position, rotation = robot.tool_pose(ca.DM(theta).T)
+    position, rotation = robot.tool.pose(ca.DM(theta).T)
     return as_array(position).ravel(), Rotation.from_matrix(as_array(rotation).reshape(3, 3))
 
 

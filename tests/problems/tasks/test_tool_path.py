@@ -32,7 +32,7 @@ def along(way: ToolCurve, point: FloatArray) -> float:
 
 
 def tool(robot: SpatialArm, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-    positions, rotations = robot.tool_pose(ca.DM(np.atleast_2d(theta)))
+    positions, rotations = robot.tool.pose(ca.DM(np.atleast_2d(theta)))
     return as_array(positions), as_array(rotations).reshape(-1, 3, 3)
 
 
@@ -146,9 +146,9 @@ def test_what_cannot_be_reached_is_said() -> None:
 def test_an_arm_in_the_plane_follows_a_line() -> None:
     arm = PlanarArm((0.5, 0.4, 0.3), max_speed=(2.0,) * 3, max_acceleration=(10.0,) * 3)
     theta = np.array([0.3, 0.9, -0.4])
-    start = as_array(arm.tool(ca.DM(theta).T))[0]
+    start = as_array(arm.tool.position(ca.DM(theta).T))[0]
     way = StraightLine(start, start + np.array([-0.1, 0.15]))
     path = ToolPath(way).followed(arm, theta, 1e-3, 0.01, None)
-    found = as_array(arm.tool(ca.DM(path.at(np.linspace(*path.breakpoints[[0, -1]], 100)))))
+    found = as_array(arm.tool.position(ca.DM(path.at(np.linspace(*path.breakpoints[[0, -1]], 100)))))
     assert np.allclose(found[-1], way.goal, atol=1e-8)
     assert max(away(way, point) for point in found) <= 1e-3

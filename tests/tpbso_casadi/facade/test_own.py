@@ -249,7 +249,7 @@ def test_a_panda_keeps_them() -> None:
     assert plan.certified
     times = densely(plan)
     theta = plan.trajectory(times)
-    place, rotation = panda.model.tool_at(theta)  # type: ignore[attr-defined]
+    place, rotation = panda.model.tool.at(theta)  # type: ignore[attr-defined]
     assert 0.25 <= place[:, 2].min() <= place[:, 2].max() <= 0.6
     assert np.linalg.norm(np.diff(place, axis=0), axis=1).max() / times[1] <= 0.8
     assert rotation[:, 2, 2].max() <= -0.5

@@ -53,7 +53,7 @@ def test_where_nothing_is_in_the_way_nothing_is_searched() -> None:
 def test_joints_wait_for_each_other_at_the_bound() -> None:
     direct = planned().motion.trajectory
     half = np.array([0.5 * direct.duration])
-    place = planned().motion.criteria.robot.tool_at(direct.at(half))[0][0]
+    place = planned().motion.criteria.robot.tool.at(direct.at(half))[0][0]
     post = {"shape": "box", "center": place.tolist(), "size": [0.05] * 3}
     plan = tp.plan("panda", **ENDS, obstacles=[post], seed=1)
     assert plan.certified and plan.search is not None and plan.search.evaluations == 0
@@ -129,7 +129,7 @@ def test_it_is_stored_without_a_convergence_and_starts_another_which_a_named_sol
 
 def pose_of(theta: list[float]) -> np.ndarray:
     frame = np.eye(4)
-    place, rotation = tp.robot("panda").model.tool_at(np.array([theta]))  # type: ignore[attr-defined]
+    place, rotation = tp.robot("panda").model.tool.at(np.array([theta]))  # type: ignore[attr-defined]
     frame[:3, :3], frame[:3, 3] = rotation[0], place[0]
     return frame
 

@@ -33,7 +33,7 @@ def verdict(plan: tp.Plan, name: str) -> tp.Verdict:
 def tool_speeds(plan: tp.Plan) -> np.ndarray:
     times = np.linspace(0.0, plan.duration, 20_001)
     robot = plan.motion.criteria.robot
-    steps = np.diff(robot.tool_at(plan.trajectory(times))[0], axis=0)
+    steps = np.diff(robot.tool.at(plan.trajectory(times))[0], axis=0)
     return np.linalg.norm(steps, axis=1) / np.diff(times)
 
 
@@ -57,14 +57,14 @@ def test_a_limit_of_the_tools_speed_holds_and_slows_the_motion_down() -> None:
 
 def test_the_orientation_and_the_place_of_a_tool_are_kept_to_a_degree() -> None:
     robot = tp.robot("panda").model
-    [place], [rotation] = robot.tool_at(np.array([START]))
+    [place], [rotation] = robot.tool.at(np.array([START]))
     above = tp.ToolRegion(point=(0.0, 0.0, float(place[2]) - 0.35), normal=(0.0, 0.0, 1.0))
     quaternion = tuple(Rotation.from_matrix(rotation.reshape(3, 3)).as_quat().tolist())
     goal = {"position": [float(place[0]), -float(place[1]), float(place[2])], "quaternion": list(quaternion)}
     kept = tp.ToolOrientation(quaternion=quaternion, tolerance=np.radians(1.0))
     plan = tp.plan("panda", start={"joints": START}, goal=goal, obstacles=[BOX], constraints=[kept, above])
     assert plan.certified and plan.search is not None and plan.search.evaluations == 0
-    positions, rotations = robot.tool_at(plan.trajectory(np.linspace(0.0, plan.duration, 2000)))
+    positions, rotations = robot.tool.at(plan.trajectory(np.linspace(0.0, plan.duration, 2000)))
     cosines = (np.einsum("nij,ij->n", rotations.reshape(-1, 3, 3), rotation.reshape(3, 3)) - 1.0) / 2.0
     assert cosines.min() >= np.cos(np.radians(1.0)) and positions[:, 2].min() >= place[2] - 0.35
 

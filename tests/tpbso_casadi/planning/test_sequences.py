@@ -54,7 +54,7 @@ def picked() -> tp.Plan:
 
 
 def tool_of(robot: Any, theta: FloatArray) -> FloatArray:
-    position, rotation = robot.tool_pose(ca.DM(theta).T)
+    position, rotation = robot.tool.pose(ca.DM(theta).T)
     frame = np.eye(4)
     frame[:3, :3], frame[:3, 3] = as_array(rotation).reshape(3, 3), as_array(position)[0]
     return frame
@@ -259,7 +259,10 @@ CORNER, LAST = [0.8, 0.1, 0.1, -1.6, 0.1, 1.8, 0.9], [1.2, 0.5, -0.3, -1.8, 0.2,
     slow_except(
         [
             (tp.Joints(tuple(CORNER)), lambda theta: np.linalg.norm(theta - CORNER, axis=1)),
-            (ABOVE, lambda theta: np.linalg.norm(as_array(PANDA.model.tool(ca.DM(theta))) - ABOVE.point, axis=1)),
+            (
+                ABOVE,
+                lambda theta: np.linalg.norm(as_array(PANDA.model.tool.position(ca.DM(theta))) - ABOVE.point, axis=1),
+            ),
         ],
         1,
     ),

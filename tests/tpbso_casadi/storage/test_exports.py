@@ -164,7 +164,7 @@ def test_the_table_has_the_pose_of_the_tool() -> None:
     assert (Rotation.from_quat(quaternions) * turn.inv()).magnitude().max() < 1e-9
     assert np.abs(np.diff(quaternions, axis=0)).max() < 0.1  # no jumps to the opposite sign
     for tiny in (-1e-12, 0.0, 1e-12):  # nor does the sign of a half turn hang on rounding
-        assert small_arm(2).pose(np.array([[0.0, np.pi + tiny]]))["qy"][0] == pytest.approx(1.0)
+        assert small_arm(2).tool.coordinates(np.array([[0.0, np.pi + tiny]]))["qy"][0] == pytest.approx(1.0)
 
 
 def test_an_arm_without_masses_has_no_torques(tmp_path: Path) -> None:
