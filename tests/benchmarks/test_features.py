@@ -44,28 +44,6 @@ def test_a_sample_is_the_same_each_time_and_fills_the_cube() -> None:
     assert np.array_equal(sample_of(3).points, CUBE.points)
 
 
-def test_the_tour_goes_to_the_nearest_that_is_left() -> None:
-    order, steps = Sample(np.array([[0.5], [0.0], [0.6], [0.9]])).tour
-    assert order.tolist() == [0, 2, 3, 1]
-    assert steps == pytest.approx([0.1, 0.3, 0.9])
-
-
-@pytest.mark.parametrize(
-    ("function", "explained"),
-    [
-        (lambda x: 3.0 - x @ [1.0, 2.0, -1.0], (1.0, 1.0, 1.0)),
-        (lambda x: (x**2).sum(axis=1) - 3.0 * x[:, 0], (None, 1.0, 1.0)),
-        (lambda x: (x[:, 0] - 0.5) * (x[:, 1] - 0.5), (0.0, 0.0, 1.0)),
-    ],
-)
-def test_models_explain_what_they_are(
-    function: Callable[[np.ndarray], np.ndarray], explained: tuple[float | None, ...]
-) -> None:
-    found = named(CUBE, function(CUBE.points))
-    for model, share in zip(("linear", "quadratic", "full quadratic"), explained, strict=True):
-        assert share is None or found[f"R2 {model}"] == pytest.approx(share, abs=0.05)
-
-
 def test_adjusted_r2_is_that_of_least_squares() -> None:
     x, y = CUBE.points, rugged(CUBE.points)
     terms = np.column_stack([np.ones(150), x, x**2])
@@ -151,13 +129,6 @@ def test_the_farthest_are_taken_and_others_left_out(monkeypatch: pytest.MonkeyPa
     assert different(table, lambda row: row > 3) == [4, 5]
 
 
-def test_those_taken_lie_farther_apart_than_others_do() -> None:
-    rng = np.random.default_rng(0)
-    table = rng.normal(size=(40, 19))
-    others = [nearest(table[rng.permutation(40)[: freezing.INSTANCES]]) for _ in range(100)]
-    assert nearest(table[different(table, lambda row: True)]) > max(others)
-
-
 def test_a_part_that_is_like_the_rest() -> None:
     """Of two pairs and two single points far apart, one of each pair and none, or both, of the singles."""
     table = np.array([[0.0], [10.0], [20.0], [0.1], [10.1], [20.1]])
@@ -179,8 +150,3 @@ def test_instances_of_a_function_are_chosen(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(freezing.Instance, "is_worth_judging", False)
     with pytest.raises(NotFrozen, match="paper-rotation-4: only 0 instances of 6"):
         chosen(definition)
-
-
-def nearest(table: np.ndarray) -> float:
-    apart = np.linalg.norm(table[:, None] - table[None], axis=2)
-    return float(apart[apart > 0.0].min())

@@ -99,7 +99,6 @@ WRONG = [
     (["good.csv", "--robot", "arm.toml", "--json", "--repair"], "--repair: needs a run folder; say --out DIR too"),
     ([""], "argument TRAJECTORY|RUN_FOLDER|FOLDER: a path is needed, not ''"),
     (["good.csv"], "good.csv: says nothing of a robot; say --robot panda, ARM.toml or ARM.urdf"),
-    (["good.csv", "--robot", "panda"], "good.csv: task.positions: rows of 2 joints for a robot of 7"),
     (["good.csv", "--robot", "none.toml"], "none.toml: cannot be read: No such file or directory"),
     (["good.csv", "--robot", "arm.toml", "--scene", "none.toml"], "none.toml: cannot be read: No such file"),
     (["good.csv", "--robot", "arm.toml", "--scene", "wrong.toml"], "wrong.toml: obstacles.0.shape: input should be"),

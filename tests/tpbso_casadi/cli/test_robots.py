@@ -83,12 +83,6 @@ def test_spheres_of_another_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert ["mast", "1", "0.05", "0.05"] in [line.split() for line in capsys.readouterr().out.splitlines()]
 
 
-def test_a_figure(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("show", "panda", "--figure", "figures/panda.png") == 0
-    assert Path("figures/panda.png").read_bytes().startswith(b"\x89PNG")
-    assert Path("figures/panda.png").stat().st_size > 20_000
-
-
 WRONG = [
     (["show", "puma.urdf"], "puma.urdf: cannot be read: No such file or directory"),
     (["show", "."], ".: cannot be read: it is a folder"),

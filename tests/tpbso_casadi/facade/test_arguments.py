@@ -26,16 +26,7 @@ ROWS = np.array([[0.0, 0.5], [0.6, 0.9], [1.0, 0.2], [1.5, 0.4]])
 TWO = tp.PlanarArm((0.5, 0.5), (2.0, 3.0), (10.0, 8.0))
 UNDEFINED = tp.Cost(lambda m: ca.sqrt(m.q[0] - 100.0))
 ANY: Any = None  # what a type checker would refuse
-NO_PATHS: list[Any] = [
-    [[0.0, 0.0], [1.0]],
-    [["a", "b"]],
-    ROWS * 1j,
-    object(),
-    {"a": 1},
-    ROWS * 1e9,
-    ROWS[:1],
-    ROWS[[0, 0]],
-]
+NO_PATHS: list[Any] = [[[0.0, 0.0], [1.0]], [["a", "b"]], ROWS * 1j, object(), ROWS * 1e9, ROWS[:1], ROWS[[0, 0]]]
 
 
 @cache
@@ -78,19 +69,16 @@ MISTAKES: dict[type[Exception], list[tuple[Callable[[], object], str]]] = {
         (planned(solver=Hidden), r"Hidden: a plan names its classes; define it in a module"),
         (planned(evaluations=10.5), r"evaluations: a whole number is needed, not 10\.5"),
         (lambda: tp.compare("time-3", ["bso"], runs=ANY or "3"), r"runs: a whole number is needed"),
-        (lambda: tp.compare("time-3", ["bso"], runs=-1), r"runs: -1 are none"),
         (lambda: tp.pareto("time-3", ("time", "tim")), r"objectives: no objective 'tim'; did you mean time"),
         (lambda: tp.pareto("time-3", ANY or ("time",)), r"objectives time: two different ones are needed"),
         (lambda: tp.pareto("time-3", method="x"), r"method: .* is needed, not 'x'"),
         (lambda: tp.pareto("time-3", points=1), r"points: 1 is not within 2 and 1000"),
         (lambda: tp.pareto("time-3", points=ANY or "3"), r"points: a whole number is needed"),
-        (lambda: tp.pareto("time-3", ("time", "energy")), r"objective: 'energy' needs masses"),
         (lambda: tp.retime(ROWS), r"robot: missing; say which robot runs the path"),
         (lambda: tp.retime(ROWS, tp.PlanarArm((1.0,) * 3, (1.0,) * 3, (1.0,) * 3)), r"path: a path of 2 joints for"),
         (lambda: tp.retime("none.csv", TWO), r"none.csv: cannot be read"),
         (lambda: tp.retime(ROWS, TWO, interpolation="cubic"), r"interpolation: .* 'spline' or 'blend'"),
         (lambda: tp.retime(ROWS, TWO, interpolation="blend"), r"tolerance: missing; say how far"),
-        (lambda: tp.retime(ROWS, TWO, start_speed=9.0), r"start_speed: joint 1 would have"),
         (lambda: tp.retime(tp.JointPath.through(ROWS), TWO, tolerance=0.1), r"tolerance: the path is complete"),
         *((lambda path=path: tp.retime(path, TWO), r"path: ") for path in NO_PATHS),
     ],
@@ -106,7 +94,6 @@ MISTAKES: dict[type[Exception], list[tuple[Callable[[], object], str]]] = {
         (lambda: made().save("never", figures=ANY), r"figures: kinds are needed, of png, .*; not None"),
         (lambda: made().save("never", figures=ANY or [["png"]]), r"figures: there is no kind \['png'\]"),
         (lambda: made().save("never", rate=ANY or "a"), r"rate: a number above 0 is needed, in Hz, not 'a'"),
-        (lambda: made().save("never", rate=0), r"rate: a number above 0 is needed, in Hz, not 0"),
         (lambda: made().player(height=-5), r"height: a number above 0 is needed, in pixels, not -5"),
         (lambda: made().plot("foo"), r"kind: there is no figure 'foo' of this plan; there are path, joints, limits"),
         (planned(polish="yes"), r"polish: True, False or a whole number is needed, not 'yes'"),
@@ -114,7 +101,6 @@ MISTAKES: dict[type[Exception], list[tuple[Callable[[], object], str]]] = {
         (lambda: tp.plan(ANY or {"arm": 3}), r"what: a scenario, .* is needed, not \{'arm': 3\}"),
         (lambda: tp.audit(ANY or 3), r"what: a plan, the folder of a run, a scenario, .* is needed, not 3"),
         (lambda: tp.compare(ANY), r"scenarios: a scenario, its file .* is needed, not None"),
-        (lambda: tp.compare(ANY or {"a": None}), r"scenarios: a scenario, its file .* is needed, not None"),
         (lambda: tp.compare(["time-2", "time-2"], "pso"), r"scenarios: time-2 is there twice; say a table"),
         (lambda: tp.compare("time-2", ["pso", tp.PSO]), r"solvers: pso is there twice; say a table"),
         (lambda: tp.compare("time-2", []), r"solvers: one at least is needed"),
@@ -123,12 +109,8 @@ MISTAKES: dict[type[Exception], list[tuple[Callable[[], object], str]]] = {
         (lambda: tp.compare("time-2", "pso", runs=1, workers=10**6), r"workers: more than"),
         (lambda: tp.compare("time-2", ["pso"], runs=0), r"runs: 0 are none"),
         (lambda: tp.pareto(ARM, figures=["jpg"], **TASK), r"figures: there is no kind 'jpg'; there are png, pdf, svg"),
-        (lambda: tp.replan(made(), 9.0, []), r"at_time: 9 s is not within the motion"),
-        (lambda: tp.replan(made(), 0.1, ANY or [3]), r"obstacles: obstacle 1: int is not an Obstacle"),
-        (lambda: tp.replan(made(), 0.1, tp.builtin("time-3")), r"arm: not the one of the motion"),
         (planned(objective=UNDEFINED), r"objective: 'cost' is undefined \(nan\) along the motion"),
         (limited(lambda m: math.sin(m.q[0]), lower=0.0), r"constraint .* say ca\.sin in place of math\.sin"),
-        (limited(lambda m: m.q[-4], lower=0.0), r"constraint 'constraint': an index is out .* 3 joints"),
         (limited(lambda m: m.q[0], lower=-np.inf), r"constraints\[0\]: .* has no bounds: say lower, upper"),
         (limited(lambda m: m.q[0], lower=np.inf), r"constraints\[0\] lower: a finite number is needed"),
         (lambda: tp.plan(ARM, path=[[1.0, 0.2], [np.nan, 0.6]], accuracy=0.1), r"path\[1\]\[0\]: a finite number is"),

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
 from helpers.space import small_arm
 from helpers.space_plans import space_plan
 from matplotlib.patches import Polygon
-from PIL import Image
 
 from problems import Ellipse, PlanarArm, Trajectory
 from problems.scene.moving import ConstantVelocity, MovingObstacle
 from tpbso_casadi.figures.limits import clearance_drawings, closest_to_moving, distance_curves
 from tpbso_casadi.figures.path import path_figure, snapshots
-from tpbso_casadi.figures.run import draw_figures
 from tpbso_casadi.figures.scene import Course, courses_of, labelled_times, placed
 from tpbso_casadi.figures.space_scene import Scene, polyhedron_of
 
@@ -142,26 +138,6 @@ def test_solids_are_where_obstacles_are() -> None:
     assert set(planes) == {(0, 1), (1, 0)}
     for (a, b), face in planes.items():
         assert (box, ball)[a].beyond((box, ball)[b].vertices)[:, face].min() >= 0.0
-
-
-@pytest.mark.slow
-def test_a_path_in_space_shows_obstacles_at_the_times_of_the_postures(
-    tmp_path: Path,
-) -> None:
-    plan = moving_space_plan()
-    figure = path_figure(plan)
-    figure.draw_without_rendering()
-    top, front, side, picture = figure.axes
-    middles = courses_of(IN_SPACE, plan.times)[0].middles
-    for axes, columns in ((top, [0, 1]), (front, [0, 2]), (side, [1, 2])):
-        [way] = [line for line in axes.lines if line.get_label() == "its way"]
-        np.testing.assert_allclose(way.get_xydata(), middles[:, columns])
-    assert picture.get_title(loc="right") == "posture at the closest approach"
-    assert "moving obstacle" in [text.get_text() for text in figure.legends[0].get_texts()]
-    paths = draw_figures(tmp_path, plan)
-    assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png", "clearance.png"]
-    with Image.open(paths[-1]) as image:
-        assert np.asarray(image.convert("L")).std() > 10.0
 
 
 def test_a_robot_without_spheres_is_close_to_nothing() -> None:

@@ -379,10 +379,6 @@ def test_solvers_are_read() -> None:
 
 UNREAD = {
     "bso,,pso": "'' is not NAME",
-    "bso(lambda_)": "'bso(lambda_)': 'lambda_' is not setting=value",
-    "pso(printed)": "'pso(printed)': 'printed' is not setting=value",
-    "a.b:C(printed)": "'a.b:C(printed)': 'printed' is not setting=value",
-    "bso(a=1": "'bso(a=1' is not NAME",
     "bso+polished": "'bso+polished' is not NAME",
     "pso,bso,pso": "pso is there twice",
 }

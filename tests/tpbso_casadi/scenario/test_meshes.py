@@ -200,9 +200,3 @@ def test_one_clearance_is_said_one_way(plan: tp.Plan) -> None:
     nearest = nearest_of(plan.motion)
     assert nearest is not None and nearest.label == f"{found} mm found at {time:g} s"
     assert np.linalg.norm(np.subtract(*nearest.points)) == pytest.approx(closest.distance, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_its_audit_says_the_same(plan: tp.Plan, tmp_path: Path) -> None:
-    plan.save(tmp_path / "run", figures=())
-    assert tp.audit(tmp_path / "run").certified

@@ -19,7 +19,6 @@ from problems.scene import Tabulated
 from problems.scene.moving import MovingObstacle
 from problems.scene.tabulated import as_numbers
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.scenario import ObstacleSection, read_scenario
 from tpbso_casadi.scenario.input_files import MOST_MOTION_ROWS
 from tpbso_casadi.scenario.obstacles import build_obstacles, read_obstacle
@@ -209,14 +208,6 @@ def test_too_many_rows(tmp_path: Path) -> None:
         parse_scenario(content).problem()
 
 
-def test_a_huge_file_and_what_is_no_file(tmp_path: Path) -> None:
-    with (tmp_path / "cart.csv").open("wb") as file:
-        file.truncate(10**12)  # without content
-    assert "larger than 10 MB" in refusal(plane(tmp_path, 'motion = "cart.csv"'))
-    (tmp_path / "folder.csv").mkdir()
-    assert "it is a folder" in refusal(plane(tmp_path, 'motion = "folder.csv"'))
-
-
 def test_a_file_cannot_be_named_where_there_is_no_folder(tmp_path: Path) -> None:
     content: dict[str, Any] = read_scenario(plane(tmp_path, "")).table()
     content["obstacles"][1]["motion"] = "cart.csv"
@@ -241,16 +232,6 @@ def test_a_shape_of_a_plugin_moves_too(tmp_path: Path) -> None:
     [obstacle] = parse_scenario(content).problem().obstacles
     assert isinstance(obstacle, MovingObstacle)
     assert obstacle.at(1.0).place == pytest.approx((2.0, 1.0))
-
-
-def test_the_command_line_says_it_in_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "cart.csv").write_text("t,x,y\n0,0,0\n0,1,0\n")
-    file = plane(tmp_path, 'motion = "cart.csv"')
-    assert solve.main([str(file), "--out", str(tmp_path / "out")]) == 2
-    table = tmp_path / "cart.csv"
-    reason = "times have to increase, by 1e-06 s at least"
-    assert capfd.readouterr().err == f"error: {file}: obstacles.1.motion: {table} line 3: {reason}\n"
-    assert not (tmp_path / "out").exists()
 
 
 CENTER = (0.3, 0.1, 0.5)

@@ -78,7 +78,7 @@ def test_angular_accuracy_in_degrees() -> None:
     assert task_of(stated).angular_accuracy == pytest.approx(np.radians(1.0))
 
 
-@pytest.mark.parametrize("heading", ["", "x,y,z,qx,qy,qz,qw\n", "X, Y, Z, QX, QY, QZ, QW\n\n"])
+@pytest.mark.parametrize("heading", ["", "X, Y, Z, QX, QY, QZ, QW\n\n"])
 def test_poses_are_read_from_beside_the_scenario(folder: Path, heading: str) -> None:
     (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.01")
     (folder / "way.csv").write_text(heading + "\n".join(",".join(map(str, pose)) for pose in POSES))
@@ -136,7 +136,7 @@ def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
 def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.05")
     (folder / "way.csv").write_text("\n".join(",".join(map(str, pose)) for pose in POSES))
-    search = ["--solver", "pso", "--evaluations", "40", "--polish", "--no-retime", "--backend", "vm"]
+    search = ["--solver", "pso", "--evaluations", "20", "--polish", "--no-retime", "--backend", "vm"]
     out = folder / "run"
     assert solve.main([str(folder / "mine.toml"), *search, "--no-plots", "--out", str(out)]) == 0
     assert "not polished: this task has no nonlinear program" in capsys.readouterr().out
@@ -157,11 +157,3 @@ def test_what_needs_a_nonlinear_program_is_refused_in_one_line(
     for options in (["--solver", "ipopt"], ["--within", "2"]):
         error = refusal(capsys, solve.main, "mine.toml", *options, "--no-plots", "--out", "run")
         assert error.endswith("this task has no nonlinear program to descend")
-
-
-@pytest.mark.slow
-def test_a_scenario_without_a_program_is_audited(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "mine.toml").write_text(FILE)
-    (folder / "way.csv").write_text("0.4,0,0.5\n0.4,0.02,0.5")
-    assert audit.main([str(folder / "mine.toml")]) == 0
-    assert "there is no nonlinear program of this task" in capsys.readouterr().out
