@@ -56,7 +56,7 @@ def motion(arm: SpatialArm, rng: np.random.Generator) -> Trajectory:
 
 def limits_among(arm: SpatialArm, obstacles: tuple[Obstacle, ...]) -> list[Limit]:
     """Of obstacles and of its own links."""
-    if arm.is_covered:
+    if arm.cover is not None:
         made = [CoverClearance.for_robot(arm, obstacles), CoverSelfClearance.for_robot(arm, ())]
         return [limit for limit in made if limit is not None]
     own, among = SelfClearance.for_robot(arm, ()), Clearance.for_robot(arm, obstacles)

@@ -17,7 +17,7 @@ from problems.robots.description import RobotDescription
 from problems.robots.link_covers import advice, fine_balls, overhang_of, placed
 from problems.robots.neighbours import are_never_parted, connected_links
 from problems.robots.own_pairs import LinkPairs, Named, OwnPairs, own_pairs_of
-from problems.robots.spatial_arm import SpatialArm
+from problems.robots.spatial_arm import LeftOut, SpatialArm
 
 
 def complete_arm(
@@ -74,9 +74,7 @@ class OwnContacts:
             self._with_cover,
             kept_pairs=self.spheres.kept,
             proven_pairs=() if self.description.covers else self.spheres.far,
-            ignored_links=self.ignored,
-            left_out=tuple(self._left_out()),
-            uncompared=tuple(self._contacts()),
+            left_out=LeftOut(self.ignored, tuple(self._contacts()), tuple(self._left_out())),
         )
 
     @cached_property

@@ -40,6 +40,21 @@ from problems.robots.transform import Matrix3, Point3, Transform, as_rows
 GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
 
 
+@dataclass(frozen=True)
+class LeftOut:
+    """Links, contacts and other things of an arm of which no verdict speaks.
+
+    Attributes:
+        links: whose geometry is left out because the user says so.
+        contacts: own links that need not keep apart, and why, a line each.
+        others: what else is left out, a line each.
+    """
+
+    links: tuple[str, ...] = ()
+    contacts: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, repr=False)
 class SpatialArm(Robot):
     """A serial chain in space.
@@ -61,9 +76,7 @@ class SpatialArm(Robot):
         cover: of its links for proofs, where that is finer than the spheres; None where the spheres are all there is.
         self_margin: what links with a cover keep from each other with ``self_collision``, m: no more than they can, as
             neighbours of neighbours are near each other in every posture.
-        ignored_links: whose geometry is left out because the user says so.
-        left_out: what no verdict speaks of, a line each.
-        uncompared: own links that need not keep apart, and why, a line each.
+        left_out: what no verdict speaks of.
         max_torque: N m or N; None where nothing limits it.
         payload: what the tool carries; None for nothing.
         gravity: m/s^2, as seen from outside.
@@ -98,9 +111,7 @@ class SpatialArm(Robot):
     proven_pairs: tuple[tuple[int, int], ...] = ()
     cover: ArmCover | None = None
     self_margin: float = 0.0
-    ignored_links: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
-    uncompared: tuple[str, ...] = ()
+    left_out: LeftOut = LeftOut()
     max_torque: tuple[float, ...] | None = None
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
@@ -165,7 +176,7 @@ class SpatialArm(Robot):
 
     @property
     def assumed(self) -> str:
-        parts = [f"without the geometry of {', '.join(self.ignored_links)}"] if self.ignored_links else []
+        parts = [f"without the geometry of {', '.join(self.left_out.links)}"] if self.left_out.links else []
         if self.joint_errors is not None:
             most = dict.fromkeys(self.joints.units, 0.0)
             for unit, error in zip(self.joints.units, self.joint_errors, strict=True):
@@ -304,10 +315,11 @@ class SpatialArm(Robot):
 
     @property
     def unjudged(self) -> tuple[str, ...]:
-        """The lines of ``left_out``, own links that are not compared, and contacts that are allowed."""
+        """Lines on what is left out, own links that are not compared, and contacts that are allowed."""
         several = len(self.bodies.names) > 1
         unwatched = ("own links from each other: self_collision is off",) if several else ()
-        return (*self.left_out, *(self.uncompared if self.self_collision else unwatched), *super().unjudged)
+        own = self.left_out.contacts if self.self_collision else unwatched
+        return (*self.left_out.others, *own, *super().unjudged)
 
 
 @dataclass(frozen=True)

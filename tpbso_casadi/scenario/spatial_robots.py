@@ -270,7 +270,8 @@ class SpatialRobotSection(Section):
             complete = complete_arm(description, arm, may_touch, self.kept_pairs or (), self.ignore_geometry or ())
             weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
             unknown = tuple(f"the weight of {name}: no mass is stated" for name in weightless)
-            return replace(complete, left_out=(*complete.left_out, *unknown), statement=self)
+            left_out = replace(complete.left_out, others=(*complete.left_out.others, *unknown))
+            return replace(complete, left_out=left_out, statement=self)
 
     @property
     def _tracking(self) -> dict[str, float | list[float]] | None:

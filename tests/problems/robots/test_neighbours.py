@@ -106,8 +106,8 @@ def test_what_is_above_the_base_stands_with_it_where_its_joints_usually_are() ->
     turned = np.array([[np.cos(0.5), np.sin(0.5)], [-np.sin(0.5), np.cos(0.5)]]) @ [-0.1, 0.0]
     assert frames["cart"].body == 0
     np.testing.assert_allclose(frames["cart"].translation, [*turned, -0.4], atol=1e-12)
-    assert "lift = 0.4" in " ".join(cell().left_out)
-    assert not any("lift" in line for line in cell(locked={"lift": 0.3}).left_out)
+    assert "lift = 0.4" in " ".join(cell().left_out.others)
+    assert not any("lift" in line for line in cell(locked={"lift": 0.3}).left_out.others)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_what_follows_the_chain_is_refused_or_left_out_and_said() -> None:
     with pytest.raises(InvalidProblem, match=r"^urdf: link 'rod': joint 'm' moves it with 'j2', which is not planned"):
         cell(text)
     arm = cell(text, ignored=("rod",))
-    assert "the geometry of rod, which is to be ignored" in arm.left_out
+    assert "the geometry of rod, which is to be ignored" in arm.left_out.others
     assert "rod" not in {sphere.name for sphere in arm.spheres}
     appearances, notes = read_urdf(text, "base", "l2").new_appearances(lambda shape: b"")
     assert "rod" not in appearances and [(note.link, note.note) for note in notes] == [
@@ -160,9 +160,9 @@ def test_soft_limits_and_quaternions_are_read() -> None:
 
 
 def test_any_pair_may_be_kept_but_one_on_a_body() -> None:
-    assert "own links that a joint connects: l1 and l2" in cell().uncompared
+    assert "own links that a joint connects: l1 and l2" in cell().left_out.contacts
     kept = cell(kept=(("l1", "l2"),))
-    assert not any("a joint connects" in line for line in kept.uncompared)
+    assert not any("a joint connects" in line for line in kept.left_out.contacts)
     names = {frozenset((kept.spheres[a].name, kept.spheres[b].name)) for a, b in (*kept.kept_pairs, *kept.proven_pairs)}
     assert frozenset(("l1", "l2")) in names
     with pytest.raises(InvalidProblem, match=r"^kept_pairs: 'l1' and 'f2' are one body: no joint is between them"):

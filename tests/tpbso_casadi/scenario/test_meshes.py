@@ -48,8 +48,8 @@ def test_the_cover_is_of_the_meshes_where_they_stand(arm: SpatialArm) -> None:
     assert arm.cover.pairs == ((0, 2),)
     assert {sphere.name for sphere in arm.spheres} == {"lower", "middle", "upper"}
     assert all(sphere.inner is not None and sphere.inner < sphere.radius for sphere in arm.spheres)
-    assert arm.uncompared == ("own links that a joint connects: lower and middle, middle and upper",)
-    assert arm.left_out == ("torques: no masses are stated for lower, middle, upper",)
+    assert arm.left_out.contacts == ("own links that a joint connects: lower and middle, middle and upper",)
+    assert arm.left_out.others == ("torques: no masses are stated for lower, middle, upper",)
 
 
 @pytest.mark.parametrize("where", ["beside", "packages", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "relative", "file"])
@@ -96,7 +96,7 @@ def test_what_cannot_be_read_is_refused_unless_it_is_ignored(change: str, reason
     with pytest.raises(ScenarioError, match=f"^urdf: link 'upper': its mesh package://.*: {reason}.*{cure}"):
         tp.robot(urdf, **LIMITS)
     model = tp.robot(urdf, ignore_geometry=["upper"], **LIMITS).model
-    assert model.ignored_links == ("upper",)
+    assert model.left_out.links == ("upper",)
     assert model.assumed == "without the geometry of upper"
 
 

@@ -277,7 +277,7 @@ def test_a_mesh_that_is_not_read_is_refused(meshed: InputFolder) -> None:
         unread = rf"^robot\.urdf: link 'lower': its mesh lower\.stl{reason}; state spheres for it, or leave it out of "
         with pytest.raises(ScenarioError, match=unread + r"every verdict: ignore_geometry = \['lower'\]$"):
             built(meshed, urdf="mesh.urdf", spheres=spheres)
-    assert built(meshed, urdf="mesh.urdf", spheres="full.toml").ignored_links == ()
+    assert built(meshed, urdf="mesh.urdf", spheres="full.toml").left_out.links == ()
     with pytest.raises(ScenarioError, match=r"^robot\.ignore_geometry: no link 'sail' in the chain; there are foot, "):
         built(meshed, urdf="mesh.urdf", ignore_geometry=["sail"])
 
