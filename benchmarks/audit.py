@@ -15,11 +15,10 @@ from rich.table import Table
 
 from tpbso_casadi.audit_report import audit_run, audit_scenario
 from tpbso_casadi.display.audit_tables import of_one, saved
-from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.scenario.cases import TITLES, builtin
-from tpbso_casadi.storage import read_run
+from tpbso_casadi.storage import read_run, write_plan
 
 TIMES = ("case", "scenario", "read and recompute a run", "certificate", "optimality", "all of the run's audit")
 STATEMENTS = ("case", "the plan", "the optimum's motion", "its program says", "1 % looser saves most")
@@ -33,7 +32,7 @@ def main() -> None:
         content["solver"] |= {"evaluations": 5000, "polish_starts": 1}
         scenario = parse_scenario(content)
         with TemporaryDirectory() as folder:
-            write_run(Path(folder), plan(scenario), plots=False)
+            write_plan(Path(folder), plan(scenario))
             began = time.process_time()
             run = read_run(Path(folder))
             read = time.process_time()

@@ -81,7 +81,6 @@ from tpbso_casadi.facade.sequences import Along, Attach, Detach, Line, MoveTo, O
 from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
-from tpbso_casadi.figures import write_run
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.scenario import Scenario, ScenarioError, builtin, find_solver, parse_scenario, read_scenario
 from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of
@@ -205,6 +204,5 @@ __all__ = [
     "sequence",
     "simulate",
     "suite",
-    "write_run",
     "write_runs",
 ]

@@ -17,7 +17,7 @@ from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array
 from tpbso_casadi.facade.audit import RunAudit
 from tpbso_casadi.facade.showing import chosen, data_frame, exports_of
-from tpbso_casadi.figures import write_run
+from tpbso_casadi.figures import figure_writers
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
@@ -29,6 +29,7 @@ from tpbso_casadi.storage import (
     stored,
     table_of,
     write_certificate,
+    write_plan,
 )
 
 if TYPE_CHECKING:
@@ -286,7 +287,7 @@ class Plan:
         """
         place = file_path("folder", folder)
         formats, exports = chosen("figures", figures, FORMATS), exports_of(self.planned, export, rate)
-        write_run(place, self.planned, bool(formats), exports, formats=formats)
+        write_plan(place, self.planned, [*figure_writers(self.planned, formats), *exports])
         return place
 
     def certificate(self, path: str | Path) -> Path:

@@ -170,8 +170,7 @@ def pareto(
             work = FrontWork(
                 objectives=stated,
                 store=store,
-                plots=plots and folder is not None,
-                formats=formats,
+                formats=formats if plots and folder is not None else (),
                 evaluation=evaluation,
                 progress=progress,
                 interruption=interruption,

@@ -355,7 +355,7 @@ def write_simulation(
         The names of the files.
 
     Raises:
-        OutputError: as :func:`tpbso_casadi.storage.write_run`.
+        OutputError: as :func:`tpbso_casadi.storage.write_plan`.
     """
 
     def tables(staged: Path) -> None:

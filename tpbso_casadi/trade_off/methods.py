@@ -18,10 +18,10 @@ from problems import Problem
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions
 from solvers import Interruption, SearchBox
-from tpbso_casadi.figures import write_run
-from tpbso_casadi.figures.palette import DEFAULT
+from tpbso_casadi.figures import figure_writers
 from tpbso_casadi.planning import PlannedMotion, Progress, motion_of, plan
 from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.storage import write_plan
 from tpbso_casadi.trade_off.front import Point, Request
 from tpbso_casadi.trade_off.placement import ENDS, EpsilonConstraint, Objectives, Placement, WeightedSums
 from tpbso_casadi.trade_off.store import POINTS, FrontStore
@@ -34,22 +34,20 @@ class FrontWork:
     Attributes:
         objectives: the two, and the scenario.
         store: of the points.
-        plots: whether to draw figures of each plan.
+        formats: of the figures of each plan; empty for none.
         evaluation: how populations are evaluated; changes the time, not the result.
         progress: is told what begins.
         interruption: polled between plans.
         told: gets every point once it is stored.
-        formats: of figures.
     """
 
     objectives: Objectives
     store: FrontStore
-    plots: bool
+    formats: Sequence[str]
     evaluation: EvaluationOptions | None
     progress: Progress
     interruption: Interruption
     told: Callable[[Point], object]
-    formats: Sequence[str] = DEFAULT
 
 
 @dataclass(frozen=True)
@@ -117,7 +115,7 @@ def _planned(request: Request, points: Sequence[Point], work: FrontWork) -> Poin
     if found is None or found.interrupted:
         return None
     folder = f"{POINTS}/{number:02d}-{_label(request, work.objectives)}"
-    write_run(work.store.folder / folder, found, work.plots, interruption=work.interruption, formats=work.formats)
+    write_plan(work.store.folder / folder, found, figure_writers(found, work.formats), work.interruption)
     return Point(
         number=number,
         request=request,

@@ -23,10 +23,9 @@ from problems.certify import freedom, structure_of
 from tpbso_casadi import audit_report, builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.commands.audit import main
-from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.scenario.cases import TITLES
-from tpbso_casadi.storage import sealed
+from tpbso_casadi.storage import sealed, write_plan
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 MOVE = {
@@ -59,7 +58,7 @@ def planned(case: str, polish: bool = False, retime: bool = True) -> PlannedMoti
 @cache
 def files_of(case: str, polish: bool) -> dict[str, bytes]:
     with TemporaryDirectory() as place:
-        write_run(Path(place, "run"), planned(case, polish), plots=False)
+        write_plan(Path(place, "run"), planned(case, polish))
         return {path.name: path.read_bytes() for path in Path(place, "run").iterdir()}
 
 
@@ -338,7 +337,7 @@ def rewritten(solution: PlannedMotion, folder: Path, factor: float) -> Path:
     """A run that is consistent in itself, with its motion run faster by a factor."""
     motion = replace(solution.motion, trajectory=solution.trajectory.time_scaled(1.0 / factor))
     search = replace(solution.search)
-    write_run(folder, replace(solution, motion=motion, search=search), plots=False)
+    write_plan(folder, replace(solution, motion=motion, search=search))
     edit_json(folder, lambda r: r["solution"].update(variables=None))
     return folder
 
@@ -370,7 +369,7 @@ def test_a_link_that_grazes_an_obstacle_is_caught(
     problem = scenario.problem()
     motion = replace(solution.retiming.before, problem=problem)
     smaller = replace(solution, scenario=scenario, problem=problem, motion=motion, retiming=None)
-    write_run(tmp_path / "run", smaller, plots=False)
+    write_plan(tmp_path / "run", smaller)
     edit_json(tmp_path / "run", lambda r: r["solution"].update(variables=None))
     status, result = audit(capfd, tmp_path / "run")
     judged = next(c for c in result["constraints"] if c["name"] == "clearance")

@@ -19,10 +19,10 @@ from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli.commands.audit import main
 from tpbso_casadi.display.audit_tables import of_one, print_optimum, saved, sentences
 from tpbso_casadi.display.console import OutputConsole
-from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import PlannedMotion, nearest_optimum, plan
 from tpbso_casadi.planning import optimum as replanned
 from tpbso_casadi.planning.optimum import ProgramPlanner
+from tpbso_casadi.storage import write_plan
 
 pytestmark = pytest.mark.optimum
 SHARE = 0.3  # of the reach
@@ -43,7 +43,7 @@ def test_a_run_is_told_what_holds_it_back(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(replanned, "LONGEST", np.inf)
-    write_run(tmp_path / "run", planned(), plots=False)
+    write_plan(tmp_path / "run", planned())
     assert main([str(tmp_path / "run"), "--json"]) == 0
     audit: dict[str, Any] = json.loads(capfd.readouterr().out)
     found = audit["optimum"]

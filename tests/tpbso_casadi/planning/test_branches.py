@@ -17,10 +17,9 @@ from problems.families.splines import MoveProblem
 from solvers import StopReason
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.cli.commands.audit import main
-from tpbso_casadi.figures import write_run
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.planning.branches import FINALISTS
-from tpbso_casadi.storage import sealed
+from tpbso_casadi.storage import sealed, write_plan
 
 
 @cache
@@ -95,7 +94,7 @@ EDITS: list[tuple[Callable[[dict[str, Any]], object], str]] = [
 def test_an_audit_computes_the_search_again_and_finds_a_false_branch_out(
     edit: Callable[[dict[str, Any]], object], reason: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    write_run(tmp_path, planned(), plots=False)
+    write_plan(tmp_path, planned())
     content = json.loads((tmp_path / "result.json").read_text())
     edit(content)
     resealed = sealed({key: value for key, value in content.items() if key != "seal"})

@@ -19,7 +19,6 @@ import pytest
 from problems.base import FloatArray
 from solvers import Search, SearchBox, Solver
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures import write_run
 from tpbso_casadi.plain import as_json, plain, settings_of
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.storage import (
@@ -30,6 +29,7 @@ from tpbso_casadi.storage import (
     read_run,
     result_of,
     sealed,
+    write_plan,
 )
 from tpbso_casadi.storage import files as staging
 from tpbso_casadi.storage.files import TEMPORARY, replacing
@@ -274,7 +274,7 @@ def planned() -> PlannedMotion:
 
 def test_a_folder_is_read_as_it_was_written(tmp_path: Path) -> None:
     solution = planned()
-    write_run(tmp_path, solution, plots=False)
+    write_plan(tmp_path, solution)
     run = read_run(tmp_path)
     assert run.result.replaced(files={}) == result_of(solution)
     assert set(run.result.files) == {"trajectory.csv"}
@@ -296,7 +296,7 @@ def test_a_file_that_cannot_be_written_does_not_lose_the_plan(failure: Exception
         raise failure
 
     with pytest.raises((OutputError, KeyError), match=reason):
-        write_run(tmp_path / "run", planned(), plots=False, further=[fail])
+        write_plan(tmp_path / "run", planned(), further=[fail])
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["result.json", "trajectory.csv"]
     assert read_run(tmp_path / "run").result.feasible == planned().feasible
 

@@ -165,8 +165,7 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
             work = FrontWork(
                 objectives=objectives,
                 store=store,
-                plots=not options.no_plots,
-                formats=options.figures,
+                formats=figure_formats(options),
                 evaluation=evaluation,
                 progress=progress,
                 interruption=interruption,
