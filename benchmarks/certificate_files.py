@@ -184,7 +184,7 @@ def weaker_motor(case: Case, rng: np.random.Generator) -> Content | None:
     if stage["robot"]["limits"][joint][3] is None:
         return None
     state = (ca.DM(case.motion.at(times, order)) for order in range(3))
-    peak = np.abs(as_array(case.criteria.robot.inverse_dynamics(*state))).max(axis=0)[joint]
+    peak = np.abs(as_array(case.criteria.robot.dynamics.torques(*state))).max(axis=0)[joint]
     stage["robot"]["limits"][joint][3] = float(peak) * (1.0 - LESS)
     return new
 

@@ -100,7 +100,7 @@ def random_motion(rng: np.random.Generator, joints: int) -> Trajectory:
 def inverse_dynamics(robot: Robot) -> ca.Function:
     """The motors' torques of one sample, (k,), from angles, speeds and accelerations, (k,) each."""
     state = [ca.SX.sym("state", robot.dof) for _ in range(3)]
-    return ca.Function("torques", state, [robot.inverse_dynamics(*(part.T for part in state)).T])
+    return ca.Function("torques", state, [robot.dynamics.torques(*(part.T for part in state)).T])
 
 
 def sampled_torques(robot: Robot, motion: Trajectory, count: int) -> FloatArray:

@@ -63,7 +63,7 @@ def test_an_example_is_planned_and_audited(name: str, planned: Planned, capsys: 
         if bounds is not None:
             assert (np.abs(theta(times, order)) <= np.array(bounds) * (1.0 + 1e-9)).all()
     if limits.torque is not None:
-        torques = np.array(robot.inverse_dynamics(*(ca.DM(theta(times, order)) for order in range(3))))
+        torques = np.array(robot.dynamics.torques(*(ca.DM(theta(times, order)) for order in range(3))))
         assert (np.abs(torques) <= np.array(limits.torque) * (1.0 + 1e-9)).all()
     task = result["scenario"]["task"]
     given = np.zeros((2, robot.dof))

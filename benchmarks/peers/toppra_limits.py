@@ -29,7 +29,7 @@ def speed_and_acceleration(limits: JointLimits) -> list[JointVelocityConstraint 
 
 def torque(robot: Robot) -> JointTorqueConstraint:
     """Of a robot whose masses are known; Coulomb friction included, of viscous friction TOPP-RA knows nothing."""
-    chain, state = robot.massive, [ca.SX.sym(name, 1, robot.dof) for name in ("q", "v", "a")]
+    chain, state = robot.dynamics, [ca.SX.sym(name, 1, robot.dof) for name in ("q", "v", "a")]
     dynamics = ca.Function("torques", state, [chain.inertial(*state) + chain.gravitational(state[0])])
 
     def inverse_dynamics(theta: FloatArray, speed: FloatArray, acceleration: FloatArray) -> FloatArray:

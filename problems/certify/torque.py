@@ -48,7 +48,7 @@ class Torques:
     @lru_cache(maxsize=CACHED_ROBOTS)
     def of(cls, robot: Robot) -> Torques:
         """The cached torques of a robot whose masses are known."""
-        chain = robot.massive
+        chain = robot.dynamics
         parts = cached_function(lambda: _parts(chain), "torques by part", chain)
         models = cached_function(lambda: _models(chain), "models of torques", chain)
         return cls(parts, models, np.array([float(joint.friction) for joint in chain.joints]))

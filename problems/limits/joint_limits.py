@@ -224,7 +224,7 @@ class TorqueLimit(Limit):
     @property
     def ensured_by_scan(self) -> bool:
         """Whether there is no viscous friction, which is not linear in (du/dt)^2."""
-        return not self.robot.massive.has_damping
+        return not self.robot.dynamics.has_damping
 
     @property
     def static_limits(self) -> tuple[Limit, ...]:
@@ -236,7 +236,7 @@ class TorqueLimit(Limit):
         Run s times slower, torques are inertial / s^2 + viscous / s + held, so that with what gravity and Coulomb
         friction leave of the limit, s is the larger root of a quadratic equation.
         """
-        chain, bound = samples.moving.massive, ca.repmat(ca.horzcat(*self.bounds), samples.count, 1)
+        chain, bound = samples.moving.dynamics, ca.repmat(ca.horzcat(*self.bounds), samples.count, 1)
         theta, speed, acceleration = (samples.derivative_or_zero(order) for order in range(3))
         inertial = chain.inertial(theta, speed, acceleration)
         viscous = chain.viscous(speed)
@@ -263,7 +263,7 @@ class StaticTorque(Limit):
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         """The limit at each sample, with so much left that the motion need not be slowed down endlessly."""
-        chain = samples.moving.massive
+        chain = samples.moving.dynamics
         held = chain.gravitational(samples.derivative_or_zero(0))
         if chain.has_friction:
             held = held + chain.coulomb(samples.speed)

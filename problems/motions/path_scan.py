@@ -47,7 +47,7 @@ class TorqueSlopes:
     @classmethod
     def along(cls, robot: Robot, theta: Matrix, first: Matrix, second: Matrix) -> TorqueSlopes:
         """The slopes at q, q' and q'', each (n, k), of a robot whose masses are known."""
-        chain = robot.massive
+        chain = robot.dynamics
         static = chain.gravitational(theta)
         if chain.has_friction:
             static = static + chain.coulomb(first)

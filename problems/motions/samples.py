@@ -109,7 +109,7 @@ class Samples:
     @cached_property
     def torque(self) -> Matrix:
         """Torques of the joints' motors, (n, dof), N m; only of a robot whose masses are known."""
-        return self.moving.inverse_dynamics(*(self.derivative_or_zero(order) for order in range(3)))
+        return self.moving.dynamics.torques(*(self.derivative_or_zero(order) for order in range(3)))
 
     @property
     def tool(self) -> Matrix:

@@ -195,7 +195,7 @@ class TorqueIntegral(Objective):
         """The integral, to 1e-9 of it, with kinks, and jumps of Coulomb friction where joints turn back."""
         joints = robot.dof
         theta, speed, acceleration = (ca.SX.sym(name, joints) for name in ("theta", "speed", "acceleration"))
-        torque = robot.inverse_dynamics(theta.T, speed.T, acceleration.T)
+        torque = robot.dynamics.torques(theta.T, speed.T, acceleration.T)
         rate = ca.Function("rate", [theta, speed, acceleration], [ca.sum2(self.of_joints(torque, speed.T).values)])
 
         def at(moments: FloatArray) -> FloatArray:
@@ -206,7 +206,7 @@ class TorqueIntegral(Objective):
     def size(self, robot: Robot) -> float:
         """The integral over a second at a tenth of speed and acceleration limits, amid the joint ranges."""
         theta, speed, acceleration = (ca.DM(values).T for values in usual_state(robot))
-        torque = robot.inverse_dynamics(theta, ca.DM.zeros(1, robot.dof), acceleration)
+        torque = robot.dynamics.torques(theta, ca.DM.zeros(1, robot.dof), acceleration)
         return float(ca.sum2(self.of_joints(torque, speed).values))
 
 

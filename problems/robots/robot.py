@@ -204,22 +204,9 @@ class Robot(Parametric, ABC):
         """The joints with the bodies that they move, the payload included; None where masses are not known."""
         return None
 
-    def inverse_dynamics(self, theta: Matrix, speed: Matrix, acceleration: Matrix) -> Matrix:
-        """The motors' torques in a motion, gravity and friction included: (n, dof), N m or N.
-
-        Args:
-            theta: joint angles, (n, dof), rad.
-            speed: (n, dof), rad/s.
-            acceleration: (n, dof), rad/s^2.
-
-        Raises:
-            InvalidProblem: masses are not known.
-        """
-        return self.massive.torques(theta, speed, acceleration)
-
     @property
-    def massive(self) -> RigidChain:
-        """The rigid chain, which has to be known.
+    def dynamics(self) -> RigidChain:
+        """The rigid chain, which has to be known: it gives the torques of motions.
 
         Raises:
             InvalidProblem: masses are not known.

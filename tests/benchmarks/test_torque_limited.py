@@ -33,7 +33,7 @@ ENDS = np.array([[0.0, 0.3], [1.5, -0.4]])
 
 def peak(motion: Timed) -> float:
     times = np.linspace(0.0, motion.duration, 5_000)
-    torques = as_array(FLOATING.inverse_dynamics(*(ca.DM(motion.at(times, order)) for order in range(3))))
+    torques = as_array(FLOATING.dynamics.torques(*(ca.DM(motion.at(times, order)) for order in range(3))))
     return float((np.abs(torques) / np.array(FLOATING.limits.torque)).max())
 
 
@@ -59,7 +59,7 @@ def test_a_line_is_as_fast_as_toppras() -> None:
     peer = by_toppra(path, FLOATING, 500)
     assert peer is not None
     limits = JointLimits(**{**vars(FLOATING.limits), "jerk": None})
-    ours = retime(path, limits, chain=FLOATING.massive)
+    ours = retime(path, limits, chain=FLOATING.dynamics)
     assert ours.duration == pytest.approx(peer.duration, rel=2e-3)
 
 

@@ -33,7 +33,7 @@ def torques_of(robot: Robot, trajectory: Trajectory, times: FloatArray) -> Float
         return None
     theta, speed, acceleration = (trajectory.at(times, order) for order in range(3))
     speed = np.where(np.abs(speed) > STILL * np.array(robot.limits.speed), speed, 0.0)
-    return as_array(robot.inverse_dynamics(*map(ca.DM, (theta, speed, acceleration))))
+    return as_array(robot.dynamics.torques(*map(ca.DM, (theta, speed, acceleration))))
 
 
 def _derivative(order: int) -> Callable[[Robot, Trajectory, FloatArray], FloatArray]:

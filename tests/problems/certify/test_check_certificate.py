@@ -157,7 +157,7 @@ def test_torques_are_within_their_bounds_and_these_are_sharp() -> None:
     for share in np.linspace(0.0, 1.0, 15):
         times = motion.breakpoints[cells.piece] + cells.start + share * (cells.end - cells.start)
         state = [motion.at(times, order) for order in range(3)]
-        smooth = as_array(frictionless.inverse_dynamics(*map(ca.DM, state)))
+        smooth = as_array(frictionless.dynamics.torques(*map(ca.DM, state)))
         seen.append(smooth + 0.3 * np.sign(state[1]))
         assert (low <= seen[-1] + 1e-9).all()
         assert (seen[-1] <= high + 1e-9).all()

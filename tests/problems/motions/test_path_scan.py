@@ -183,9 +183,9 @@ def test_with_torques_the_scan_is_that_of_linear_programs(seed: int) -> None:
     def rows(i: int, ahead: bool, step: float) -> tuple[FloatArray, FloatArray]:
         """A (b, c) <= r at one end of an interval."""
         still, q = np.zeros((1, 3)), theta[[i]]
-        held = as_array(WEIGHTY.inverse_dynamics(ca.DM(q), ca.DM(1e-12 * first[[i]]), ca.DM(still))).ravel()
+        held = as_array(WEIGHTY.dynamics.torques(ca.DM(q), ca.DM(1e-12 * first[[i]]), ca.DM(still))).ravel()
         forces = [
-            as_array(WEIGHTY.inverse_dynamics(ca.DM(q), ca.DM(v), ca.DM(a))).ravel()
+            as_array(WEIGHTY.dynamics.torques(ca.DM(q), ca.DM(v), ca.DM(a))).ravel()
             for v, a in ((first[[i]], second[[i]]), (1e-12 * first[[i]], first[[i]]))
         ]
         bend, rate = forces[0] - held, forces[1] - held

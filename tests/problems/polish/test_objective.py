@@ -79,7 +79,7 @@ def test_energy_is_the_integral_of_squared_torques(motions: Deviations) -> None:
     assert worth.in_time(duration)
     trajectory = motions.trajectory(drawn(motions, 2), duration, duration)
     state = [ca.SX.sym("state", 1, arm.dof) for _ in range(3)]
-    torques = ca.Function("torques", state, [arm.inverse_dynamics(*state)])
+    torques = ca.Function("torques", state, [arm.dynamics.torques(*state)])
 
     def power(t: float) -> float:
         return float(np.square(as_array(torques(*(trajectory.at(np.array([t]), order) for order in range(3))))).sum())

@@ -105,7 +105,7 @@ START, GOAL = (-0.5, 0.3), (0.9, -0.6)
 
 def by_collocation(robot: Robot, intervals: int) -> float:
     """The least time with torques linear or so in each interval, bounded at its ends and in its middle."""
-    chain, bound = robot.massive, ca.DM([35.0, 12.0])
+    chain, bound = robot.dynamics, ca.DM([35.0, 12.0])
     q, v, a, u = (ca.SX.sym(name, 2) for name in "qvau")
     torque = chain.torques(q.T, v.T, a.T).T
     rest = ca.substitute(torque, a, ca.SX.zeros(2))

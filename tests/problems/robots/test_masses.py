@@ -43,15 +43,15 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 def test_rods_are_uniform_unless_stated() -> None:
     stated = planar(link_centers=(0.5, 0.5), link_inertias=(2.0 / 12.0, 1.0 / 12.0))
     theta, speed, acceleration = (np.array([[0.3, -0.7]]) * factor for factor in (1.0, 2.0, 3.0))
-    implied = planar().inverse_dynamics(theta, speed, acceleration)
-    assert np.array(stated.inverse_dynamics(theta, speed, acceleration)) == pytest.approx(np.array(implied))
+    implied = planar().dynamics.torques(theta, speed, acceleration)
+    assert np.array(stated.dynamics.torques(theta, speed, acceleration)) == pytest.approx(np.array(implied))
 
 
 def test_an_arm_without_masses_knows_no_torque() -> None:
     arm = planar(link_masses=None)
     assert arm.rigid_chain is None
     with pytest.raises(InvalidProblem, match="robot: no masses are known, so that torques are not"):
-        arm.inverse_dynamics(*np.zeros((3, 1, 2)))
+        arm.dynamics.torques(*np.zeros((3, 1, 2)))
 
 
 def test_settings_of_a_file() -> None:
@@ -171,7 +171,7 @@ def test_friction_of_the_urdf_may_be_overridden() -> None:
     assert [(joint.damping, joint.friction) for joint in crane(HEAVY).chain.joints] == [(0.7, 0.2), (0.0, 0.0)]
     other = crane(HEAVY).arm(max_acceleration=1.0, viscous_friction=[0.0, 2.0])
     assert [(joint.damping, joint.friction) for joint in other.chain.joints] == [(0.0, 0.2), (2.0, 0.0)]
-    assert not crane(HEAVY).arm(max_acceleration=1.0, coulomb_friction=0.0).massive.has_friction
+    assert not crane(HEAVY).arm(max_acceleration=1.0, coulomb_friction=0.0).dynamics.has_friction
 
 
 def test_units_of_torques() -> None:

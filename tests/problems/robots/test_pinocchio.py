@@ -178,7 +178,7 @@ def states_of(arm: SpatialArm) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_torques(name: str, settings: str) -> None:
     arm = arm_of(name, SETTINGS[settings])
     oracle, states = Oracle(arm), states_of(arm)
-    found = np.array(arm.inverse_dynamics(*(ca.DM(part) for part in states)))
+    found = np.array(arm.dynamics.torques(*(ca.DM(part) for part in states)))
     expected = [oracle.torques(*state) for state in zip(*states, strict=True)]
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE)
 
@@ -188,10 +188,10 @@ def test_parts_of_the_torques(name: str) -> None:
     """Those of inertia alone, of gravity alone and of friction add up to all."""
     arm = arm_of(name, {"payload": PAYLOAD, "base": TILTED})
     theta, speed, acceleration = (ca.DM(part) for part in states_of(arm))
-    chain = arm.massive
+    chain = arm.dynamics
     inertial, held = chain.inertial(theta, speed, acceleration), chain.gravitational(theta)
     moving = np.array(inertial + held + chain.viscous(speed) + chain.coulomb(speed))
-    np.testing.assert_allclose(moving, np.array(arm.inverse_dynamics(theta, speed, acceleration)), atol=TOLERANCE)
+    np.testing.assert_allclose(moving, np.array(arm.dynamics.torques(theta, speed, acceleration)), atol=TOLERANCE)
     twice = chain.inertial(theta, 2.0 * speed, 4.0 * acceleration)
     np.testing.assert_allclose(np.array(twice), 4.0 * np.array(inertial), rtol=1e-9, atol=TOLERANCE)
     oracle = Oracle(arm)
@@ -207,7 +207,7 @@ def test_code_for_any_payload(name: str) -> None:
     rows = [ca.SX.sym(part, 1, arm.dof) for part in ("theta", "speed", "acceleration")]
     arguments = Arguments()
     symbolic_copy = arguments.symbolic_copy(arm)
-    code = ca.Function("torques", [*rows, arguments.symbols], [symbolic_copy.inverse_dynamics(*rows)])
+    code = ca.Function("torques", [*rows, arguments.symbols], [symbolic_copy.dynamics.torques(*rows)])
     heavier = replace(arm, payload=Payload(mass=5.0, center=(0.1, 0.2, 0.3), matrix=OTHER))
     for carrying in (arm, heavier):
         values = Arguments()

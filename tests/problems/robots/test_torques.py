@@ -79,12 +79,12 @@ def test_lagranges_equations(links: int, changes: dict[str, Any], gravity: tuple
     states = np.random.default_rng(3).normal(size=(100, 3, links)) * [[1.5], [2.0], [10.0]]
     lagrange = by_lagrange(arm)
     expected = [np.array(lagrange(*state)).ravel() for state in states]
-    found = np.array(arm.inverse_dynamics(*(ca.DM(states[:, part]) for part in range(3))))
+    found = np.array(arm.dynamics.torques(*(ca.DM(states[:, part]) for part in range(3))))
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
 
 
 def torques(arm: PlanarArm, theta: Any, speed: Any = (0.0, 0.0), acceleration: Any = (0.0, 0.0)) -> list[float]:
-    values = arm.inverse_dynamics(*(ca.DM([part]) for part in (theta, speed, acceleration)))
+    values = arm.dynamics.torques(*(ca.DM([part]) for part in (theta, speed, acceleration)))
     return [float(value) for value in np.array(values).ravel()]
 
 
@@ -106,8 +106,8 @@ def test_friction_is_against_the_motion() -> None:
     free = torques(FLAT, (0.0, 0.0), speed=(2.0, -1.0))
     assert np.subtract(torques(rough, (0.0, 0.0), speed=(2.0, -1.0)), free) == pytest.approx([1.0 + 0.2, -0.1])
     assert torques(rough, (0.0, 0.0)) == pytest.approx([0.0, 0.0])
-    assert rough.massive.has_friction
-    assert not replace(rough, coulomb_friction=(0.0, 0.0)).massive.has_friction
+    assert rough.dynamics.has_friction
+    assert not replace(rough, coulomb_friction=(0.0, 0.0)).dynamics.has_friction
 
 
 def test_code_for_any_masses() -> None:
@@ -115,9 +115,9 @@ def test_code_for_any_masses() -> None:
     arm = arm_of(3, viscous_friction=(0.1, 0.2, 0.3), coulomb_friction=(0.0, 0.0, 0.0), **OFFSET)
     arguments = Arguments()
     symbolic_copy = arguments.symbolic_copy(arm)
-    assert not symbolic_copy.massive.has_friction
+    assert not symbolic_copy.dynamics.has_friction
     rows = [ca.SX.sym(name, 1, 3) for name in "qva"]
-    code = ca.Function("torques", [*rows, arguments.symbols], [symbolic_copy.inverse_dynamics(*rows)])
+    code = ca.Function("torques", [*rows, arguments.symbols], [symbolic_copy.dynamics.torques(*rows)])
     other = replace(arm, link_masses=(1.0, 2.0, 3.0), payload=planar_payload(0.5, (0.1, 0.1), 0.1))
     values, state = Arguments(), np.random.default_rng(5).normal(size=(3, 3))
     values.symbolic_copy(other)
@@ -132,7 +132,7 @@ Heights = Callable[[ca.SX], ca.SX]
 
 def drift(robot: Robot, potential: Heights, theta: np.ndarray, speed: np.ndarray) -> float:
     """By how much kinetic and potential energy change in free motion, as a part of the largest kinetic one."""
-    k, chain = robot.dof, robot.massive
+    k, chain = robot.dof, robot.dynamics
     q, v = ca.SX.sym("q", 1, k), ca.SX.sym("v", 1, k)
     still = ca.SX(1, k)
     mass = ca.vertcat(*(chain.inertial(q, still, ca.SX(ca.DM.eye(k)[joint, :])) for joint in range(k)))

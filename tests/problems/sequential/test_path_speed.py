@@ -111,7 +111,7 @@ def shares(gentle: PathSpeed, u: np.ndarray) -> np.ndarray:
     """Torques over their limits at parameters, from the robot itself: (n, 2)."""
     grid = SPACE.grid(u)
     velocity, acceleration, _ = gentle.derivatives(grid)
-    torque = arm().inverse_dynamics(ca.DM(gentle.theta(grid)), ca.DM(velocity), ca.DM(acceleration))
+    torque = arm().dynamics.torques(ca.DM(gentle.theta(grid)), ca.DM(velocity), ca.DM(acceleration))
     return np.asarray(ca.DM(torque).full()) / BOUNDS
 
 

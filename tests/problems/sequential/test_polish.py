@@ -140,7 +140,7 @@ def test_a_payload_costs_far_less_than_running_more_slowly() -> None:
     assert fastest.duration <= made.duration < 1.02 * fastest.duration
     assert slowed > 1.3 * fastest.duration
     assert made.at(made.breakpoints[[0, -1]]) == pytest.approx(np.array([PANDA_START, PANDA_GOAL]), abs=1e-9)
-    torques = problem.robot.massive
+    torques = problem.robot.dynamics
     times = np.linspace(0.0, made.duration, 2000)
     largest = np.abs(np.asarray(torques.torques(*(ca.DM(made.at(times, order)) for order in range(3)))))
     shares = largest / np.array(problem.robot.limits.torque)

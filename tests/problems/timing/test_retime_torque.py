@@ -133,7 +133,7 @@ def test_viscous_friction_grows_with_speed() -> None:
 def test_torques_are_kept_between_samples(name: str, jerk: bool) -> None:
     robot = ARM if name == "planar" else panda(3.0)
     limits = replace(robot.limits, jerk=tuple(20.0 * a for a in robot.limits.acceleration) if jerk else None)
-    path, chain = random_path(robot, 2), robot.massive
+    path, chain = random_path(robot, 2), robot.dynamics
     trajectory = retime(path, limits, chain=chain)
     assert 0.98 < peak(trajectory, chain, limits) <= 1.0
     free = retime(path, limits)
@@ -146,11 +146,11 @@ def test_torques_are_kept_between_samples(name: str, jerk: bool) -> None:
 def test_a_line_keeps_its_closed_form_where_motors_allow_it() -> None:
     robot, way = panda(0.0), np.array([0.0, 0.3, 0.0, -1.0, 0.0, 1.0, 0.0]) + np.outer([0.0, 1.0], [0.5] * 7)
     path, limits = JointPath.through(way), robot.limits
-    assert retime(path, limits, chain=robot.massive).duration == retime(path, limits).duration
+    assert retime(path, limits, chain=robot.dynamics).duration == retime(path, limits).duration
     weak = replace(limits, torque=tuple(0.6 * most for most in robot.limits.torque or ()))
-    slower = retime(path, weak, chain=robot.massive)
+    slower = retime(path, weak, chain=robot.dynamics)
     assert slower.duration > retime(path, limits).duration
-    assert peak(slower, robot.massive, weak) <= 1.0
+    assert peak(slower, robot.dynamics, weak) <= 1.0
 
 
 def test_a_line_may_be_stored_with_more_orders_than_a_line_needs() -> None:
@@ -158,22 +158,22 @@ def test_a_line_may_be_stored_with_more_orders_than_a_line_needs() -> None:
     way = np.array([0.0, 0.3, 0.0, -1.0, 0.0, 1.0, 0.0]) + np.outer([0.0, 1.0], [0.5] * 7)
     path = JointPath.through(way)
     longer = JointPath(path.breakpoints, np.pad(path.coefficients, ((3, 0), (0, 0), (0, 0))))
-    moves = [retime(each, robot.limits, chain=robot.massive) for each in (path, longer)]
+    moves = [retime(each, robot.limits, chain=robot.dynamics) for each in (path, longer)]
     assert moves[0].duration == moves[1].duration
     np.testing.assert_array_equal(*(move.at(np.linspace(0.0, move.duration, 50)) for move in moves))
 
 
 def test_moving_ends_keep_their_speed() -> None:
     path, limits = random_path(ARM, 1), ARM.limits
-    trajectory = retime(path, limits, (0.2, 0.1), chain=ARM.massive)
+    trajectory = retime(path, limits, (0.2, 0.1), chain=ARM.dynamics)
     ends = trajectory.at(trajectory.breakpoints[[0, -1]], 1)
     expected = path.at(path.breakpoints[[0, -1]], 1) * np.array([[0.2], [0.1]])
     np.testing.assert_allclose(ends, expected, atol=1e-9)
-    assert peak(trajectory, ARM.massive, limits) <= 1.0
+    assert peak(trajectory, ARM.dynamics, limits) <= 1.0
 
 
 def test_torques_along_a_path_are_the_inverse_dynamics() -> None:
-    path, chain = prepared(random_path(ARM, 3)).path, ARM.massive
+    path, chain = prepared(random_path(ARM, 3)).path, ARM.dynamics
     motors = PathTorques.of(path, ARM.limits, chain)
     assert motors is not None
     rng = np.random.default_rng(0)
@@ -203,7 +203,7 @@ def test_a_path_is_as_fast_as_toppras_under_torque_limits(seed: int) -> None:
 
     robot = panda(3.0)
     path, limits = random_path(robot, seed), replace(robot.limits, jerk=None)
-    ours = retime(path, limits, chain=robot.massive)
+    ours = retime(path, limits, chain=robot.dynamics)
     peer = by_toppra(path, robot, 800)
     assert peer is not None
     assert ours.duration == pytest.approx(peer.duration, rel=3e-3)

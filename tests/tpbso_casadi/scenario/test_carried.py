@@ -46,7 +46,7 @@ def test_it_is_kept_clear_and_weighed() -> None:
     assert (holding.payload.mass, holding.payload.center) == (0.5, (0.0, 0.0, 0.1))
     theta = np.array([START])
     still = np.zeros_like(theta)
-    heavier = holding.inverse_dynamics(theta, still, still) - bare.inverse_dynamics(theta, still, still)
+    heavier = holding.dynamics.torques(theta, still, still) - bare.dynamics.torques(theta, still, still)
     assert float(np.abs(np.array(heavier)).max()) > 1.0  # N m
 
 

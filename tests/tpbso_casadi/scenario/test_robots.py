@@ -232,7 +232,7 @@ def test_gravity_is_the_worlds_however_the_base_is_turned() -> None:
     side = {"quaternion": [0.0, np.sqrt(0.5), 0.0, np.sqrt(0.5)]}
     upright, level = robot_of(PANDA), robot_of(PANDA | {"base": side, "max_torque": 500.0})
     posture = np.array([[pi / 2.0, 1.2, 0.0, -0.5, 0.0, 1.5, 0.0]])
-    first = [float(robot.massive.gravitational(posture)[0, 0]) for robot in (upright, level)]
+    first = [float(robot.dynamics.gravitational(posture)[0, 0]) for robot in (upright, level)]
     assert first[0] == pytest.approx(0.0, abs=1e-12)
     assert 10.0 < abs(first[1]) < 17.0 * 9.81 * 1.2
 
@@ -256,7 +256,7 @@ def test_torques_and_friction_are_never_in_degrees(table: dict[str, Any], key: s
     degrees = table | {rate: table[rate] * 180.0 / pi for rate in rates}
     one, two = (robot_of(degrees, key, "deg", 180.0 / pi), robot_of(table, key))
     state = np.random.default_rng(1).normal(size=(3, 1, one.dof))
-    assert np.array(one.inverse_dynamics(*state)) == pytest.approx(np.array(two.inverse_dynamics(*state)), rel=1e-12)
+    assert np.array(one.dynamics.torques(*state)) == pytest.approx(np.array(two.dynamics.torques(*state)), rel=1e-12)
     assert one.limits.torque == two.limits.torque
 
 

@@ -133,7 +133,7 @@ def test_torques_of_planar_arms_are_those_of_the_models() -> None:
     cells = checker.Cells(stage, np.arange(512 * stage.pieces, 1024 * stage.pieces))
     low, high = cells.torques(stage.given.robot)
     states = [ca.DM(motion.at(cells.times, order)) for order in range(3)]
-    torques = as_array(arm.inverse_dynamics(*states))
+    torques = as_array(arm.dynamics.torques(*states))
     assert (low <= torques).all()
     assert (torques <= high).all()
     assert (high - low < 0.05 * np.abs(torques).max(axis=0)).all()
