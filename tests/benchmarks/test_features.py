@@ -21,7 +21,6 @@ from benchmarks.freeze.features import (
     alike_part,
     features,
     sample_of,
-    standardised,
 )
 from benchmarks.freeze.freezing import NotFrozen, chosen, different
 
@@ -81,41 +80,6 @@ def test_information_content() -> None:
     assert 10.0**settled == pytest.approx(10.0, rel=0.13)  # of a step of the grid
     content, _, turns = of_line(_information, [0.0, 0.1, 0.3, 0.6, 1.0])  # of one slope
     assert turns == 1 / 4 and content == 0.0
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        lambda x, y: (x, 1e9 * y - 7.0),
-        lambda x, y: (1.0 - x, y),
-        lambda x, y: (x[:, [2, 0, 1]], y),
-    ],
-    ids=["scaled values", "mirrored", "variables in another order"],
-)
-def test_what_changes_nothing(change: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]) -> None:
-    y = rugged(CUBE.points)
-    points, values = change(CUBE.points, y)
-    np.testing.assert_allclose(features(Sample(points), values), features(CUBE, y), rtol=1e-6, atol=1e-9)
-
-
-def test_a_penalty_moves_no_feature_of_ranks() -> None:
-    y = rugged(CUBE.points)
-    kept, moved = named(CUBE, y), named(CUBE, np.where(y > np.median(y), y + 1e6, y))
-    for name in FEATURES:
-        if "ranks" in name or "dispersion" in name or ("better" in name and "degree" not in name):
-            assert moved[name] == pytest.approx(kept[name], rel=1e-9)
-    assert moved["skewness"] != kept["skewness"]
-
-
-def test_a_constant_has_no_features() -> None:
-    with pytest.raises(ValueError, match="all values are the same"):
-        features(LINE, np.ones(5))
-
-
-def test_columns_are_standardised() -> None:
-    table = standardised(np.array([[1.0, 5.0], [2.0, 5.0], [3.0, 5.0]]))
-    assert table.mean(axis=0).tolist() == [0.0, 0.0] and table[:, 0].std() == pytest.approx(1.0)
-    assert (table[:, 1] == 0.0).all()
 
 
 # Instances

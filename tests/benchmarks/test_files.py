@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.motion_bench_maker.kinematics import read_kinematics, read_spheres
 from benchmarks.motion_bench_maker.limits import PANDA, limits_of
 from benchmarks.motion_bench_maker.problem_file import InvalidFile, chosen, kind_of, read_problems
 from benchmarks.motion_bench_maker.setting import Setting
@@ -63,16 +62,6 @@ def test_what_is_wrong_with_a_problem_is_said(folder: Path) -> None:
         assert str(error.value) == f"{path}: line 2: {reason}"
 
 
-def test_no_json_no_problems_and_two_of_a_name_are_errors(folder: Path) -> None:
-    path, line = folder / "wrong.jsonl", (folder / "small.jsonl").read_text()
-    for text, reason in (("{", "line 1: is not JSON"), ("", "no problems"), (2 * line, "is there twice")):
-        path.write_text(text)
-        with pytest.raises(InvalidFile, match=reason):
-            read_problems(path)
-    with pytest.raises(InvalidFile, match="cannot be read"):
-        read_problems(folder / "nowhere.jsonl")
-
-
 def test_the_first_of_each_class_are_chosen(folder: Path) -> None:
     problem = json.loads((folder / "small.jsonl").read_text())
     names = ["table_small-0001", "table_small-0002", "cage_small-0001"]
@@ -90,16 +79,6 @@ def test_frames_are_those_computed_by_hand(setting: Setting) -> None:
     assert upright[:3, 3] == pytest.approx([1.0, 0.0, 2.0])
     aside = kinematics.pose(np.array([np.pi / 2.0, 0.0, np.pi / 2.0]), "finger")
     assert aside[:3, 3] == pytest.approx([0.1, 2.5, 0.5])
-
-
-def test_files_that_are_none_are_said_to_be(folder: Path, setting: Setting) -> None:
-    (folder / "wrong").write_text("[[spheres]]\nlink = 'nose'\ncenter = [0, 0, 0]\nradius = 1\n")
-    with pytest.raises(InvalidFile, match="is not a URDF"):
-        read_kinematics(folder / "wrong")
-    with pytest.raises(InvalidFile, match="the robot has no link nose"):
-        read_spheres(folder / "wrong", setting.kinematics)
-    with pytest.raises(InvalidFile, match="is not a file of spheres"):
-        read_spheres(folder / "small.urdf", setting.kinematics)
 
 
 def test_limits_are_given_once_for_each_joint_or_for_all(setting: Setting) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from benchmarks.freeze.features import FEATURES
-from benchmarks.landscape import BBOB, FARTHEST, Landscape, Map, draw, read, told, write
+from benchmarks.landscape import BBOB, FARTHEST, Landscape, Map
 
 HALF = len(FEATURES) // 2
 
@@ -49,16 +47,3 @@ def test_the_nearest_is_of_another_function() -> None:
     assert (names[nearest[found.functions["near"]]] == "f1").all()
     assert distances[found.functions["near"]].max() < 2.0 < distances[found.functions["far"]].min()
     assert 0.0 < found.spread(found.functions["far"]) < found.spread(found.functions["near"])
-
-
-def test_shares_and_tables_and_the_picture(tmp_path: Path) -> None:
-    write(made(), tmp_path / "features.csv")
-    assert read(tmp_path / "features.csv") == made()
-    found = Map(read(tmp_path / "features.csv"))
-    shares, rows = found.components
-    assert shares.sum() == pytest.approx(1.0) and shares[0] > 0.9
-    assert rows @ rows.T == pytest.approx(np.eye(len(FEATURES)), abs=1e-9)
-    text = "\n".join(told(found))
-    assert "| `near` | 5 | 50.0% | f1 (15 of 15) |" in text and all(f"| {name} |" in text for name in FEATURES)
-    draw(found, tmp_path / "landscape.png")
-    assert (tmp_path / "landscape.png").stat().st_size > 10_000

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,7 +17,6 @@ from benchmarks.motion_bench_maker.ours import Question, judge_all, may_touch, r
 from benchmarks.motion_bench_maker.problem_file import read_problems
 from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.setting import Setting
-from benchmarks.peers.space.command import compare_in_space
 from problems.scene.solids import Box, Cylinder
 from tpbso_casadi.judging.grid import parse_solvers
 from tpbso_casadi.judging.run import Outcome
@@ -102,28 +100,6 @@ def said(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFi
     return run
 
 
-def test_what_is_wrong_with_a_command_line_is_one_line(said: Said) -> None:
-    wrong = {
-        f"--payload={text}": f"--payload: {text!r} is not" for text in ("", "x", "0", "-1", "1,2", "1,2,3,nan", "inf")
-    }
-    for option, reason in wrong.items():
-        status, _, errors = said("x.jsonl", option)
-        assert (status, errors.count("\n")) == (2, 1)
-        assert errors.startswith(f"benchmarks.motion_bench_maker: {reason}"), option
-    assert said("x.jsonl")[2].startswith("benchmarks.motion_bench_maker: x.jsonl: cannot be read: ")
-
-
-def test_options_that_contradict_the_robot_or_each_other_are_one_line(said: Said) -> None:
-    pytest.importorskip("pinocchio")
-    for options, reason in (
-        (["--payload", "3", "--no-torque"], "--payload: means nothing where torques are not kept"),
-        (["--payload", "3", "--tip", "thumb"], "--tip: 'thumb' is no link"),
-    ):
-        status, _, errors = said("x.jsonl", *options)
-        assert status == 2
-        assert errors.startswith(f"benchmarks.motion_bench_maker: {reason}")
-
-
 def test_a_run_that_failed_is_a_record(setting: Setting, folder: Path) -> None:
     pytest.importorskip("ruckig")
     question = Question(setting, to_pose=False)
@@ -147,15 +123,3 @@ def test_a_file_is_planned_proven_and_not_planned_again(folder: Path, said: Said
     assert status == 0
     assert "| lshade | 1 of 1 | 1 | 1 | 1 of 1 |" in first
     assert said(*arguments) == (0, first, "")
-
-
-def test_what_is_needed_or_unknown_is_said(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["motion_bench_maker", str(folder / "small.jsonl")])
-    assert main() == 2
-    assert capsys.readouterr().err == "benchmarks.motion_bench_maker: --robot-urdf: is needed\n"
-    options = argparse.Namespace(planners="ompl,moveit", payloads=None)
-    assert compare_in_space(options) == 2
-    known = "ompl, roboplan, drake, direct"
-    assert capsys.readouterr().err == f"benchmarks.peers: --planners: 'moveit' is not one of {known}\n"

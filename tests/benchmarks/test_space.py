@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,25 +69,3 @@ def test_a_planner_answers_with_a_motion_that_is_judged(
     assert answer.clearance > 0.0
     assert answer.duration is not None
     assert 0.9 * answer.bound < answer.duration < 2.0 * answer.bound
-
-
-@pytest.mark.process
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("planner", "package", "error"),
-    [
-        ("ompl", "ompl", "no path in time"),
-        ("roboplan", "roboplan", "roboplan: Invalid start configuration requested, cannot plan!"),
-        ("direct", "tpbso_casadi", "task.start: joint 3: 5 is not within -2 and 2 rad"),
-    ],
-)
-def test_a_start_outside_the_ranges_of_the_joints_has_no_path(
-    planner: str, package: str, error: str, setting: Setting, folder: Path
-) -> None:
-    pytest.importorskip("ruckig")
-    pytest.importorskip(package)
-    from benchmarks.peers.space.planners import record  # noqa: PLC0415 (extras)
-
-    (problem,) = read_problems(folder / "small.jsonl")
-    beyond = replace(problem, start=(0.0, 0.0, 5.0))
-    assert within(120.0, record, planner, setting, beyond, 1, 0.5).error == error

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
 
-from benchmarks.motion_bench_maker.setting import Setting
 from problems import PlanarArm
 from problems.base import as_array
 from problems.motions import JointPath
@@ -61,33 +57,3 @@ def test_a_line_is_as_fast_as_toppras() -> None:
     limits = JointLimits(**{**vars(FLOATING.limits), "jerk": None})
     ours = retime(path, limits, chain=FLOATING.dynamics)
     assert ours.duration == pytest.approx(peer.duration, rel=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("payloads", "words"),
-    [
-        ("heavy", "--payloads: 'heavy' is no list of masses"),
-        ("-1", "no list of masses"),
-        ("1", "has none of bookshelf"),
-    ],
-)
-def test_what_cannot_be_compared_is_one_line(
-    payloads: str,
-    words: str,
-    setting: Setting,
-    folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    pytest.importorskip("ruckig")
-    from benchmarks.peers.__main__ import main  # noqa: PLC0415 (extras)
-
-    given = ["--space", str(folder / "small.jsonl"), "--robot-urdf", str(setting.urdf)]
-    given += ["--spheres", str(setting.spheres_file), f"--payloads={payloads}"]
-    monkeypatch.setattr(sys, "argv", ["peers", *given])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 2
-    error = capsys.readouterr().err
-    assert words in error
-    assert error.count("\n") == 1

@@ -4,22 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from helpers.third_problem import JointMoveProblem, JointMoveTask
 
-from tpbso_casadi import parse_scenario, read_scenario
 from tpbso_casadi.cli.commands.audit import main as audit
 from tpbso_casadi.cli.commands.solve import main as solve
-from tpbso_casadi.judging.campaign import run_campaign
-from tpbso_casadi.judging.executors import ExecutorFactory
-from tpbso_casadi.judging.grid import grid, parse_solvers
-from tpbso_casadi.judging.page import write_comparison
-from tpbso_casadi.judging.results import best_runs, results_of
-from tpbso_casadi.judging.store import RunStore
-from tpbso_casadi.scenario import ScenarioError
 from tpbso_casadi.scenario.tasks import TASKS
 from tpbso_casadi.storage import read_run
 
@@ -49,11 +40,6 @@ def registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("move.toml").write_text(SCENARIO)
 
 
-def test_it_is_descended() -> None:
-    assert solve(["move.toml", "--solver", "ipopt", "--iterations", "2", "--out", "run", "--no-plots"]) == 0
-    assert read_run(Path("run")).motion.feasible
-
-
 def test_it_is_planned_polished_drawn_animated_and_audited(capsys: pytest.CaptureFixture[str]) -> None:
     assert solve(["move.toml", "--polish", "--out", "run", "--animate", "run/move.html"]) == 0
     pictures = {path.name for path in Path("run").glob("*.png")}
@@ -66,25 +52,3 @@ def test_it_is_planned_polished_drawn_animated_and_audited(capsys: pytest.Captur
     assert audit(["run"]) == 0
     assert "certified" in capsys.readouterr().out
     assert audit(["move.toml"]) == 0
-
-
-def test_it_is_compared(tmp_path: Path) -> None:
-    runs = grid({"move": read_scenario(Path("move.toml"))}, parse_solvers("bso,pso"), (1,))
-    executors = ExecutorFactory(lambda: ThreadPoolExecutor(2), lambda: ThreadPoolExecutor(1), 4)
-    with RunStore(tmp_path / "store") as store:
-        run_campaign(runs, store, executors)
-        assert [record.error for record in store.records(runs)] == [""] * 2
-        assert {store.result(run).scenario.task.kind for run in runs} == {"joint-move"}
-        results, best = results_of(runs, store), best_runs(runs, store)
-    assert [summary.infeasible for summary in results.summaries] == [0, 0]
-    write_comparison(Path("out"), results, runs, best, formats=())
-    assert "move" in Path("out/comparison.html").read_text()
-
-
-def test_its_keys_are_checked_like_all_others() -> None:
-    content = read_scenario(Path("move.toml")).table()
-    content["task"]["goals"] = [1.0]
-    with pytest.raises(ScenarioError, match=r"^task.goals: unknown key; did you mean goal\?$"):
-        parse_scenario(content)
-    with pytest.raises(ScenarioError, match=r"needs kind = .*'joint-move'.*; did you mean joint-move\?$"):
-        parse_scenario(content | {"task": {"kind": "joint-moves"}})

@@ -26,14 +26,6 @@ QUICK = ["time-2", "--evaluations", "100", "--no-plots", "--quiet"]
 TITLES = ["字 🦾\udcff\x1b[31m\n", "$\\frac[red]</title><script>"]
 
 
-@pytest.mark.usefixtures("in_an_empty_folder")
-def test_a_film_of_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(writing, "FILM_FRAMES", 4)
-    assert main([*QUICK, "--animate", "below/way.gif"]) == 0
-    with Image.open("below/way.gif") as film:
-        assert film.n_frames >= 2
-
-
 @pytest.mark.process
 def test_a_film_of_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(writing, "FILM_FRAMES", 5)

@@ -316,23 +316,9 @@ def test_the_player_shows_torques_as_shares_of_their_limits() -> None:
     curve = data_of(page("lift", frames))["curves"][-1]
     assert curve["label"] == "joint torque / limit" and curve["limits"] == [120.0, 40.0, 20.0, 10.0]
     np.testing.assert_allclose(curve["values"], motion.torques(frames.times) / [120.0, 40.0, 20.0, 10.0], atol=1e-6)
-
-
-@BROWSER
-def test_the_player_shows_torques_that_nothing_limits_in_their_units(tmp_path: Path) -> None:
-    motion = lifted_motion(limited=False)
-    text = page("lift", frames_of(motion, 21))
-    curve = data_of(text)["curves"][-1]
+    curve = data_of(page("lift", frames_of(lifted_motion(limited=False), 21)))["curves"][-1]
     assert curve["label"] == "joint torque [N m or N]" and "limits" not in curve
-    choose = "const s = document.querySelector('.quantity'); s.selectedIndex = s.options.length - 1; "
-    document = after(f"{choose}s.dispatchEvent(new Event('change'));", text, tmp_path)
-    shown = [
-        float(value.replace(MINUS, "-")) for value in re.findall(rf">({MINUS}?[0-9.]+) N(?: m)?</output>", document)
-    ]
-    assert len(shown) == 4 and re.search(rf">{MINUS}?[0-9.]+ N</output>", document)
-    values = np.array(curve["values"])  # at whatever time the page was when it was read
-    assert (shown >= values.min(axis=0) - 1e-3).all() and (shown <= values.max(axis=0) + 1e-3).all()
-    assert shown[0] > 60.0  # what it carries up
+    assert set(curve["units"]) == {"N m", "N"} and np.abs(curve["values"]).max() > 60.0  # what the first carries up
 
 
 def test_names_of_others_stay_text() -> None:

@@ -72,19 +72,6 @@ def visible(page: str) -> str:
     return re.sub(r"<style>.*?</style>|<svg.*?</svg>|<[^>]*>", "", page, flags=re.DOTALL)
 
 
-def test_histories_of_plans_as_logs() -> None:
-    arguments = ["time-2", "--solvers", "bso,ipopt", *SMALL, "--no-plots", "--starts", "1", "--format", "coco"]
-    assert run(*arguments) == 0
-    assert sorted(path.name for path in Path("runs/compare/coco").iterdir()) == ["bso", "cases.txt"]
-    rows = [
-        line.split() for line in Path("runs/compare/coco/bso/data_f1/bbobexp_f1_DIM6.tdat").read_text().splitlines()
-    ]
-    values = [(int(row[0]), float(row[2])) for row in rows if row[0] != "%"]
-    assert values[0][0] == 1
-    assert min(gap for _, gap in values) == 0.0  # the best of this campaign is what gaps are measured from
-    assert max(evaluations for evaluations, _ in values) == 200
-
-
 WRONG = [
     (["function:sphere"], "function:sphere: 'sphere' is not FUNCTION-D or FUNCTION-D@N"),
     (["function:spere-2"], "function:spere-2: no benchmark function 'spere'; did you mean sphere?"),

@@ -107,15 +107,6 @@ def test_a_command_gets_the_arguments_after_its_name_and_gives_its_status() -> N
 
 
 @process
-def test_overview_version_and_mistakes_load_nothing_but_the_standard_library() -> None:
-    code = "import json, sys, tpbso_casadi.cli.tpbso; print(json.dumps(list(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    names = {name.partition(".")[0] for name in json.loads(done.stdout)}
-    assert "tpbso_casadi" in names
-    assert not {"numpy", "casadi", "rich", "scipy", "shtab", "solvers", "problems", "argparse"} & names
-
-
-@process
 @needs_full_device
 def test_an_overview_that_cannot_be_printed() -> None:
     with Path("/dev/full").open("w") as full:

@@ -144,21 +144,6 @@ def test_figures_are_not_put_beside_another_plan_of_the_same_scenario(tmp_path: 
     assert not (tmp_path / "none").exists()
 
 
-@pytest.mark.usefixtures("only_the_path_is_drawn")
-def test_an_export_that_fails_leaves_plan_and_figures(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    def fail(folder: Path, plan: object, kind: str, rate: float) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("tpbso_casadi.cli.output.export_plan", fail)
-    loud = [option for option in QUICK if option not in ("--quiet", "--no-plots")]
-    assert main([*loud, "--export", "npz"]) == 2
-    printed = capfd.readouterr()
-    assert "written to out" in printed.out and "not all of its files: No space left" in printed.err
-    assert {"path.png", "result.json"} <= set(contents(FOLDER))
-
-
 def test_the_plan_is_written_and_printed_before_it_is_drawn(
     old: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

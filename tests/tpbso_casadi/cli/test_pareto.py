@@ -106,16 +106,6 @@ def test_what_it_leaves(complete: list[dict[str, str]], capsys: pytest.CaptureFi
     assert method["evaluations"] == str(200 * len(table))
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("only_the_path_is_drawn")
-def test_figures_of_the_front_and_of_each_point() -> None:
-    Path(SCENARIO).write_text(TWO_LINKS.replace("polish_starts = 1", ""))
-    shown = [part for part in COMMAND if part != "--no-plots"]
-    assert run(*shown, "--objectives", "length,rotation", "--points", "2", "--figures", "svg") == 0
-    assert Path("front/front.svg").exists() and not Path("front/front.png").exists()
-    assert all((point / "path.svg").exists() for point in Path("front/points").iterdir())
-
-
 def cut(points: int) -> None:
     """Leave as many points in the manifest as there were when it was cut."""
     path = Path("front/front.json")
@@ -234,40 +224,3 @@ def test_weighted_sums_and_nsga2_beside_each_other() -> None:
     with Path("front/methods.csv").open(newline="") as file:
         volumes = {row["method"]: float(row["hypervolume [rad m]"]) for row in csv.DictReader(file)}
     assert volumes["weighted-sum"] > 0.0
-
-
-WEIGHTLESS = """
-[arm]
-link_lengths = [0.6, 0.4]
-link_masses = 2.0
-gravity = [0.0, 0.0]
-max_speed = 100.0
-max_acceleration = 4000.0
-
-[task]
-kind = "point-to-point"
-start = { joints = [0.0, 0.5] }
-goal = { joints = [1.2, 0.9] }
-total_time = [0.3, 1.2]
-
-[model]
-samples = 20
-
-[solver]
-evaluations = 200
-polish_starts = 1
-"""
-
-
-@pytest.mark.slow
-def test_energy_without_gravity_goes_with_the_inverse_cube_of_the_time() -> None:
-    """Run s times slower, all torques are 1 / s^2 of what they were, so the best motion stays the best."""
-    Path(SCENARIO).write_text(WEIGHTLESS)
-    assert run(*COMMAND, "--objectives", "time,energy") == 0
-    first, *others = rows()  # the least time alone leaves the energy free
-    assert first["folder"].endswith("time")
-    front = [row for row in others if row["standing"] == "front"]
-    times, energies = np.array([[float(row["time [s]"]), float(row["energy [N^2 m^2 s]"])] for row in front]).T
-    assert times.min() < 0.31 and times.max() > 1.19
-    slope = np.polyfit(np.log(times), np.log(energies), 1)[0]
-    assert slope == pytest.approx(-3.0, abs=0.15)  # descents end within a tenth of the least energy

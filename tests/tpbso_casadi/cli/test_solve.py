@@ -7,18 +7,14 @@ import math
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 from helpers.running import refusal, result_of, status
 from helpers.slow import slow_except
-from matplotlib.colors import to_rgb
-from matplotlib.image import imread
 from oracles.csv_checker import check_run
 
 from solvers import SOLVERS
 from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.figures.palette import colour_of
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario.cases import TITLES
 
@@ -86,22 +82,6 @@ def test_what_a_newcomer_gets(capfd: pytest.CaptureFixture[str]) -> None:
     check_run(folder)
 
 
-def pixels_of(picture: np.ndarray, number: int) -> int:
-    """How many pixels have the colour of a series."""
-    return int((np.abs(picture[:, :, :3] - to_rgb(colour_of(number))).max(axis=2) < 0.02).sum())
-
-
-def test_figures_are_pictures_of_what_they_are_called() -> None:
-    assert run("pentagram-time", "--evaluations", "500", "--formulation", "reduced", "--quiet", "--out", "out") == 0
-    pictures = {path.stem: imread(path) for path in Path("out").glob("*.png")}
-    assert set(pictures) == {"accuracy", "convergence", "joints", "limits", "path", "redundancy"}
-    for name, picture in pictures.items():
-        white = (picture[:, :, :3] == 1.0).all(axis=2).mean()
-        assert min(picture.shape[:2]) > 200 and 0.3 < white < 0.99, name
-    assert all(pixels_of(pictures["joints"], joint) > 100 for joint in range(3))
-    assert all(pixels_of(pictures[name], 0) > 100 for name in ("accuracy", "convergence", "limits", "redundancy"))
-
-
 def outcome(folder: str, *arguments: str) -> tuple[dict[str, object], str]:
     assert run("time-2", "--evaluations", "400", "--no-plots", "--quiet", "--out", folder, *arguments) == 0
     result = result_of(folder)
@@ -132,24 +112,6 @@ def test_a_scenario_file_with_everything() -> None:
     assert run(name, "--no-plots", "--quiet", "--out", "out") == 0
     result = check_run(Path("out"))
     assert [c["name"] for c in result["constraints"]][:4] == ["speed", "acceleration", "joint range", "clearance"]
-
-
-def letter(count: int) -> str:
-    """An S, as written by hand."""
-    s = np.linspace(0.0, 1.0, count)
-    x = 0.9 + 0.35 * np.sin(4.4 * s + 0.4) + 0.02 * np.sin(40.0 * s)
-    return "\n".join(f"{a},{b}" for a, b in zip(x, 0.9 * s + 0.1, strict=True))
-
-
-@pytest.mark.parametrize("links", [3, pytest.param(5, marks=pytest.mark.slow)])
-def test_a_letter_of_200_points_is_followed(links: int) -> None:
-    Path("letter.csv").write_text("x,y\n" + letter(200))
-    Path("letter.toml").write_text(
-        f"[arm]\nlink_lengths = {[2.1 / links] * links}\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
-        '[task]\nkind = "path"\naccuracy = 0.01\npoints = "letter.csv"\n[model]\nformulation = "reduced"\n'
-    )
-    assert run("letter.toml", "--evaluations", "30", "--no-plots", "--quiet", "--out", "out") == 0
-    check_run(Path("out"))
 
 
 def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureFixture[str]) -> None:

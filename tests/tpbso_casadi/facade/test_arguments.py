@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, reduce
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import tpbso_casadi as tp
-from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.facade.arguments import as_argument
 from tpbso_casadi.facade.plan import Plan
 
@@ -214,10 +213,6 @@ def test_a_class_of_a_notebook_is_found(monkeypatch: pytest.MonkeyPatch) -> None
     assert tp.scenario_of(ARM, **TASK, solver=noted).solver.kind() is noted
 
 
-def test_a_robot_keeps_its_margin() -> None:
-    assert tp.scenario_of(replace(ARM.model, margin=0.02), **TASK).problem().robot.margin == 0.02
-
-
 def test_a_plan_a_name_and_a_scenario_alike() -> None:
     scenario = tp.scenario_of("time-3", evaluations=50)
     plan = tp.plan(scenario, polish=False)
@@ -258,17 +253,3 @@ def test_a_motion_that_breaks_limits_says_that_its_cost_is_undefined() -> None:
     plan = tp.plan(ARM, **QUICK, objective=UNDEFINED, constraints=never)
     assert not plan.certified
     assert repr(plan).startswith("<plan: cost is undefined, violated, T = ")
-
-
-def test_a_command_says_so_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file, out = tmp_path / "arm.toml", tmp_path / "run"
-    file.write_text(
-        "[arm]\nlink_lengths = [0.7, 0.7, 0.6]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
-        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.0]\ngoal = [0.5, 1.5]\nobjective = "cost"\n'
-        '[[task.objectives]]\nname = "cost"\nexpression = """w0 = sub(q[0], 100.0)\nw1 = sqrt(w0)\n= w1"""\n'
-        "[solver]\nevaluations = 50\npolish_starts = 0\n"
-    )
-    assert solve.main([str(file), "--out", str(out), "--no-plots"]) == 2
-    [said] = capsys.readouterr().err.splitlines()
-    assert "task.objective: 'cost' is undefined (nan) along the motion that was found" in said
-    assert not out.exists()

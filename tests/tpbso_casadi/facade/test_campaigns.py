@@ -83,13 +83,6 @@ def test_it_is_the_comparison_of_the_command_line_and_resumes_there(
     assert (tmp_path / "summary.csv").read_bytes() == before
 
 
-@pytest.mark.process
-def test_processes_change_nothing() -> None:
-    keys: dict[str, Any] = {"runs": 2, "evaluations": 40}
-    alone, together = (tp.compare("time-2", ["pso", "ga"], **keys, workers=workers) for workers in (1, 2))
-    assert together.table == alone.table
-
-
 def test_classes_of_a_notebook_stay_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     cells = ModuleType("__main__")
     noted = type("Noted", (tp.PSO,), {"__module__": "__main__", "__doc__": "Of a cell."})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,14 +12,10 @@ import ruckig
 from helpers.recorded import ARM as TABLE
 from helpers.recorded import TIMES, states
 from helpers.running import line_of
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 import tpbso_casadi as tp
-from problems.tasks import RecordedMotion
 from tpbso_casadi.display.plan_tables import effort_of
-from tpbso_casadi.storage import export_plan
 
 ARM = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0))
 VIOLATED, CERTIFIED = tp.CertificateStatus.VIOLATED, tp.CertificateStatus.CERTIFIED
@@ -60,11 +55,6 @@ def test_rows_mappings_files_and_trajectories_are_judged_alike(in_an_empty_folde
     elsewhere = tp.certify("run", "arm.toml")  # a file states what is around its robot, here nothing
     assert elsewhere.certified and elsewhere.scenario.obstacles == []
     assert tp.retime("run").certified
-
-
-def test_the_task_itself_is_planned_as_it_is() -> None:
-    plan = tp.certify((TIMES, *states()), ARM, obstacles=[BOX])
-    same(plan, tp.plan(RecordedMotion(ARM, plan.trajectory, (BOX,))))
 
 
 def test_auto_does_as_the_controller_and_says_so() -> None:
@@ -324,29 +314,6 @@ def test_a_motion_needs_a_robot() -> None:
         line_of(lambda: tp.certify((TIMES, *states())))
         == "robot: missing; say which robot runs the path, robot=tp.robot(...)"
     )
-
-
-@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(0.6, 3.0), st.floats(0.2, 0.9), st.booleans())
-def test_an_export_is_judged_like_its_plan(
-    in_an_empty_folder: None, first: float, second: float, seconds: float, place: float, as_yaml: bool
-) -> None:
-    """Degree 5 is degree 5 between any two rows: nothing but the rounding of times to nanoseconds is lost."""
-    times = np.array([0.0, seconds])
-    obstacles = [tp.Rectangle((place, 0.5), (0.1, 0.1))]
-    plan = tp.certify((times, *states((first, second), times)), ARM, obstacles=obstacles)
-    kind = "ros-yaml" if as_yaml else "ros-json"
-    file = export_plan(Path(), plan.planned, kind, 50.0)
-    again = tp.certify(file, ARM, obstacles=obstacles)
-    close = any(
-        abs(v.worst - v.bound) < 1e-5 * max(1.0, abs(v.bound)) for v in plan.verdicts if "velocity" not in v.name
-    )
-    if not close:
-        for name, (status, worst) in judged(plan).items():
-            assert judged(again)[name][0] == status
-            if not name.endswith("clearance"):
-                assert abs(judged(again)[name][1]) == pytest.approx(abs(worst), abs=1e-5, rel=1e-5)
-    assert json.loads(plan.result.to_json())["scenario"]["task"]["kind"] == "recorded-motion"
 
 
 def test_constraints_and_limits_hold_besides_those_of_the_file(in_an_empty_folder: None) -> None:

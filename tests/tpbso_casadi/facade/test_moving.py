@@ -108,8 +108,6 @@ def refused(run: Path, folder: Path, edit: Callable[[dict[str, Any]], object]) -
 
 EDITS: dict[str, Callable[[dict[str, Any]], object]] = {
     "an angle": lambda r: r["scenario"]["obstacles"][1]["motion_rows"][1].__setitem__(3, 0.9),
-    "rows that cannot be": lambda r: r["scenario"]["obstacles"][1]["motion_rows"].reverse(),
-    "distance": lambda r: r["closest_approach"].update(distance=r["closest_approach"]["distance"] + 1e-4),
     "clear for longer": lambda r: r["at_goal"].update(clear_until=r["at_goal"]["clear_until"] + 0.1),
     "another key": lambda r: r["at_goal"].update(more=1),
 }

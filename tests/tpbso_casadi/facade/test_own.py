@@ -75,42 +75,12 @@ def test_the_objective_is_the_integral(calm_plan: Plan) -> None:
     assert calm_plan.objective == pytest.approx(calm_plan.duration + 0.1 * calm, rel=1e-8)
 
 
-def test_a_speed_limit_of_the_tool_slows_the_motion_down() -> None:
-    kept = tp.Constraint(lambda m: ca.norm_2(m.tool_velocity), upper=0.8, name="tool speed", unit="m/s")
-    plan = planned(constraints=kept, polish=False)
-    times = densely(plan)
-    speeds = np.linalg.norm(np.diff(tips(plan, times), axis=0), axis=1) / np.diff(times)
-    assert plan.certified
-    assert 0.75 < speeds.max() <= 0.8 + 1e-6
-
-
-def test_a_joint_coupling_and_a_formula_of_an_obstacle() -> None:
-    coupling = tp.Constraint(lambda m: m.q[0] + m.q[1], lower=-0.5, upper=4.0, name="coupling", unit="rad")
-    dome = tp.Constraint(lambda m: m.tool[1] + 2.0 * m.tool[0] ** 2 - 0.9, lower=0.0, name="dome", unit="m")
-    plan = planned(constraints=[coupling, dome])
-    assert plan.certified
-    theta, tip = plan.trajectory(densely(plan)), tips(plan, densely(plan))
-    assert (tip[:, 1] >= 0.9 - 2.0 * tip[:, 0] ** 2).all()
-    assert ((theta[:, 0] + theta[:, 1] >= -0.5) & (theta[:, 0] + theta[:, 1] <= 4.0)).all()
-
-
 def test_what_breaks_it_is_called_violated() -> None:
     never = tp.Constraint(lambda m: m.tool[1], lower=0.5, name="too high", unit="m")  # the start is lower
     plan = planned(constraints=[never], polish=False, evaluations=60)
     assert not plan.certified
     assert verdict_of(plan, "too high").status == "violated"
     assert verdict_of(plan, "too high").worst == pytest.approx(0.3, abs=1e-6)
-
-
-def test_ipopt_alone_finds_the_ceiling() -> None:
-    plan = planned(constraints=[CEILING], solver="ipopt", evaluations=300)
-    assert plan.certified
-    assert tips(plan, densely(plan))[:, 1].max() == pytest.approx(0.45, abs=2e-3)
-
-
-def test_one_a_second_is_the_duration() -> None:
-    plan = planned(objective=tp.Cost(lambda m: 1.0, name="clock", unit="s"), polish=False, evaluations=30)
-    assert plan.objective == pytest.approx(plan.duration, rel=1e-12)
 
 
 def test_a_run_folder_is_complete_without_python(

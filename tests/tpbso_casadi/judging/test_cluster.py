@@ -179,14 +179,6 @@ def test_a_call_without_an_end_is_left_behind() -> None:
         within(60.0, lambda: 1 / 0)
 
 
-def test_nobody_answers(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.judging.executors.ANSWER_SECONDS", 1.0)
-    assert main([*CAMPAIGN, "--dask", "tcp://127.0.0.1:1", "--out", str(tmp_path)]) == 2
-    error = capsys.readouterr().err
-    assert error.startswith("error: --dask tcp://127.0.0.1:1: no scheduler answers there within 1 s (")
-    assert error.count("\n") == 1
-
-
 def test_workers_with_other_versions_are_refused() -> None:
     theirs: dict[str, Any] = {"tcp://first:1": versions(), "tcp://second:2": versions() | {"casadi": "3.0"}}
     with pytest.raises(ExecutorError, match=r"--dask here:1: casadi 3.0 where .* is needed on tcp://second:2"):

@@ -136,12 +136,6 @@ def test_budgets_and_seeds_in_words() -> None:
     ]
 
 
-def test_percentages() -> None:
-    shown = {0.0: "0 %", 5e-5: "< 0.01 %", 0.01234: "1.23 %", float("inf"): "-"}
-    assert {value: PLANS.shown(value) for value in shown} == shown
-    assert PLANS.shown(float("nan")) == "-"
-
-
 STYLE = Path(page.__file__).with_name("page.css").read_text()
 
 
@@ -163,9 +157,6 @@ def test_no_two_series_look_alike_on_a_dark_ground(vision: str) -> None:
     between = differences(np.array([to_rgb(colour) for colour in (*palettes()[1], ink, ground)]), vision)
     between += np.diag(np.full(len(between), np.inf))
     assert between[:-1, :-1].min() > 22.0 and between[-1].min() > 35.0
-
-
-INF = np.inf
 
 
 def polished() -> list[PolishGain]:

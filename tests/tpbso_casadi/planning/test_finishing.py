@@ -103,22 +103,6 @@ def test_in_the_plane_torques_are_kept_by_another_path_and_speed() -> None:
     assert retiming.chosen.trajectory.duration < 0.9 * slowed
 
 
-@pytest.mark.slow
-def test_a_motion_in_free_space_that_torques_slow_down_is_not_the_fastest() -> None:
-    robot = {"model": "panda", "payload": {"mass": 3.0, "center": [0.0, 0.0, 0.1]}}
-    task = {"kind": "point-to-point", "start": {"joints": [0.0, -0.4, 0.0, -2.2, 0.0, 1.9, 0.8]}}
-    task["goal"] = {"joints": [1.2, 0.9, 0.3, -0.7, 0.2, 1.6, 0.8]}
-    content = {"robot": robot, "task": task, "model": {"samples": 30, "retime": False, "self_collision": False}}
-    found = plan(parse_scenario(content | {"solver": {"name": "lshade", "evaluations": 100}}))
-    before, retiming = found.motion, timed_anew(found)
-    assert retiming.candidate == POLISHED
-    assert retiming.chosen.feasible
-    first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
-    free = rest_to_rest(first, last, before.problem.robot.limits)
-    assert before.criteria.safe_time_scale(free) > 1.3
-    assert retiming.chosen.trajectory.duration < 1.02 * free.duration
-
-
 def test_an_uncertified_motion_is_never_taken_for_a_certified_one() -> None:
     motion = planned("time-3").motion
     hasty = replace(motion, trajectory=motion.trajectory.time_scaled(0.5), retimed=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from helpers.running import changed
-
 from tpbso_casadi import Scenario, builtin, parse_scenario
 from tpbso_casadi.scenario.cases import TITLES
 
@@ -28,8 +26,3 @@ def test_defaults_are_filled_in() -> None:
     assert (scenario.model.samples, scenario.model.motion, scenario.model.retime) == (50, "spline", True)
     assert (scenario.solver.name, scenario.solver.seed, scenario.solver.budget().evaluations) == ("bso", 1, 30_000)
     assert scenario.problem().robot.limits.speed == (4.0,) * 4
-
-
-def test_limits_may_be_given_for_each_joint() -> None:
-    scenario = parse_scenario(changed(POINT, "arm.max_speed", [1.0, 2.0, 3.0, 4.0]))
-    assert scenario.problem().robot.limits.speed == (1.0, 2.0, 3.0, 4.0)

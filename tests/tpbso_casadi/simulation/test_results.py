@@ -22,7 +22,7 @@ from tpbso_casadi.replanning.candidates import Kind
 from tpbso_casadi.scenario import parse_scenario
 from tpbso_casadi.simulation import MEANINGS, SimulationRecord, SimulationResult, simulated_motion, write_simulation
 from tpbso_casadi.simulation.result import REPLANS, obstacle_table, replan_rows, row_times, stretches, summary_of
-from tpbso_casadi.storage import OutputError, check_seal
+from tpbso_casadi.storage import check_seal
 
 CART = {"shape": "box", "center": [3.0, 0.0], "size": [0.4, 0.2], "velocity": [0.0, 0.5]}
 STILL = {"shape": "box", "center": [-3.0, 0.5], "size": [0.4, 0.2]}
@@ -90,32 +90,6 @@ def test_a_folder_is_complete_sealed_and_can_be_written_again(record: Simulation
     check_seal(content)
     assert parse_scenario(content["scenario"]) == record.scenario
     assert set(content["files"]) == {"trajectory.csv", "replans.csv", "obstacles.csv", "figure.png"}
-
-
-def test_a_figure_that_fails_leaves_the_rest(record: SimulationRecord, tmp_path: Path) -> None:
-    def fail(staged: Path) -> None:
-        raise OutputError("no colours")
-
-    with pytest.raises(OutputError, match=r"the run is written, but not all of its files: no colours$"):
-        write_simulation(tmp_path / "out", record, SimulationResult.of(record), [fail])
-    assert len(json.loads((tmp_path / "out/result.json").read_text())["files"]) == 3
-
-
-def test_a_disk_that_is_full_leaves_the_old_folder(
-    record: SimulationRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    result, folder = SimulationResult.of(record), tmp_path / "out"
-    write_simulation(folder, record, result)
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("tpbso_casadi.simulation.result.write_csv", full)
-    with pytest.raises(OutputError, match="No space left on device"):
-        write_simulation(folder, record, result)
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
-    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def data_of(text: str) -> dict[str, Any]:

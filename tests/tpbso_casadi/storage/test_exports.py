@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from helpers.massive import by_lagrange, massive_arm, massive_motion
+from helpers.massive import by_lagrange, massive_motion
 from helpers.moving_plans import plane_plan
-from helpers.space import sliding_arm, small_arm
+from helpers.space import small_arm
 from helpers.space_plans import space_plan
 from scipy.spatial.transform import Rotation
 
@@ -56,12 +56,6 @@ def rewritten(path: Path, columns: slice, row: int | None = None, change: float 
     path.write_text("".join(",".join(line) + "\n" for line in cells))
 
 
-def of_an_arm_without_masses() -> JudgedMotion:
-    motion = massive_motion()
-    robot = massive_arm(link_masses=None, max_torque=None, viscous_friction=None, coulomb_friction=None)
-    return replace(motion, problem=replace(motion.problem, task=replace(motion.problem.task, robot=robot)))
-
-
 def turned_by_hand(theta: np.ndarray) -> tuple[np.ndarray, Rotation]:
     """Position and rotation of the small arm's tool with four joints, z y z y, by SciPy."""
     z, y = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
@@ -91,6 +85,7 @@ def test_every_export_holds_the_same_motion(
     np.testing.assert_array_equal(arrays["coefficients"], whole.trajectory.coefficients)
     for order, kind in enumerate(("q", "qd", "qdd")):
         np.testing.assert_array_equal(arrays[kind], whole.trajectory.at(times, order))
+    assert ("tau" in arrays) == ("tau1" in last)
     if "tau" in arrays:
         np.testing.assert_allclose(arrays["tau"], by_lagrange(*(arrays[kind] for kind in kinds[:3])), atol=1e-12)
     assert yaml.safe_load(paths["ros-yaml"].read_text()) == message
@@ -167,13 +162,6 @@ def test_the_table_has_the_pose_of_the_tool() -> None:
         assert small_arm(2).tool.coordinates(np.array([[0.0, np.pi + tiny]]))["qy"][0] == pytest.approx(1.0)
 
 
-def test_an_arm_without_masses_has_no_torques(tmp_path: Path) -> None:
-    motion = of_an_arm_without_masses()
-    header, rows = table_of(motion, motion.times)
-    assert header[-2:] == ["x", "y"] and rows.shape[1] == 9
-    assert "tau" not in np.load(export_plan(tmp_path, planned(motion), "npz"))
-
-
 def test_friction_does_not_hang_on_the_rounding_of_a_joint_at_rest() -> None:
     motion = massive_motion()
     ends = motion.trajectory.breakpoints[[0, -1]]
@@ -195,8 +183,3 @@ def test_any_joint_name_survives_yaml(name: str) -> None:
     assert message["joint_names"][0] == message["header"]["frame_id"] == name
     numbers = [value for point in message["points"] for key in ("positions", "velocities") for value in point[key]]
     assert all(isinstance(value, float) for value in numbers)  # 1e-17 is no word
-
-
-def test_joints_that_slide_are_in_metres() -> None:
-    assert sliding_arm().joints.units == ("m", "rad", "rad", "rad")
-    assert small_arm(2).joints.units == ("rad", "rad")
