@@ -45,7 +45,7 @@ class Travel:
     @cached_property
     def turning(self) -> Trajectory:
         """The angles over time whose rates bound how bodies move: for a planar arm the orientations of its links."""
-        return _turning(self.robot.turns, self.trajectory)
+        return _turning(self.robot.bodies.turns, self.trajectory)
 
     @cached_property
     def sharpest(self) -> FloatArray:
@@ -59,7 +59,7 @@ class Travel:
         Args:
             cells: start and end of each, within one piece, (n, 2), s.
         """
-        return np.asarray(self.turns(cells) @ self.robot.levers.T)
+        return np.asarray(self.turns(cells) @ self.robot.bodies.levers.T)
 
     def turns(self, cells: FloatArray) -> FloatArray:
         """How far angles can be from where they are in the middle of cells, each within one piece, (n, m), rad or m."""

@@ -104,7 +104,7 @@ def _of_spheres(robot: SpatialArm) -> list[LinkTree]:
     """Trees of spheres of one name on one body, those that no joint moves apart from the others."""
     groups: dict[tuple[str, int, bool], list[int]] = {}
     for number, sphere in enumerate(robot.spheres):
-        moves = bool(robot.levers[number].any())
+        moves = bool(robot.bodies.levers[number].any())
         groups.setdefault((sphere.name, sphere.link, moves), []).append(number)
     found = []
     for (name, body, moves), numbers in groups.items():

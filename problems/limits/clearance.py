@@ -121,7 +121,7 @@ class CollisionPair(Pair):
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
         """Motion of the body alone, as no joint can change what the obstacle adds."""
-        return robot.motion(self.body)
+        return robot.bodies.motion(self.body)
 
     def link_travel(self, robot: Robot, cells: FloatArray) -> FloatArray:
         return self.obstacle.travel(cells, _farthest(robot) + float(np.linalg.norm(robot.base)))
@@ -150,7 +150,7 @@ def _distance(obstacle: Obstacle, point: tuple[float, ...]) -> float:
 
 def moving_bodies(robot: Robot) -> list[Body]:
     """The bodies that a joint moves."""
-    return [body for body, levers in zip(robot.bodies.each, robot.levers, strict=True) if levers.any()]
+    return [body for body, levers in zip(robot.bodies.each, robot.bodies.levers, strict=True) if levers.any()]
 
 
 def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 0.0) -> tuple[CollisionPair, ...]:

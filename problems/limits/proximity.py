@@ -376,7 +376,7 @@ class BodyPair(Pair):
         return crossing_clearance((ends[0], ends[1]), (ends[2], ends[3]))
 
     def motion(self, robot: Robot) -> tuple[FloatArray, FloatArray]:
-        return robot.motion(self.second, seen_from=self.first)
+        return robot.bodies.motion(self.second, seen_from=self.first)
 
     def without_growth(self) -> BodyPair:
         return replace(self, slack=0.0)

@@ -1,12 +1,13 @@
-"""The bodies of a robot, and which of them are compared with each other."""
+"""The bodies of a robot: how they move, and which of them are compared with each other."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from problems.base import Operand, Parametric
+from problems.base import FloatArray, Operand, Parametric
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ BodyPairs = tuple[tuple[Body, Body], ...]
 
 
 @dataclass(frozen=True)
-class Bodies:
-    """The bodies of a robot, and which of them are compared with each other.
+class Bodies(ABC):
+    """The bodies of a robot: how they move, and which of them are compared with each other.
 
     Args:
         each: the bodies, no two of one name between the same frames.
@@ -69,6 +70,31 @@ class Bodies:
     @cached_property
     def _numbers(self) -> dict[tuple[str, int, int], int]:
         return {(body.name, body.start, body.end): number for number, body in enumerate(self.each)}
+
+    @property
+    @abstractmethod
+    def turns(self) -> FloatArray:
+        """Matrix (m, dof) from joint speeds to the angular rates u = turns @ dq/dt that move the bodies."""
+
+    @property
+    @abstractmethod
+    def levers(self) -> FloatArray:
+        """Factors (bodies, m), m: no point of body b moves faster than the sum over j of ``levers[b, j] |u_j|``."""
+
+    def motion(self, body: Body, seen_from: Body | None = None) -> tuple[FloatArray, FloatArray]:
+        """How fast a body can move, as seen from outside or from a body nearer the base.
+
+        Returns:
+            turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: no point of the
+            body moves faster than the sum over j of ``levers[j] |u_j|``.
+        """
+        turns, levers = self.turns, self.levers[self.number_of(body)]
+        if seen_from is None:
+            return turns, levers
+        both, last = self.moved_by(seen_from), self.moved_by(body)
+        between = turns[both:last].copy()
+        between[:, :both] = 0.0  # joints that move both bodies
+        return between, levers[both:last]
 
     def moved_by(self, body: Body) -> int:
         """The number of the last joint that moves a body: bodies with the same number are fixed to each other."""

@@ -109,7 +109,27 @@ def _arccos(cosine: Matrix) -> Matrix:
 
 @dataclass(frozen=True)
 class LinkBodies(Bodies):
-    """The links of a planar arm, and its tool."""
+    """The links of a planar arm, and its tool.
+
+    Args:
+        arm: that has them.
+    """
+
+    arm: PlanarLinks
+
+    @property
+    def turns(self) -> FloatArray:
+        return np.tri(self.arm.links)
+
+    @property
+    def levers(self) -> FloatArray:
+        """Bounds of each body's motion: turning of links j <= i carries link i, each by its length."""
+        lengths = self.arm.link_lengths
+        levers = np.tri(self.arm.links) * np.array(lengths)
+        if not self.arm.has_tool:
+            return np.asarray(levers)
+        farther = max(lengths[-1], float(self.arm.chain[-1]))  # end of the tool's line, from the last joint
+        return np.vstack([levers, [*lengths[:-1], farther]])
 
     @property
     def pairs(self) -> BodyPairs:
@@ -303,24 +323,11 @@ class PlanarLinks(Robot):
         radii = self.link_radius or (0.0,) * self.links
         links = [Body(f"link {number}", number - 1, number, radius) for number, radius in enumerate(radii, start=1)]
         tool = [Body("tool", self.links, self.links + 1, radii[-1])] if self.has_tool else []
-        return LinkBodies((*links, *tool))
+        return LinkBodies((*links, *tool), self)
 
     @property
     def radius(self) -> Operand:
         return sum(self.chain)
-
-    @property
-    def turns(self) -> FloatArray:
-        return np.tri(self.links)
-
-    @property
-    def levers(self) -> FloatArray:
-        """Bounds of each body's motion: turning of links j <= i carries link i, each by its length."""
-        levers = np.tri(self.links) * np.array(self.link_lengths)
-        if not self.has_tool:
-            return np.asarray(levers)
-        farther = max(self.link_lengths[-1], float(self.chain[-1]))  # end of the tool's line, from the last joint
-        return np.vstack([levers, [*self.link_lengths[:-1], farther]])
 
 
 def turned(offset: tuple[Operand, Operand], angle: Operand) -> Matrix:

@@ -23,7 +23,7 @@ from problems.base import (
     check_within,
 )
 from problems.robots.arm_cover import ArmCover
-from problems.robots.bodies import Bodies, Body
+from problems.robots.bodies import Bodies
 from problems.robots.closed_form import ClosedForm
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Payload
@@ -125,9 +125,9 @@ class Robot(Parametric, ABC):
         return np.stack([as_array(matrix) for matrix in self.positions(ca.DM(theta))], axis=1)
 
     @property
+    @abstractmethod
     def bodies(self) -> Bodies:
-        """The bodies that must not touch anything; by default every segment between consecutive frames."""
-        return Bodies(tuple(Body(f"link {link}", link - 1, link) for link in range(1, self.dof + 1)))
+        """The bodies that must not touch anything."""
 
     @property
     def cover(self) -> ArmCover | None:
@@ -173,31 +173,6 @@ class Robot(Parametric, ABC):
         """The relaxations of its load, where it has a payload."""
         payload = getattr(self, "payload", None)
         return payload.relaxations if isinstance(payload, Payload) else ()
-
-    @property
-    @abstractmethod
-    def turns(self) -> FloatArray:
-        """Matrix (m, dof) from joint speeds to the angular rates u = turns @ dq/dt that move the bodies."""
-
-    @property
-    @abstractmethod
-    def levers(self) -> FloatArray:
-        """Factors (bodies, m), m: no point of body b moves faster than the sum over j of ``levers[b, j] |u_j|``."""
-
-    def motion(self, body: Body, seen_from: Body | None = None) -> tuple[FloatArray, FloatArray]:
-        """How fast a body can move, as seen from outside or from a body nearer the base.
-
-        Returns:
-            turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: no point of the
-            body moves faster than the sum over j of ``levers[j] |u_j|``.
-        """
-        turns, levers = self.turns, self.levers[self.bodies.number_of(body)]
-        if seen_from is None:
-            return turns, levers
-        both, last = self.bodies.moved_by(seen_from), self.bodies.moved_by(body)
-        between = turns[both:last].copy()
-        between[:, :both] = 0.0  # joints that move both bodies
-        return between, levers[both:last]
 
     @property
     def rigid_chain(self) -> RigidChain | None:

@@ -296,20 +296,6 @@ class SpatialArm(Robot):
         return np.array([*joints, *spheres, joints[-1] + self.tool.distance])
 
     @property
-    def turns(self) -> FloatArray:
-        return np.eye(self.dof)
-
-    @cached_property
-    def levers(self) -> FloatArray:
-        """The largest distances of sphere centres from each joint's axis, (spheres, dof), m; 1 if it slides."""
-        links = np.array([sphere.link for sphere in self.spheres], dtype=np.intp)
-        centers = np.array([sphere.center for sphere in self.spheres], dtype=float).reshape(-1, 3)
-        found = np.empty((links.size, self.dof))
-        for link in np.unique(links).tolist():
-            found[links == link] = self.chain.levers(link, centers[links == link])
-        return found
-
-    @property
     def touching(self) -> Self:
         return replace(self, margin=0.0, self_margin=0.0)
 
@@ -340,6 +326,21 @@ class ArmBodies(Bodies):
 
     def number_of(self, body: Body) -> int:
         return body.start - self.arm.dof - 1
+
+    @property
+    def turns(self) -> FloatArray:
+        return np.eye(self.arm.dof)
+
+    @cached_property
+    def levers(self) -> FloatArray:
+        """The largest distances of sphere centres from each joint's axis, (spheres, dof), m; 1 if it slides."""
+        spheres, chain = self.arm.spheres, self.arm.chain
+        links = np.array([sphere.link for sphere in spheres], dtype=np.intp)
+        centers = np.array([sphere.center for sphere in spheres], dtype=float).reshape(-1, 3)
+        found = np.empty((links.size, self.arm.dof))
+        for link in np.unique(links).tolist():
+            found[links == link] = chain.levers(link, centers[links == link])
+        return found
 
     def moved_by(self, body: Body) -> int:
         return self.arm.spheres[self.number_of(body)].link

@@ -58,7 +58,7 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
     Raises:
         InvalidProblem: one is of another dimension, or encloses the base; or nothing of the robot could touch any.
     """
-    if obstacles and not robot.levers.any():
+    if obstacles and not robot.bodies.levers.any():
         reason = "no collision geometry of a link that moves is known, so that nothing could be kept clear of them"
         raise InvalidProblem("obstacles", f"{reason}; state spheres of the robot, or leave them out")
     for number, obstacle in enumerate(obstacles, start=1):

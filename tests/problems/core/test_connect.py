@@ -43,7 +43,7 @@ def missed(robot: SpatialArm) -> float:
     ball moves by more than that times its distance from the axis, of all joints together. What is cut off an edge by
     a shortcut ends between two looks, and so this holds at bends too.
     """
-    return float(robot.levers.sum(axis=1).max()) * CONNECT.edge_step / 2.0
+    return float(robot.bodies.levers.sum(axis=1).max()) * CONNECT.edge_step / 2.0
 
 
 def finely(path: np.ndarray) -> np.ndarray:

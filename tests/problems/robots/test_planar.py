@@ -149,10 +149,10 @@ def test_reach_levers_and_relative_levers_bound_how_bodies_move(seed: int) -> No
     for number, body in enumerate(arm.bodies.each):
         moved = np.array([along(b - a, d - c, 9) for a, b, c, d in zip(*_ends(now, later, body), strict=True)])
         speed = np.hypot(moved[..., 0], moved[..., 1]).max(axis=1) / h
-        allowed = np.abs(rates @ arm.turns.T) @ arm.levers[number]
+        allowed = np.abs(rates @ arm.bodies.turns.T) @ arm.bodies.levers[number]
         assert (speed <= allowed * (1.0 + 1e-4) + 1e-6).all()
     for first, second in arm.bodies.pairs:
-        turns, levers = arm.motion(second, seen_from=first)
+        turns, levers = arm.bodies.motion(second, seen_from=first)
         seen = [_seen_from(frames, first.start, first.end) for frames in (now, later)]
         moved = np.array([along(b - a, d - c, 9) for a, b, c, d in zip(*_ends(*seen, second), strict=True)])
         speed = np.hypot(moved[..., 0], moved[..., 1]).max(axis=1) / h
