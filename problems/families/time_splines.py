@@ -10,7 +10,8 @@ being derived or compiled anew.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -24,6 +25,7 @@ from problems.assembly import (
     PLACES,
     CostSteps,
     Decoded,
+    DirectPlanner,
     Encoding,
     FeasibilityFirst,
     Problem,
@@ -41,7 +43,7 @@ from problems.objectives import MotionBounds, Objective
 from problems.programs import NonlinearProgram
 from problems.robots import Robot
 from problems.tasks import Move, check_at_least
-from problems.timing import MotionState, least_duration
+from problems.timing import MotionState, fastest_move, least_duration
 
 DEGREE = 5
 FIXED = 3  # control points at each end
@@ -320,6 +322,10 @@ class TimeMoveProblem(Problem[SplineShape]):
     first: TimeMoveProblem | None = None
 
     @cached_property
+    def direct(self) -> DirectPlanner:
+        return FreeSpacePlanner(self)
+
+    @cached_property
     def searched_limits(self) -> tuple[Limit, ...]:
         """The limits with a margin for what is between samples, except at the ends, which are given."""
         return tuple(TaperedMargin(limit) for limit in self.limits)
@@ -406,6 +412,28 @@ class TimeMoveProblem(Problem[SplineShape]):
         goals = np.array(self.encoding.goals)
         goal = int(np.argmin(np.abs(goals - theta[-1]).max(axis=1)))
         return self.encoding.vector_of(u, theta, trajectory.duration, goal)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeSpacePlanner(DirectPlanner):
+    """Moves as fast as joints can, which a search beats only where something is in the way.
+
+    Args:
+        problem: to be planned.
+    """
+
+    problem: TimeMoveProblem
+
+    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
+        """The fastest motion to each goal, the quickest first, where nothing but time counts."""
+        task, limits = self.problem.task, self.problem.robot.limits
+        if limits.jerk is None or task.total_time is not None or not self.problem.objective.direct_is_least:
+            return
+        encoding = self.problem.encoding
+        state = MotionState(*(np.array(each) for each in (encoding.start, encoding.velocity, encoding.acceleration)))
+        with suppress(InvalidProblem):  # there is none within the limits
+            moves = [fastest_move(state, np.array(goal), limits) for goal in encoding.goals]
+            yield from sorted(moves, key=lambda move: move.duration)
 
 
 class TimeMoveSteps(CostSteps[SplineShape]):

@@ -248,7 +248,7 @@ class DeviationPolish:
     def _duration(self, x: FloatArray, near: float) -> float:
         """The duration of a motion of control points (free, k), near one in s, within all limits that time keeps."""
         matters = self.world.moves or self.limit_reserve > 0.0
-        duration = self.motions.least_duration(x, near, near if matters else 0.0)
+        duration = self.motions.least_duration(x, near, near if matters else 0.0, 1.0 - self.limit_reserve)
         padded = self.motions.padded(x, duration)
         if self.torques is not None:
             state = state_of(self.samples.torque_states, padded, duration)

@@ -11,8 +11,9 @@ in T, as a velocity v is a derivative T v. S may also be any motion from rest to
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
@@ -287,30 +288,42 @@ class Deviations:
         weights, piece = self.spline.weights(u, order)
         return PostureRows(piece, weights, self._base(u, order))
 
-    def time_scale(self, padded: FloatArray) -> float:
-        """The least duration of the motion with some control points, as far as rows say, s."""
-        bounds = self.limits.by_order
+    def time_scale(self, padded: FloatArray, share: float = 1.0) -> float:
+        """The least duration of the motion with some control points within a share of limits, as far as rows say, s."""
+        bounds = [share * bound for bound in self.limits.by_order]
         needed = [
             (np.abs(rows.values(padded)) / bound[rows.joint]).max() ** (1.0 / rows.order)
             for rows, bound in zip(self.limited, bounds, strict=True)
         ]
         return float(max(needed))
 
-    def least_duration(self, x: FloatArray, near: float, at_least: float = 0.0) -> float:
+    def least_duration(self, x: FloatArray, near: float, at_least: float = 0.0, share: float = 1.0) -> float:
         """The least duration of the motion of free control points (free, k), no less than a given one, s.
 
-        Between moving ends the motion depends on its duration: the result is a fixed point near a given duration in s.
+        Between moving ends the motion depends on its duration: the result is a given duration in s, or the next longer
+        one that is found in which the motion keeps a share of its limits.
         """
         least = max(self.bound, at_least)
         if not self.moving:
             return max(self.time_scale(self.padded(x)), least)
-        duration = near
-        for _ in range(self.settings.duration_steps):
-            needed = max(self.time_scale(self.padded(x, duration)), least)
-            if abs(needed - duration) <= TIME_ROUNDING * needed:
+        return self._long_enough(max(near, least), lambda each: self.time_scale(self.padded(x, each), share) <= each)
+
+    def _long_enough(self, duration: float, keeps: Callable[[float], bool], most: float = np.inf) -> float:
+        """The first of a duration in s and longer ones in which a motion between moving ends keeps its limits.
+
+        The control points at the ends grow with the duration, and what they need with it, often faster than itself: a
+        fixed-point iteration would diverge.
+
+        Args:
+            duration: s.
+            keeps: whether the motion of a duration in s keeps the limits.
+            most: share of the duration by which it may be longer; the longest is returned where none keeps them.
+        """
+        settings, tried = self.settings, duration
+        for share in (0.0, *np.geomspace(settings.least_step, settings.largest_step, settings.duration_steps)):
+            if share > most or keeps(tried := duration * (1.0 + share)):
                 break
-            duration = needed
-        return max(needed, duration)
+        return tried
 
     def fitted(self, path: FloatArray, begin: float = 0.0) -> FloatArray:
         """Free control points (free, k) of a motion along a path of straight parts, (m, dof), rad.
@@ -336,19 +349,18 @@ class Deviations:
     def trajectory(self, x: FloatArray, duration: float, at_least: float = 0.0) -> Trajectory:
         """The motion of free control points (free, k) in a time in s, or in a little more that limits need.
 
-        Where limits let it be faster, it is, but takes no less time than a given one, s.
+        Where limits let it be faster, it is, but takes no less time than a given one, s. Between moving ends it may
+        break limits: no longer duration need mend that.
         """
-        motion = self._in_duration(x, duration)
-        scale = self.limits.time_scale(_peak_shares(motion, self.limits))
         if not self.moving:
-            return motion.time_scaled(max(scale, self.bound / duration, at_least / duration))
-        for _ in range(self.settings.duration_steps):
-            if scale <= 1.0:
-                break
-            duration *= scale * (1.0 + TIME_ROUNDING)
             motion = self._in_duration(x, duration)
             scale = self.limits.time_scale(_peak_shares(motion, self.limits))
-        return motion
+            return motion.time_scaled(max(scale, self.bound / duration, at_least / duration))
+        keeps = partial(self._keeps_limits_in, x)
+        return self._in_duration(x, self._long_enough(duration, keeps, self.settings.largest_correction))
+
+    def _keeps_limits_in(self, x: FloatArray, duration: float) -> bool:
+        return self.keeps_limits(self._in_duration(x, duration))
 
     def keeps_limits(self, trajectory: Trajectory) -> bool:
         """Whether speeds, accelerations and jerks of a motion of cubics are within their limits."""

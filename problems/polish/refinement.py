@@ -228,11 +228,12 @@ class PathRefinement:
         if self.motions.moving:
             nearer = replace(polish, passages=replace(self.passages, price=settings.exact_passage_price))
             iterate = nearer(iterate.x, np.inf, settings.more_programs, iterate.duration)
+        whole = replace(polish, limit_reserve=0.0)
         for _ in range(settings.duration_steps if self.motions.moving else 1):
             x = self.passages.exact(iterate.x, iterate.duration)
             if x is None or x is iterate.x:
                 return None if x is None else iterate
-            duration, iterate = iterate.duration, polish.iterate(x, 0.0, iterate.duration)
+            duration, iterate = iterate.duration, whole.iterate(x, 0.0, iterate.duration)
             if iterate.duration == duration:
                 break
         return iterate
@@ -254,7 +255,8 @@ class PathRefinement:
             polish = self._tightened(polish)
         elif not flaws.between.size:
             polish = replace(polish, proof_margin=self.settings.margin_growth * polish.proof_margin)
-        return Attempt(polish.sampled_at(flaws.between), iterate.x, iterate.duration, self.settings.more_programs)
+        programs = self.settings.first_programs if flaws.is_too_fast else self.settings.more_programs
+        return Attempt(polish.sampled_at(flaws.between), iterate.x, iterate.duration, programs)
 
     def _flaws(self, polish: DeviationPolish, iterate: Iterate) -> Flaws | None:
         """The flaws of a motion; None where it is proven to have none."""

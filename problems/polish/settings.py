@@ -23,14 +23,20 @@ class DeviationSettings:
         speed_rows: speeds that are bounded in each part of one cubic, at its end and between.
         moving_speed_rows: speeds that are bounded there where an end moves, and no longer duration mends an excess.
         allowance: share of the direct duration by which a motion between moving ends may be faster.
-        duration_steps: fixed-point steps to the duration of a motion between moving ends.
+        duration_steps: longer durations of a motion between moving ends that are tried until it keeps its limits.
+        least_step: share of the duration by which the first of them is longer.
+        largest_step: share of the duration by which the last of them is longer.
+        largest_correction: share of the duration by which a finished motion may be longer than its program said.
         smoothing: pieces of the smoothed known motion for each piece of the deviation.
     """
 
     speed_rows: int = 4
     moving_speed_rows: int = 12
     allowance: float = 1e-5
-    duration_steps: int = 20
+    duration_steps: int = 25
+    least_step: float = 1e-6
+    largest_step: float = 10.0
+    largest_correction: float = 1e-3
     smoothing: int = 10
 
 

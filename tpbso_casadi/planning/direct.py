@@ -19,6 +19,7 @@ from solvers import StopReason, unsearched
 from tpbso_casadi.planning.finishing import AS_FAST, PlannedMotion, is_better, slowed
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
+from tpbso_casadi.scenario import FAMILIES
 
 LOG = logging.getLogger(__name__)
 ABOUT_AS_GOOD = 1.002
@@ -30,7 +31,8 @@ WORTH_TRYING = 1.002  # of a bound: what is gained below that is not worth a way
 
 def directly(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
     """A certified plan that takes no search; None where the solver is another one, or none is found."""
-    if not (planning.settings.is_direct and planning.scenario.model.retime):
+    model = planning.scenario.model
+    if not (planning.settings.is_direct and (model.retime or FAMILIES[model.motion].keeps_its_timing)):
         return None
     return planning.interruption.attempt(partial(_directly, problem, planning))
 

@@ -7,14 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.core_robots import robot_of
+from helpers.polish_objective import polish_objective
 from helpers.slow import slow_except
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.core import SingleRows, WholeRows
-from problems.polish import Deviations, Rates
-from problems.robots import JointLimits
-from problems.scene import Box
+from problems.core import SingleRows, WholeRows, World
+from problems.motions import Trajectory
+from problems.polish import Deviations, PathRefinement, Rates, joint_box
+from problems.robots import JointLimits, Robot, built_in
+from problems.scene import Box, Obstacle
 from problems.timing import MotionState, fastest_move
 
 START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
@@ -62,11 +64,14 @@ def test_every_motion_has_the_velocities_of_its_ends_and_keeps_the_limits(start:
         assert (peaks <= bound * (1.0 + 1e-8)).all()
 
 
-def test_the_least_duration_is_one_with_which_the_limits_agree() -> None:
+def test_the_least_duration_is_the_next_in_which_limits_are_kept_and_a_given_one_where_they_are() -> None:
     between = motions()
     x = some(between)
     duration = between.least_duration(x, between.direct.duration)
-    assert between.time_scale(between.padded(x, duration)) == pytest.approx(duration, rel=1e-6)
+    assert between.time_scale(between.padded(x, duration)) <= duration
+    assert between.least_duration(x, duration) == duration
+    direct = between.direct.duration
+    assert between.least_duration(np.zeros_like(x), direct) == direct
 
 
 def test_rows_know_how_ends_change_with_the_duration() -> None:
@@ -82,6 +87,30 @@ def test_rows_know_how_ends_change_with_the_duration() -> None:
     whole = between.with_ends(WholeRows(where.first - 3, own, np.zeros(3), np.zeros(3), np.ones(3)))
     moved = (where.values(later) - where.values(now)) @ np.arange(1.0, 8.0)
     np.testing.assert_allclose(whole.by_time * longer, moved, atol=1e-12)
+
+
+def best(between: Deviations, arm: Robot, obstacles: tuple[Obstacle, ...] = ()) -> Trajectory:
+    world = World.of(arm, obstacles)
+    assert world is not None
+    objective, box = polish_objective(between, arm), joint_box(arm, START, GOAL)
+    found = PathRefinement(world=world, motions=between, objective=objective, box=box).best_motion(1)
+    assert found is not None and world.prove(found).status and between.keeps_limits(found)
+    return found
+
+
+@pytest.mark.parametrize("jerk", [20.0, 100.0, 5000.0])
+def test_in_free_space_a_move_takes_the_least_time_however_little_jerk_there_is(jerk: float) -> None:
+    slow = replace(limits(), jerk=(jerk,) * 7)
+    between = Deviations(START, GOAL, slow, rates=Rates(LEAVING, ARRIVING))
+    found = best(between, replace(robot_of("upright"), self_collision=False))
+    least = fastest_move(MotionState(START, LEAVING, np.zeros(7)), GOAL, slow, ARRIVING).duration
+    assert found.duration == pytest.approx(least, rel=2e-5)
+
+
+def test_past_a_wall_little_jerk_costs_little_time() -> None:
+    slow = replace(limits(), jerk=(100.0,) * 7)
+    between = Deviations(START, GOAL, slow, rates=Rates(LEAVING, ARRIVING))
+    assert best(between, robot_of("upright"), (WALL,)).duration <= 1.5 * between.direct.duration
 
 
 VIAS = [
@@ -121,3 +150,14 @@ def test_no_search_is_needed(keys: dict[str, tuple[float, ...]]) -> None:
     assert plan.certified
     assert plan.result.evaluations == 0
     assert "total_time" not in keys or 3.0 <= plan.duration <= 3.0 + 1e-6
+
+
+def test_a_move_from_an_acceleration_takes_the_least_time() -> None:
+    velocity, acceleration = 0.5 * LEAVING, -3.0 * LEAVING
+    plan = tp.plan(
+        tp.robot("panda"), start=START - LOW, goal=GOAL - LOW, start_velocity=velocity, start_acceleration=acceleration,
+        motion="time-spline",
+    )  # fmt: skip
+    assert plan.certified and plan.result.evaluations == 0
+    least = fastest_move(MotionState(START, velocity, acceleration), GOAL, built_in("panda").arm().limits).duration
+    assert plan.duration == pytest.approx(least, rel=1e-9)
