@@ -11,26 +11,8 @@ import numpy as np
 import pytest
 
 from benchmarks.motion_bench_maker.limits import PANDA, limits_of
-from benchmarks.motion_bench_maker.problem_file import InvalidFile, chosen, kind_of, read_problems
+from benchmarks.motion_bench_maker.problem_file import InvalidFile, chosen, read_problems
 from benchmarks.motion_bench_maker.setting import Setting
-
-
-def test_a_problem_is_read(folder: Path) -> None:
-    (problem,) = read_problems(folder / "small.jsonl")
-    assert (problem.name, kind_of(problem.name)) == ("table_small-0001", "table")
-    assert problem.goal == (1.0, 0.5, 0.0)
-    box, cylinder = problem.obstacles
-    assert (box.shape, box.size) == ("box", (1.0, 1.0, 1.0))
-    assert (cylinder.shape, cylinder.size) == ("cylinder", (1.0, 1.0, 1.0))
-
-
-def test_obstacles_are_turned_as_their_quaternion_says(folder: Path) -> None:
-    problem = json.loads((folder / "small.jsonl").read_text())
-    problem["obstacles"][0]["quaternion"] = [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]
-    (folder / "turned.jsonl").write_text(json.dumps(problem))
-    (turned,) = read_problems(folder / "turned.jsonl")
-    assert turned.obstacles[0].rotation @ [1.0, 0.0, 0.0] == pytest.approx([0.0, 1.0, 0.0])
-
 
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"name": ...}, "name: is missing"),

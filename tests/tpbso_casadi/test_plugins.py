@@ -222,13 +222,6 @@ class Exits(Broken):
 
 
 @dataclass(frozen=True)
-class NoFile(Broken):
-    def search(self, box, rng, iterations):
-        open("/no/such/file")
-        yield
-
-
-@dataclass(frozen=True)
 class Unmade(Solver):
     def __post_init__(self):
         raise Own("not today")
@@ -248,26 +241,9 @@ class Deaf(Solver):
         return [box.sample(rng, 5)]
 
 
-@dataclass(frozen=True)
-class Bye(PlanarArm):
-    @classmethod
-    def from_settings(cls, settings):
-        raise SystemExit(0)
-
-
 class Chore(TaskSection):
     def check(self):
         raise RuntimeError("no work")
-
-
-class Mute(TaskSection):
-    def with_files(self, folder):
-        raise Silent
-
-
-class Silent(Exception):
-    def __str__(self):
-        raise ValueError
 """
 TASK = """
 [task]
@@ -307,11 +283,8 @@ FAILING = {
         ARM + TASK + '[solver]\nname = "raising:Deaf"\n',
         "it has to yield its candidates",
     ),
-    "a solver without its file": (ARM + TASK + '[solver]\nname = "raising:NoFile"\n', "FileNotFoundError: "),
     "a solver that cannot be made": (ARM + TASK + '[solver]\nname = "raising:Unmade"\n', "Own: not today"),
-    "a robot that exits": (TORN.replace("Torn", "Bye") + TASK, "SystemExit: 0"),
     "a task that fails its check": (ARM + '[task]\nkind = "raising:Chore"\n', "task.kind: plug-in"),
-    "a task that cannot say why": (ARM + '[task]\nkind = "raising:Mute"\n', "Silent: "),
     "a limit of a name there is": (ARM + TASK + '[model]\nlimits = ["raising:Speed"]\n', "'speed' is there twice"),
 }
 

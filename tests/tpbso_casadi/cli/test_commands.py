@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 import shutil
 import subprocess
@@ -137,12 +136,6 @@ def test_short_options() -> None:
         for brief, long in SHORT.items():
             assert (brief in named) == (long in named)
             assert named.get(brief) is named.get(long)
-
-
-def test_a_short_option_that_two_have_is_an_error_of_the_parser() -> None:
-    parser = parser_of("solve")
-    with pytest.raises(argparse.ArgumentError):
-        parser.add_argument("-o", "--other")
 
 
 def test_the_same_option_has_the_same_short_form_metavar_and_help_everywhere() -> None:

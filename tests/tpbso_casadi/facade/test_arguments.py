@@ -92,6 +92,7 @@ MISTAKES: dict[type[Exception], list[tuple[Callable[[], object], str]]] = {
         (lambda: made().trajectory(0.1, ANY or "a"), r"derivative: a is none"),
         (lambda: made().save("never", figures=ANY), r"figures: kinds are needed, of png, .*; not None"),
         (lambda: made().save("never", figures=ANY or [["png"]]), r"figures: there is no kind \['png'\]"),
+        (lambda: made().save("never", export="ros"), r"export: there is no kind 'ros'; there are "),
         (lambda: made().save("never", rate=ANY or "a"), r"rate: a number above 0 is needed, in Hz, not 'a'"),
         (lambda: made().player(height=-5), r"height: a number above 0 is needed, in pixels, not -5"),
         (lambda: made().plot("foo"), r"kind: there is no figure 'foo' of this plan; there are path, joints, limits"),

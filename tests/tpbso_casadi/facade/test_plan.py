@@ -115,14 +115,6 @@ def test_a_run_is_saved_read_and_saved_again(tmp_path: Path) -> None:
     assert tp.read_run(second).audit().constraints == plan.audit().constraints
 
 
-@pytest.mark.parametrize(("keys", "expected"), [({"export": "ros"}, "export: "), ({"figures": ["gif"]}, "figures: ")])
-def test_unknown_kinds_of_files_are_said(keys: dict[str, Any], expected: str, tmp_path: Path) -> None:
-    for plan in (planned(), tp.read_run(planned().save(tmp_path / "run", figures=()))):
-        with pytest.raises(ValueError, match=f"{expected}there is no kind '.*'; there are "):
-            plan.save(tmp_path / "other", **keys)
-    assert not (tmp_path / "other").exists()
-
-
 @pytest.mark.optimum
 @pytest.mark.parametrize("make", [pytest.param(planned, marks=pytest.mark.slow), paper])
 def test_the_audit_of_a_plan_is_that_of_its_folder(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
 from benchmarks.hand_constraints import tilts
-from tpbso_casadi.cli.commands import audit, solve
 
 # postures of a Panda with the hand downward, on either side of a box; the straight way between them tips it over
 START, GOAL = [-0.9, 0.3, 0.1, -2.0, 0.0, 2.3, 0.0], [1.0, 0.55, -0.2, -1.6, 0.1, 2.15, 1.5]
@@ -78,24 +76,3 @@ def test_in_the_plane_the_last_link_points_where_it_should() -> None:
     away = np.abs((angles - np.pi / 2.0 + np.pi) % (2.0 * np.pi) - np.pi).max()
     assert plan.certified and away <= 0.4
     assert verdict(plan, "upright").worst == pytest.approx(away, abs=1e-5)
-
-
-SCENARIO = f"""
-unit = "deg"
-constraints = [{{ kind = "upright", tolerance = 8 }}, {{ kind = "tool speed", max = 0.6 }}]
-[robot]
-model = "panda"
-[task]
-kind = "point-to-point"
-start = {{ joints = {np.degrees(START).tolist()} }}
-goal = {{ joints = {np.degrees(GOAL).tolist()} }}
-"""
-
-
-def test_by_command_it_is_planned_stored_and_audited(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "upright.toml"
-    file.write_text(SCENARIO)
-    assert solve.main([str(file), "--out", str(tmp_path / "run"), "--no-plots"]) == 0
-    said = capfd.readouterr().out
-    assert "upright" in said and "tool speed" in said and "without a search" in said
-    assert audit.main([str(tmp_path / "run")]) == 0

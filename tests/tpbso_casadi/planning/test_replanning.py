@@ -19,7 +19,7 @@ from tpbso_casadi import replan
 from tpbso_casadi.planning import PlannedMotion, plan
 from tpbso_casadi.planning.plan import candidates_of
 from tpbso_casadi.replanning import Replanner, Step
-from tpbso_casadi.replanning.candidates import passed, remaining
+from tpbso_casadi.replanning.candidates import remaining
 from tpbso_casadi.replanning.proofs import KeptClear
 from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario
 
@@ -91,18 +91,6 @@ def test_a_way_round_is_searched_for_where_the_direct_one_is_closed_and_a_seed_d
     assert_continues(step, STANDING)
     assert step.x is not None and again.x is not None
     assert step.x.tolist() == again.x.tolist()
-
-
-@pytest.mark.parametrize(("every", "evaluations"), slow_except([(0.01, 80), (0.1, 500), (1.0, 1500)], 1))
-def test_how_much_is_searched_follows_from_the_period(every: float, evaluations: int) -> None:
-    stated, by_itself = (
-        Replanner(scenario(), every, evaluations=count).replan(
-            Trajectory.standing(np.array(START), every), [IN_THE_WAY]
-        )
-        for count in (evaluations, None)
-    )
-    assert stated.x is not None and by_itself.x is not None
-    assert stated.x.tolist() == by_itself.x.tolist()
 
 
 def test_where_nothing_is_found_it_stops() -> None:
@@ -250,14 +238,6 @@ def test_small_changes_of_course_add_up() -> None:
                 assert proof is not None and proof.status is CertificateStatus.CERTIFIED
                 older += step.proof_age > 0.0
     assert older
-
-
-@pytest.mark.parametrize("seconds", [0.1, 0.3])
-def test_how_long_it_stands_at_its_end_does_not_matter(seconds: float) -> None:
-    """What is left of a stop is shorter than a step, and filled with standing; it is that stop all the same."""
-    whole = replanner().first(obstacles=[FAR]).trajectory
-    over = whole.duration - 0.05
-    assert passed(remaining(whole, over, 0.05 + seconds), whole) == pytest.approx(over)
 
 
 def small_plan(evaluations: int, warm_start: PlannedMotion | None = None) -> PlannedMotion:

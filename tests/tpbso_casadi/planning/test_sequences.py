@@ -7,7 +7,6 @@ import csv
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -288,15 +287,6 @@ def test_a_blended_corner_is_passed_nearly_without_a_stop(corner: Any, away: Any
 
 
 @pytest.mark.slow
-def test_three_moves_blended_in_the_plane_are_one() -> None:
-    arm = tp.robot([0.5, 0.4, 0.3], max_speed=2.0, max_acceleration=10.0)
-    places = [{"joints": [0.3 + turn, 0.9, -0.4]} for turn in (0.0, 0.4, 0.8, 1.2)]
-    stages = [tp.MoveTo(places[1], blend=0.02), tp.MoveTo(places[2], blend=0.02), tp.MoveTo(places[3])]
-    plan = tp.sequence(arm, start=places[0], stages=stages)
-    assert plan.certified and len(plan.stages) == 1
-
-
-@pytest.mark.slow
 def test_a_line_makes_use_of_its_accuracy() -> None:
     arm, start = tp.robot("ur5e"), np.array([0.0, -1.2, 1.6, -1.0, 1.2, 0.3])
     by = np.array([-0.2, 0.2, 0.2])
@@ -311,24 +301,6 @@ def test_a_line_makes_use_of_its_accuracy() -> None:
     cosines = [(np.trace(first[:3, :3].T @ frame[:3, :3]) - 1.0) / 2.0 for frame in frames]
     assert 1e-4 < away.max() <= 2e-3 and np.arccos(np.clip(cosines, -1.0, 1.0)).max() <= 0.01
     np.testing.assert_allclose(since[-1], by, atol=1e-8)
-
-
-@pytest.mark.slow
-def test_corners_are_rounded_as_fast_as_their_accuracy_lets() -> None:
-    start, corner = np.array(HOME), np.array([0.0, 0.15, 0.0])
-    robot = tp.robot("panda").model
-    first = tool_of(robot, start)[:3, 3]
-    points = np.array([first + corner, first + corner + [0.0, 0.0, 0.1]])
-    plan = tp.sequence("panda", start=HOME, stages=[{"kind": "path", "points": points.tolist(), "accuracy": 5e-3}])
-    stated = plan.scenario.task.stages[0]  # type: ignore[attr-defined]
-    exactly = retime(led_along(stated.tool_path(robot, start), robot, start, stated), robot.limits)
-    assert plan.certified and plan.duration < 0.9 * exactly.duration
-    tool = np.array([tool_of(robot, theta)[:3, 3] for theta in plan.trajectory.at(plan.trajectory.times(301))])
-    stops, away = np.array([first, *points]), np.full(len(tool), np.inf)
-    for begin, end in pairwise(stops):
-        share = np.clip((tool - begin) @ (end - begin) / ((end - begin) @ (end - begin)), 0.0, 1.0)
-        away = np.minimum(away, np.linalg.norm(tool - begin - share[:, None] * (end - begin), axis=1))
-    assert away.max() <= 5e-3
 
 
 def test_in_the_plane_too() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 from dataclasses import dataclass, field
 from math import pi
@@ -16,31 +15,6 @@ import pytest
 import tpbso_casadi as tp
 from problems.base import Angle, Coordinate, FloatArray, Length, Matrix
 from problems.scene import OBSTACLES, crossing_clearance
-from tpbso_casadi.cli.commands import audit, solve
-
-FILE = """
-unit = "deg"
-[arm]
-link_lengths = [0.7, 0.7, 0.6]
-max_speed = 229
-max_acceleration = 1146
-[task]
-kind = "point-to-point"
-start = [1.6, -0.6]
-goal = [0.6, 1.6]
-[[obstacles]]
-shape = "capsule"
-center = [1.5, 0.75]
-length = 0.3
-radius = 0.1
-angle = 45
-[model]
-retime = false
-[solver]
-name = "bso"
-evaluations = 100
-polish_starts = 1
-"""
 
 
 @dataclass(frozen=True)
@@ -91,21 +65,6 @@ TASK: dict[str, Any] = {"start": [1.6, -0.6], "goal": [0.6, 1.6], "obstacles": [
 @pytest.fixture
 def registered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(OBSTACLES, "capsule", PlaneCapsule)
-
-
-@pytest.mark.usefixtures("registered", "only_the_path_is_drawn")
-def test_a_file_is_planned_stored_and_audited(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file, run = tmp_path / "scene.toml", tmp_path / "run"
-    file.write_text(FILE)
-    assert solve.main([str(file), "--out", str(run), "--quiet"]) == 0
-    stored = json.loads((run / "result.json").read_text())
-    assert stored["certificate"]["verdict"] == "certified"
-    table = {"shape": "capsule", "center": [1.5, 0.75], "length": 0.3, "radius": 0.1, "angle": pi / 4.0}
-    assert stored["scenario"]["obstacles"] == [table]
-    assert tp.read_run(run).scenario.problem().obstacles == (PlaneCapsule((1.5, 0.75), 0.3, 0.1, pi / 4.0),)
-    capsys.readouterr()
-    assert audit.main([str(run), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["certificate"]["verdict"] == "certified"
 
 
 @pytest.mark.usefixtures("registered")

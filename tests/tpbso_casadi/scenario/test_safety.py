@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import field
-from math import degrees, pi
+from math import degrees
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +15,7 @@ from oracles.outlines import skeletons
 from problems import PlanarArm
 from problems.limits import proximity_limits
 from tpbso_casadi import ScenarioError, parse_scenario
-from tpbso_casadi.scenario import Section, read_scenario
-from tpbso_casadi.scenario.validation import ANGULAR, Angle, FileSection, Number
+from tpbso_casadi.scenario import read_scenario
 
 EVERYTHING: dict[str, Any] = {
     "arm": {
@@ -145,29 +143,3 @@ def test_another_scene_of_the_same_make_has_the_same_functions() -> None:
     texts = [[step.function.serialize() for step in program.steps] for program in programs]
     assert texts[0] == texts[1]
     assert (programs[0].parameters != programs[1].parameters).any()
-
-
-class Place(Section):
-    """A table within a table."""
-
-    joints: Annotated[list[Number] | None, ANGULAR] = None
-    point: list[Number] | None = None
-
-
-class Places(FileSection):
-    """A file with tables, a list of tables, an angle by default."""
-
-    start: Place
-    goals: list[Place] = field(default_factory=list)
-    turn: Angle = pi / 2.0
-
-
-def test_what_is_no_angle_and_what_is_not_stated_stays() -> None:
-    read = Places.from_table(
-        {"unit": "deg", "start": {"joints": [180.0]}, "goals": [{"joints": [90.0, 0.0]}, {"point": [90.0]}]}
-    ).normalised()
-    assert read.start.joints == [pi]
-    assert [place.joints for place in read.goals] == [[pi / 2.0, 0.0], None]
-    assert read.goals[1].point == [90.0]
-    assert read.turn == pi / 2.0
-    assert read == Places.from_table(read.table()).normalised()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.quintic_planner import QuinticPlanner, quintic_to
+from helpers.quintic_planner import QuinticPlanner
 from helpers.simulations import EVERY, MOVE, content, setting, simulated
 from helpers.space_scenarios import space_scenario
 from hypothesis import given, settings
@@ -238,15 +238,6 @@ def test_jumps_are_those_of_angle_speed_and_acceleration() -> None:
     after = Trajectory(np.array([0.0, 1.0, 2.0]), np.zeros((3, 2, 2)))
     after.coefficients[:, 1] = [[1.5, 0.0], [2.0, 1.75], [1.125, 2.0]]  # from t = 1 on
     assert jumps_between(before, after, 1.0) == pytest.approx((0.125, 0.25, 1.0))
-
-
-def test_what_is_taken_over_smoothly_does_not_jump() -> None:
-    before = motion()
-    state = [before.at(np.array([0.3]), order)[0] for order in range(3)]
-    follows = Trajectory(np.array([0.0, 1.0]), quintic_to(state, np.ones(2), 1.0)[:, None])
-    after = joined([part(before, 0.0, 0.3), follows])
-    assert max(jumps_between(before, after, 0.3)) < 1e-12
-    assert max(jumps_between(before, before, 0.3)) < 1e-12
 
 
 def test_when_a_motion_has_come_to_rest() -> None:

@@ -164,15 +164,3 @@ def test_the_player_shows_what_was_answered_last(dim: int, tmp_path: Path) -> No
     document = after(jump, simulation_page("page", record_of(dim)), tmp_path)
     assert "1.000 s</output>" in document
     assert ">replan 4: the motion goes on (a stop in time proven), 50 ms</p>" in document
-
-
-def test_the_scene_keeps_its_place_where_nothing_had_to_stop() -> None:
-    record = record_of(2)
-    went_on = replace(record, replans=tuple(replan for replan in record.replans if replan.kind == "old"))
-    heights = []
-    for one in (record, went_on):
-        figure = simulation_figure(one)
-        figure.draw_without_rendering()
-        heights.append([axes.get_position().height for axes in figure.axes])
-    assert heights[1] == pytest.approx(heights[0], abs=0.03)
-    assert heights[1][0] > 0.4

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -17,7 +16,7 @@ from benchmarks.freeze.definitions import DEFINITIONS, INSTANCES
 from benchmarks.suite import table_lines
 from problems.evaluation import EvaluationOptions, NativeUnavailable
 from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, frozen, kernels, problem, problem_named
-from tpbso_casadi.suite.frozen import check_points, content_of, descriptions
+from tpbso_casadi.suite.frozen import check_points, content_of
 from tpbso_casadi.suite.motions import problem_of, problems_of
 
 SUITE, SECOND = tp.suite(), tp.suite(version=2)
@@ -250,15 +249,6 @@ def test_other_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         problem._known("s")
 
 
-def test_descriptions_and_contents_are_read_as_they_were_written() -> None:
-    [described] = [each for owner, each in descriptions("arm-motions-1") if each.name == "spline-2"]
-    assert frozen.Description.of(json.loads(json.dumps(described.plain))) == described
-    content = content_of("arm-motions-1", "spline-2", described.digest)
-    again = frozen.FunctionContent.read(content.written())
-    assert again.kernels == content.kernels and again.scenarios == content.scenarios
-    assert all(np.array_equal(*pair) for pair in zip(again.numbers, content.numbers, strict=True))
-
-
 def test_check_points_lie_in_the_box_and_differ() -> None:
     lower, upper = np.array([-1.0, 2.0, 0.0]), np.array([1.0, 5.0, 0.5])
     points = check_points(lower, upper)
@@ -268,13 +258,6 @@ def test_check_points_lie_in_the_box_and_differ() -> None:
 
 
 # How it was made
-
-
-def test_the_straight_motion_is_no_answer_where_something_stands() -> None:
-    for name in ("spline-2@1", "constrained-3@1"):
-        each = SUITE[name]
-        middle = np.mean(each.bounds, axis=0)[None]
-        assert each.merit(middle)[0] > each.feasible_merit
 
 
 # What is known
