@@ -3,7 +3,7 @@
 The paper publishes neither. For each candidate shape this prints BSO's mean least rotation beside the TPBSO row, and
 the acceleration limit with which its mean least time would meet that row too. The times scale with one over the square
 root of that limit, as long as no speed limit is met. Radius, waves and depth are chosen by the rotation, then the limit
-by the time; ``tpbso_casadi.reproduce`` says how the choice does.
+by the time; ``tpbso reproduce`` says how the choice does.
 
     python -m benchmarks.calibrate --runs 5 --workers 2
 """

@@ -23,7 +23,7 @@ CASES = ["time-3", "rotation-5", "obstacle-3", "pentagram-time"]
 
 def seconds(folders: Sequence[Path], workers: int, runs: int) -> float:
     """Seconds of campaigns run side by side, as commands."""
-    command = [sys.executable, "-m", "tpbso_casadi.compare", *CASES, "--solvers", "bso,pso,bso+polish", "--no-plots"]
+    command = [sys.executable, "-m", "tpbso_casadi", "compare", *CASES, "--solvers", "bso,pso,bso+polish", "--no-plots"]
     command += ["--runs", str(runs), "--quiet", "--workers", str(workers), "--out"]
     began = time.perf_counter()
     started = [subprocess.Popen([*command, str(folder)]) for folder in folders]

@@ -85,7 +85,7 @@ def test_a_broken_floor_is_not_certified(folder: Path, capfd: pytest.CaptureFixt
 def test_they_are_compared(folder: Path) -> None:
     arguments = ["lift.toml", "--solvers", "random_walk:RandomWalk,pso+polish", "--runs", "2"]
     arguments += ["--evaluations", "5000", "--out", "cmp", "--json", "--quiet"]
-    command = [sys.executable, "-m", "tpbso_casadi.compare", *arguments]
+    command = [sys.executable, "-m", "tpbso_casadi", "compare", *arguments]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])}
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

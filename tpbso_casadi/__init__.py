@@ -15,15 +15,13 @@ if TYPE_CHECKING:
     from tpbso_casadi.api import *  # noqa: F403
 
 __version__ = version("tpbso-casadi")
-# modules with the names of functions:
-COMMANDS = {"audit", "certify", "compare", "pareto", "retime", "simulate", "suite"}
 
 
 class _Package(ModuleType):
-    """The package, in which some functions have the name of a module that ``python -m`` runs: the function wins."""
+    """The package, in which the function ``suite`` has the name of a folder: the function wins."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if not (isinstance(value, ModuleType) and name in COMMANDS):
+        if not (isinstance(value, ModuleType) and name == "suite"):
             super().__setattr__(name, value)
 
 

@@ -1,6 +1,6 @@
 """The audit of a scenario, a plan or a run: structure, verdicts, optimality, prices.
 
-The content of ``python -m tpbso_casadi.audit --json``; :mod:`tpbso_casadi.display.audit_tables` prints it.
+The content of ``tpbso audit --json``; :mod:`tpbso_casadi.display.audit_tables` prints it.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ def parser() -> argparse.ArgumentParser:
         default="joints",
         help="what of the goal is given; a motion to the pose may take another posture, and less than the bound",
     )
-    command_line.add_argument("--solvers", default="lshade", metavar="A,B", help="as in tpbso_casadi.compare")
+    command_line.add_argument("--solvers", default="lshade", metavar="A,B", help="as in tpbso compare")
     command_line.add_argument("--evaluations", type=int, default=20_000, metavar="N", help="of each search")
     command_line.add_argument("--seeds", type=int, default=1, metavar="N", help="of each solver on each problem")
     command_line.add_argument(

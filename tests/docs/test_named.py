@@ -31,7 +31,9 @@ LINK = re.compile(r"\]\((?P<target>[^)\s#]+)[^)]*\)")
 WRITTEN = re.compile(r"^:caption: (\S+)$|%%writefile (\S+)|`([\w.]+)`:\n\n```", re.MULTILINE)
 OUTPUT = re.compile(r"(?:--out|-o|folder=|save\()[ =\"']*([\w-]+)")
 PATH = re.compile(r"[\w.-]+(?:/[\w.-]+)*/?")
-COMMAND = re.compile(r"(?:^|[\s(\"'])(?:tpbso (?P<command>[a-z]+)|-m (?P<module>[\w.]+))(?P<rest>[^\n|;&]*)")
+COMMAND = re.compile(
+    r"(?:^|[\s(\"'])(?:(?:tpbso|-m tpbso_casadi) (?P<command>[a-z]+)|-m (?P<module>[\w.]+))(?P<rest>[^\n|;&]*)"
+)
 OPTION = re.compile(r"(?:^|[\s\[(/])(--[a-z][\w-]*)")
 
 
@@ -134,9 +136,9 @@ def options_below(parser: argparse.ArgumentParser) -> set[str]:
 
 def known_options(command: str, module: str) -> frozenset[str] | set[str] | None:
     """The options of a command; None where there is no such command."""
-    package, _, name = module.partition(".")
-    if command or (package == "tpbso_casadi" and name in COMMANDS):
-        return options_below(parser_of(command or name)) if (command or name) in COMMANDS else None
+    command = "solve" if module == "tpbso_casadi.solve" else command
+    if command:
+        return options_below(parser_of(command)) if command in COMMANDS else None
     if module in {"tpbso_casadi", "tpbso_casadi.cli.tpbso"}:
         return frozenset(option for each in COMMANDS for option in options_below(parser_of(each)))
     source = source_of(module)
@@ -173,7 +175,7 @@ WRONG = """
 ```python
 ```
 
-    OPTION=1 python -m tpbso_casadi.compare time-2 --runs 2 \\
+    OPTION=1 python -m tpbso_casadi compare time-2 --runs 2 \\
         --run 3
 
 ```console
@@ -188,7 +190,7 @@ def test_what_is_wrong_is_found(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(WRONG)
     assert unknown_files(page) == ["solvers/none.py", "none.py", "nowhere/", "off.md"]
-    commands = ["solve --sed", "slove", "benchmarks.polish --none", "benchmarks.none", "tpbso_casadi.compare --run"]
+    commands = ["solve --sed", "slove", "benchmarks.polish --none", "benchmarks.none", "compare --run"]
     assert unknown_commands(page) == [*commands, "--quik"]
 
 

@@ -210,11 +210,11 @@ def test_run_folders_of_odd_files(good_run: Path, tally: Tally, name: str) -> No
 @pytest.mark.process
 @pytest.mark.slow
 def test_real_processes(good_run: Path, tally: Tally) -> None:
-    modules = ["tpbso_casadi.solve", "tpbso_casadi.audit", "tpbso_casadi.compare"]
+    commands = ["tpbso_casadi.solve"], ["tpbso_casadi", "audit"], ["tpbso_casadi", "compare"]
 
-    @fuzzed(100, module=st.sampled_from(modules), arguments=command_lines())
-    def trial(module: str, arguments: list[str]) -> None:
+    @fuzzed(100, command=st.sampled_from(commands), arguments=command_lines())
+    def trial(command: list[str], arguments: list[str]) -> None:
         usable = [argument for argument in arguments if "\0" not in argument]
-        tally.check((module, usable), run_process([module, *usable]))
+        tally.check((command, usable), run_process([*command, *usable]))
 
     trial()

@@ -134,7 +134,7 @@ def add_verbose(parser: argparse.ArgumentParser, default: int | str) -> None:
 
 
 def called(name: str) -> str:
-    """How the user has called a command: ``tpbso NAME``, or ``python -m tpbso_casadi.NAME``."""
+    """How the user has called a command: ``tpbso NAME``, or with ``python -m tpbso_casadi``."""
     return sys.argv[0] if sys.argv[0].endswith((f" {name}", f".{name}")) else f"tpbso {name}"
 
 

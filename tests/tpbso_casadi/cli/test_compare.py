@@ -26,7 +26,7 @@ from solvers import Budget
 from tpbso_casadi.cli.commands.compare import campaign, main, parser
 
 STORE = Path("cut/runs.sqlite")
-COMMAND = [sys.executable, "-m", "tpbso_casadi.compare"]
+COMMAND = [sys.executable, "-m", "tpbso_casadi", "compare"]
 SMALL = ["time-2", "rotation-2", "--solvers", "bso,pso,bso+polish", "--runs", "6", "--no-plots", "--quiet"]
 SMALL += ["--evaluations", "2000"]
 MINE = """

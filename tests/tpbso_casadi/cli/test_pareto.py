@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.pareto``, run for real: its files, its errors, and that it resumes."""
+"""``tpbso pareto``, run for real: its files, its errors, and that it resumes."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_resumed_it_is_what_it_would_have_been_and_then_nothing_is_left_to_do(co
 @pytest.mark.parametrize("stop", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
 def test_stopped_in_the_middle_it_goes_on(stop: signal.Signals, made: Path) -> None:
     shown = [part for part in COMMAND if part != "--quiet"]
-    command = [sys.executable, "-m", "tpbso_casadi.pareto", *shown]
+    command = [sys.executable, "-m", "tpbso_casadi", "pareto", *shown]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         for line in process.stderr:

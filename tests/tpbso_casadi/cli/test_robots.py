@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.robots``: lists, shows and draws; one line for what is wrong."""
+"""``tpbso robots``: lists, shows and draws; one line for what is wrong."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.tracking``: logs and the bound that they need; one line for what is wrong."""
+"""``tpbso tracking``: logs and the bound that they need; one line for what is wrong."""
 
 from __future__ import annotations
 

@@ -104,7 +104,7 @@ def test_a_killed_worker_costs_nothing(cluster: list[str], tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_a_scheduler_that_goes_away_is_one_line_and_what_is_done_is_kept(cluster: list[str], tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "tpbso_casadi.compare", *CAMPAIGN, "--runs", "500"]
+    command = [sys.executable, "-m", "tpbso_casadi", "compare", *CAMPAIGN, "--runs", "500"]
     command += ["--dask", cluster[0], "--out", str(tmp_path / "dask")]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     wait_for_rows(process, tmp_path / "dask/runs.sqlite", 1)

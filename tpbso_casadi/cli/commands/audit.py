@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.audit``: the structure of a scenario's constraints, the certificate of a run."""
+"""``tpbso audit``: the structure of a scenario's constraints, the certificate of a run."""
 
 from __future__ import annotations
 

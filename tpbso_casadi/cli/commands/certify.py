@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.certify``: trajectories of any program, judged for all t."""
+"""``tpbso certify``: trajectories of any program, judged for all t."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.compare``: many runs of solvers on scenarios, and their statistics."""
+"""``tpbso compare``: many runs of solvers on scenarios, and their statistics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.reproduce``: the paper's Section IV, reproduced with one command."""
+"""``tpbso reproduce``: the paper's Section IV, reproduced with one command."""
 
 from __future__ import annotations
 
@@ -122,9 +122,7 @@ def stored_measurement(store: RunStore, name: str, measure: Callable[[], dict[st
 
 def command_of(options: argparse.Namespace) -> str:
     """The command that makes the same page again, on any executor."""
-    return shlex.join(
-        ["python", "-m", "tpbso_casadi.reproduce", *["--quick"] * options.quick, "--out", str(options.out)]
-    )
+    return shlex.join(["tpbso", "reproduce", *["--quick"] * options.quick, "--out", str(options.out)])
 
 
 def print_claims(evidence: Evidence, console: Console) -> None:

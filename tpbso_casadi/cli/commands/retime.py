@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.retime``: the least time along a given path, and its files and figures."""
+"""``tpbso retime``: the least time along a given path, and its files and figures."""
 
 from __future__ import annotations
 

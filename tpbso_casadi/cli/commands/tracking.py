@@ -1,4 +1,4 @@
-"""``python -m tpbso_casadi.tracking``: the least tracking error that bounds logs of a robot, as a line of TOML."""
+"""``tpbso tracking``: the least tracking error that bounds logs of a robot, as a line of TOML."""
 
 from __future__ import annotations
 
