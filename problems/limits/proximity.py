@@ -397,7 +397,7 @@ class SelfClearance(Proximity):
 
     @classmethod
     def for_robot(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> Self | None:
-        return cls._among(robot, robot.bodies.pairs or ())
+        return cls._among(robot, robot.bodies.pairs)
 
     @property
     def world_question(self) -> WorldQuestion | None:

@@ -101,14 +101,11 @@ class Bodies(ABC):
         return body.end
 
     @property
-    def pairs(self) -> BodyPairs | None:
-        """Pairs that must not touch if ``self_collision``, the body nearer the base first; none meet in a joint.
-
-        None where the robot does not say which of its bodies could touch.
-        """
-        return None
+    @abstractmethod
+    def pairs(self) -> BodyPairs:
+        """Pairs that must not touch if ``self_collision``, the body nearer the base first; none meet in a joint."""
 
     @property
     def proven_pairs(self) -> BodyPairs:
         """Pairs that the verdict on a finished motion covers; a search may use fewer."""
-        return self.pairs or ()
+        return self.pairs

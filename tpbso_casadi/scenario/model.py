@@ -95,12 +95,8 @@ class ModelSection(Section):
 
         Raises:
             InvalidProblem: it cannot.
-            ScenarioError: this kind of robot does not say which of its bodies could touch.
         """
-        safe = replace(robot, margin=self.margin, self_collision=self.self_collision)
-        if self.self_collision and safe.dof > 2 and safe.bodies.pairs is None:
-            raise ScenarioError("model.self_collision: this robot does not say which of its bodies could touch")
-        return safe
+        return replace(robot, margin=self.margin, self_collision=self.self_collision)
 
     def check_size(self, joints: int) -> None:
         """The model of so many joints can be built in less than a minute.
