@@ -280,7 +280,7 @@ def _spatial_chain(robot: SpatialArm) -> dict[str, Any]:
     return {
         "joints": [joint.name for joint in joints],
         "base_rotation": _rotation(base.rotation),
-        "base_translation": _flat(robot.base_translation),
+        "base_translation": _flat(base.translation),
         "turns": [int(joint.turns) for joint in joints],
         "rotations": [_rotation(joint.rotation) for joint in joints],
         "translations": [_flat(joint.translation) for joint in joints],

@@ -42,13 +42,13 @@ from problems.robots.srdf import read_srdf, srdf_chain
 from problems.robots.tool import ArmTool, Tool
 from problems.robots.tracking import TrackingError, least_tracking_error
 from problems.robots.transform import (
+    FixedFrame,
     Orientations,
     Point3,
     Transform,
     angles_between,
     as_point,
     matrix_of,
-    numbers_of,
     quaternions_of,
     unit_quaternions,
 )
@@ -79,6 +79,7 @@ __all__ = [
     "ClosedForm",
     "CoveredLink",
     "CylinderShape",
+    "FixedFrame",
     "HullShape",
     "JointLimits",
     "Joints",
@@ -116,7 +117,6 @@ __all__ = [
     "least_tracking_error",
     "matrix_of",
     "moved_inertia",
-    "numbers_of",
     "payload_of",
     "planar_payload",
     "postures",

@@ -153,7 +153,7 @@ def placed_appearances(frames: Sequence[LinkFrame], appearances: Mapping[str, Pa
     """Appearances by the links' names, on the bodies that carry the links."""
     return tuple(
         LinkAppearance(
-            frame.name, frame.body, colour, part.placed(np.array(frame.rotation), np.array(frame.translation))
+            frame.name, frame.body, colour, part.placed(np.array(frame.pose.rotation), np.array(frame.pose.translation))
         )
         for frame in frames
         for colour, part in appearances.get(frame.name, ())

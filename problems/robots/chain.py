@@ -12,9 +12,7 @@ import numpy as np
 from problems.base import FRICTIONS, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
 from problems.robots.dynamics import RigidJoint, regrouped
 from problems.robots.inertia import Inertia
-from problems.robots.transform import Matrix3, Point3, Transform, moved, numbers_of
-
-UNTURNED: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+from problems.robots.transform import IDENTITY, UNMOVED, FixedFrame, Matrix3, Point3, Transform, moved
 
 
 class JointKind(StrEnum):
@@ -49,7 +47,7 @@ class ChainJoint(Parametric):
     link: str
     kind: JointKind = JointKind.REVOLUTE
     translation: Point3 = (0.0, 0.0, 0.0)
-    rotation: Matrix3 = UNTURNED
+    rotation: Matrix3 = IDENTITY
     axis: Point3 = (0.0, 0.0, 1.0)
     position: tuple[float, float] | None = None
     speed: float | None = None
@@ -96,21 +94,14 @@ class Chain(Parametric):
         joints: from the base on.
         base_link: name of the body that stands still.
         tip_link: name of the frame at the chain's end.
-        tip_translation: of that frame in the last joint's, m.
-        tip_rotation: the same.
+        tip: that frame in the last joint's.
     """
 
     name: str
     joints: tuple[ChainJoint, ...]
     base_link: str = "base"
     tip_link: str = "tip"
-    tip_translation: Point3 = (0.0, 0.0, 0.0)
-    tip_rotation: Matrix3 = UNTURNED
-
-    @property
-    def tip(self) -> Transform:
-        """The transform from the tip's frame to the last joint's."""
-        return Transform(self.tip_rotation, self.tip_translation)
+    tip: FixedFrame = UNMOVED
 
     def frames(self, theta: Matrix, base: Transform) -> list[Transform]:
         """Transforms of base and joint frames to the outside, in n postures (n, dof); dof + 1 of them."""
@@ -197,26 +188,14 @@ class LinkFrame:
     Attributes:
         name: of the link.
         body: number of the body: 0 for the base, then that of the joint that moves it.
-        translation: of the frame in that of the body, m.
-        rotation: the same.
+        pose: of the frame in that of the body.
         parent: the next link on the way to the base; empty for the base itself, and for what the tool holds.
     """
 
     name: str
     body: int
-    translation: Point3 = (0.0, 0.0, 0.0)
-    rotation: Matrix3 = UNTURNED
+    pose: FixedFrame = UNMOVED
     parent: str = ""
-
-    @classmethod
-    def of(cls, name: str, body: int, pose: Transform, parent: str = "") -> LinkFrame:
-        """The frame with a pose of plain numbers."""
-        return cls(name, body, *numbers_of(pose), parent)
-
-    @property
-    def pose(self) -> Transform:
-        """The transform from the link's frame to the body's."""
-        return Transform(self.rotation, self.translation)
 
 
 @dataclass(frozen=True)

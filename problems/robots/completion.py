@@ -122,7 +122,7 @@ class OwnContacts:
         for link, shapes in self.description.shapes if covers else ():
             balls, frame = fine_balls(shapes, covers.get(link)), self.description.frame(link)
             if len(balls) and link not in self.ignored:
-                turn, shift = np.array(frame.rotation, dtype=float), np.array(frame.translation, dtype=float)
+                turn, shift = np.array(frame.pose.rotation), np.array(frame.pose.translation)
                 links.append(
                     CoveredLink(link, frame.body, placed(balls, turn, shift), overhang_of(shapes, covers.get(link)))
                 )

@@ -26,7 +26,7 @@ from problems.robots.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import MOST_SPHERES
 from problems.robots.tracking import TrackingError
-from problems.robots.transform import Point3, Transform, numbers_of
+from problems.robots.transform import FixedFrame, Point3, Transform
 
 PerJoint: TypeAlias = float | Sequence[float]  # one value for all joints, or one for each
 Ranges: TypeAlias = Sequence[tuple[float, float]]
@@ -128,8 +128,6 @@ class RobotDescription:
             InvalidProblem: a limit is impossible, or missing and not known.
         """
         ranges = self._ranges(position_limits)
-        base_translation, base_rotation = numbers_of(base or Transform())
-        tool_translation, tool_rotation = numbers_of(tool or Transform())
         return SpatialArm(
             chain=self._limited(ranges).with_friction(
                 self._each_or_none("viscous_friction", viscous_friction),
@@ -143,10 +141,8 @@ class RobotDescription:
             payload=payload,
             gravity=gravity,
             spheres=tuple(self.spheres if spheres is None else spheres),
-            base_translation=base_translation,
-            base_rotation=base_rotation,
-            tool_translation=tool_translation,
-            tool_rotation=tool_rotation,
+            base_frame=FixedFrame.of(base or Transform()),
+            tool_in_tip=FixedFrame.of(tool or Transform()),
             kept_pairs=tuple(kept_pairs),
             margin=margin,
             self_margin=self_margin,
@@ -196,7 +192,7 @@ class RobotDescription:
         double = next((part.name for part in carried if part.name in names), None)
         if double is not None:
             raise InvalidProblem("carried", f"the robot has a link {double!r}: state another name")
-        frames = [LinkFrame.of(part.name, body, pose) for part in carried]
+        frames = [LinkFrame(part.name, body, FixedFrame.of(pose)) for part in carried]
         balls = [
             ball.seen_from(frame.pose).on(body, frame.name)
             for frame, part in zip(frames, carried, strict=True)

@@ -70,8 +70,7 @@ def project(
 def geometry_of(robot: SpatialArm) -> SpatialArm:
     """The plain numbers of a robot that decide where its tool is, the same in its symbolic copy."""
     ones = (1.0,) * robot.dof
-    base, tool = (robot.base_translation, robot.base_rotation), (robot.tool_translation, robot.tool_rotation)
-    return SpatialArm(robot.chain, ones, ones, None, None, (), *base, *tool)
+    return SpatialArm(robot.chain, ones, ones, base_frame=robot.base_frame, tool_in_tip=robot.tool_in_tip)
 
 
 @lru_cache(maxsize=16)

@@ -9,9 +9,8 @@ import numpy as np
 
 from problems.base import FloatArray
 from problems.geometry import Hull, box_corners, capsule_corners, cover_of, cylinder_corners, facing_out
-from problems.robots.chain import UNTURNED
 from problems.robots.spheres import STICK_OUT, Ball, cover_box, cover_cylinder, covered_capsule
-from problems.robots.transform import Matrix3, Point3, Transform, as_point
+from problems.robots.transform import UNMOVED, FixedFrame, Point3, as_point
 
 NO_TRIANGLES = np.empty((0, 3, 3))
 
@@ -46,17 +45,10 @@ class Shape(ABC):
     """A geometric part of a link.
 
     Attributes:
-        translation: of its own frame in the link's, m.
-        rotation: the same.
+        pose: of its own frame in the link's.
     """
 
-    translation: Point3 = (0.0, 0.0, 0.0)
-    rotation: Matrix3 = UNTURNED
-
-    @property
-    def pose(self) -> Transform:
-        """The transform from its own frame to the link's."""
-        return Transform(self.rotation, self.translation)
+    pose: FixedFrame = UNMOVED
 
     @abstractmethod
     def balls(self, overhang: float | None = None) -> tuple[Ball, ...]:
@@ -93,7 +85,7 @@ class Shape(ABC):
 
     def placed(self, corners: FloatArray) -> FloatArray:
         """Corners (n, 3, 3) of its own frame in the link's."""
-        return np.asarray(corners @ np.array(self.rotation).T + np.array(self.translation))
+        return np.asarray(corners @ np.array(self.pose.rotation).T + np.array(self.pose.translation))
 
 
 @dataclass(frozen=True, kw_only=True)

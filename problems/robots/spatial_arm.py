@@ -27,7 +27,7 @@ from problems.base import (
 from problems.robots.appearance import LinkAppearance
 from problems.robots.arm_cover import ArmCover
 from problems.robots.bodies import Bodies, Body, BodyPairs
-from problems.robots.chain import UNTURNED, Chain
+from problems.robots.chain import Chain
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Moments, Payload
 from problems.robots.joints import JointLimits, Joints
@@ -35,7 +35,7 @@ from problems.robots.robot import Robot
 from problems.robots.spheres import Sphere
 from problems.robots.tool import ArmTool
 from problems.robots.tracking import MOST_TOGETHER, TrackingError
-from problems.robots.transform import Matrix3, Point3, Transform, as_rows
+from problems.robots.transform import UNMOVED, FixedFrame, Point3, Transform, as_rows
 
 GRAVITY: Point3 = (0.0, 0.0, -9.81)  # m/s^2
 
@@ -66,10 +66,8 @@ class SpatialArm(Robot):
         max_jerk: rad/s^3 or m/s^3; None where nothing limits it.
         position_limits: (lowest, highest) of each joint, rad or m.
         spheres: that hold all bodies that must not touch anything.
-        base_translation: where the base stands, m.
-        base_rotation: the same.
-        tool_translation: of the tool in the frame of the chain's tip, m.
-        tool_rotation: the same.
+        base_frame: where the base stands.
+        tool_in_tip: where the tool is in the frame of the chain's tip.
         kept_pairs: of numbers of spheres that must keep apart with ``self_collision``.
         proven_pairs: of numbers of spheres that a verdict looks at besides: those that came together at no random
             posture, so that a search leaves them out.
@@ -103,10 +101,8 @@ class SpatialArm(Robot):
     max_jerk: tuple[float, ...] | None = None
     position_limits: tuple[tuple[float, float], ...] | None = None
     spheres: tuple[Sphere, ...] = ()
-    base_translation: Point3 = (0.0, 0.0, 0.0)
-    base_rotation: Matrix3 = UNTURNED
-    tool_translation: Point3 = (0.0, 0.0, 0.0)
-    tool_rotation: Matrix3 = UNTURNED
+    base_frame: FixedFrame = UNMOVED
+    tool_in_tip: FixedFrame = UNMOVED
     kept_pairs: tuple[tuple[int, int], ...] = ()
     proven_pairs: tuple[tuple[int, int], ...] = ()
     cover: ArmCover | None = None
@@ -129,8 +125,8 @@ class SpatialArm(Robot):
         self._check_ranges()
         self._check_tracking()
         self._check_dynamics()
-        check_within("base", self.base_translation, COORDINATES, "m")
-        check_within("tool", self.tool_translation, COORDINATES, "m")
+        check_within("base", self.base_frame.translation, COORDINATES, "m")
+        check_within("tool", self.tool_in_tip.translation, COORDINATES, "m")
         check_within("self_margin", (self.self_margin,), (0.0, COORDINATES[1]), "m")
         check_within("spheres", (sphere.radius for sphere in self.spheres), LENGTHS, "m")
 
@@ -228,7 +224,7 @@ class SpatialArm(Robot):
         if self.chain.massless:
             return None
         joints = list(self.chain.rigid)
-        joints[0] = replace(joints[0], pose=Transform(self.base_rotation) @ joints[0].pose)
+        joints[0] = replace(joints[0], pose=Transform(self.base_frame.rotation) @ joints[0].pose)
         if self.payload is not None:
             carried = Moments.of(self.payload, self.tool.frame)
             joints[-1] = replace(joints[-1], moments=joints[-1].moments + carried)
@@ -241,19 +237,12 @@ class SpatialArm(Robot):
         return Joints(names=names, identifiers=names, units=units, base=self.chain.base_link)
 
     @property
-    def base_frame(self) -> Transform:
-        """The pose of the base."""
-        return Transform(self.base_rotation, self.base_translation)
-
-    @property
     def base(self) -> tuple[float, ...]:
-        return tuple(float(part) for part in self.base_translation)
+        return tuple(float(part) for part in self.base_frame.translation)
 
     @cached_property
     def tool(self) -> ArmTool:
-        return ArmTool(
-            self.chain, self.base_frame, self.chain.tip @ Transform(self.tool_rotation, self.tool_translation)
-        )
+        return ArmTool(self.chain, self.base_frame, self.chain.tip @ self.tool_in_tip)
 
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
         """Base, joints, centres of the spheres, tool; dof + 2 + spheres matrices (n, 3), m."""

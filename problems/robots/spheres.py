@@ -8,7 +8,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from problems.base import FloatArray, Parametric
-from problems.robots.transform import Point3, Transform, as_point, numbers_of
+from problems.robots.transform import Point3, Transform, as_point
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Ball:
 
     def seen_from(self, pose: Transform) -> Ball:
         """The ball as seen from the frame in which its own has this pose."""
-        return Ball(numbers_of(pose @ Transform(translation=self.center))[0], self.radius, self.inner)
+        return Ball(as_point(np.array(pose.apply(self.center), dtype=float)), self.radius, self.inner)
 
     def on(self, link: int, name: str) -> Sphere:
         """The ball as a sphere on a body of the chain, from whose frame it is seen."""

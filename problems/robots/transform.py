@@ -25,7 +25,7 @@ Matrix3: TypeAlias = tuple[Point3, Point3, Point3]  # rows
 Vector: TypeAlias = tuple[Operand, Operand, Operand]
 Rotation: TypeAlias = tuple[Vector, Vector, Vector]  # rows
 
-IDENTITY: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+IDENTITY: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
@@ -55,6 +55,23 @@ class Transform:
         back = Transform(transposed(self.rotation))
         x, y, z = (times(part, -1.0) for part in back.turn(self.translation))
         return Transform(back.rotation, (x, y, z))
+
+
+@dataclass(frozen=True)
+class FixedFrame(Transform):
+    """The pose of a frame that stands still in another one, in numbers; the same numbers are the same pose."""
+
+    rotation: Matrix3 = IDENTITY
+    translation: Point3 = (0.0, 0.0, 0.0)
+
+    @classmethod
+    def of(cls, pose: Transform) -> FixedFrame:
+        """The pose without symbols, its rotation's entries next to 0, 1 or -1 exactly that."""
+        place = as_point(np.array(pose.translation, dtype=float))
+        return cls(snapped(np.array(pose.rotation, dtype=float)), place)
+
+
+UNMOVED = FixedFrame()  # where the other frame is
 
 
 def compose(first: Rotation, second: Rotation) -> Rotation:
@@ -257,11 +274,6 @@ def _composed(first: Sequence[float], second: Sequence[float]) -> tuple[float, f
     crossed = (b * z - c * y, c * x - a * z, a * y - b * x)
     i, j, k = (w * there + v * here + part for here, there, part in zip((a, b, c), (x, y, z), crossed, strict=True))
     return i, j, k, w * v - a * x - b * y - c * z
-
-
-def numbers_of(pose: Transform) -> tuple[Point3, Matrix3]:
-    """Translation, m, and rotation of a pose without symbols."""
-    return as_point(np.array(pose.translation, dtype=float)), snapped(np.array(pose.rotation, dtype=float))
 
 
 def as_point(values: Sequence[float] | FloatArray) -> Point3:

@@ -13,7 +13,7 @@ from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffCh
 from problems.robots.description import RobotDescription
 from problems.robots.inertia import Inertia, combined, inertia_fault, moved_inertia
 from problems.robots.spheres_file import read_spheres
-from problems.robots.transform import Transform, numbers_of
+from problems.robots.transform import FixedFrame
 from problems.robots.urdf_elements import (
     MOVING,
     UrdfJoint,
@@ -52,8 +52,8 @@ def read_urdf(
     along = {joint.name for joint in moving}
     standing, values, leads = tree.standing(along)
     _check_followers(stated, locked or {}, base, along, leads)
-    firsts = [LinkFrame.of(base, 0, Transform())]
-    firsts += [LinkFrame.of(joint.child, number, Transform(), joint.parent) for number, joint in enumerate(moving, 1)]
+    firsts = [LinkFrame(base, 0)]
+    firsts += [LinkFrame(joint.child, number, parent=joint.parent) for number, joint in enumerate(moving, 1)]
     bodies = [_body(standing, first, along, {*values, *leads}) for first in firsts]
     frames = {frame.name: frame for body in bodies for frame in body.frames}
     tip = frames[joints[-1].child]
@@ -62,8 +62,7 @@ def read_urdf(
         joints=tuple(_joint(joint, frames[joint.parent], body) for joint, body in zip(moving, bodies[1:], strict=True)),
         base_link=base,
         tip_link=tip.name,
-        tip_translation=tip.translation,
-        tip_rotation=tip.rotation,
+        tip=tip.pose,
     )
     held = {name: value for name, value in values.items() if tree.joints[name].kind in MOVING}
     off_chain = [
@@ -165,7 +164,7 @@ def _body(tree: Tree, first: LinkFrame, along: Collection[str], off_chain: Colle
                     *body.joints_between[frame.name],
                     *((joint.name,) if joint.name in off_chain else ()),
                 )
-                body.frames.append(LinkFrame.of(link, first.body, frame.pose @ pose, frame.name))
+                body.frames.append(LinkFrame(link, first.body, FixedFrame.of(frame.pose @ pose), frame.name))
     for frame in body.frames:
         inertia = tree.links[frame.name].inertia
         if inertia is not None:
@@ -176,13 +175,13 @@ def _body(tree: Tree, first: LinkFrame, along: Collection[str], off_chain: Colle
 
 
 def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
-    translation, rotation = numbers_of(carrier.pose @ joint.origin)
+    pose = FixedFrame.of(carrier.pose @ joint.origin)
     return ChainJoint(
         name=joint.name,
         link=joint.child,
         kind=JointKind(joint.kind),
-        translation=translation,
-        rotation=rotation,
+        translation=pose.translation,
+        rotation=pose.rotation,
         axis=joint.axis,
         position=joint.position if joint.has_range else None,
         speed=joint.speed,

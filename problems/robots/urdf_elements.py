@@ -14,14 +14,13 @@ from problems.robots.appearance import Colour, Visual, colour_of
 from problems.robots.inertia import Inertia, moved_inertia
 from problems.robots.shapes import BoxShape, CapsuleShape, CylinderShape, MeshShape, Shape, SphereShape
 from problems.robots.transform import (
-    Matrix3,
+    FixedFrame,
     Point3,
     Transform,
     as_point,
     from_angles,
     matrix_of,
     moved,
-    numbers_of,
     snapped,
 )
 
@@ -238,8 +237,8 @@ def read_link(element: ET.Element, colours: Mapping[str, Colour]) -> UrdfLink:
     owner = f"link {name!r}"
     shapes: list[Shape] = []
     for collision in element.findall("collision"):
-        translation, rotation = numbers_of(origin(collision, owner))
-        shapes += [_shape(shape, owner, translation, rotation) for shape in collision.iterfind("geometry/*")]
+        pose = FixedFrame.of(origin(collision, owner))
+        shapes += [_shape(shape, owner, pose) for shape in collision.iterfind("geometry/*")]
     visuals, unseen = _visuals(element, owner, colours)
     return UrdfLink(name=name, inertia=_inertia(element, owner), shapes=tuple(shapes), visuals=visuals, unseen=unseen)
 
@@ -264,17 +263,17 @@ def _visuals(element: ET.Element, owner: str, colours: Mapping[str, Colour]) -> 
     visuals = []
     try:
         for visual in element.findall("visual"):
-            translation, rotation = numbers_of(origin(visual, owner))
+            pose = FixedFrame.of(origin(visual, owner))
             material = visual.find("material")
             colour = "" if material is None else _stated_colour(material) or colours.get(material.get("name", ""), "")
-            shapes = [_shape(shape, owner, translation, rotation) for shape in visual.iterfind("geometry/*")]
+            shapes = [_shape(shape, owner, pose) for shape in visual.iterfind("geometry/*")]
             visuals += [Visual(shape, colour) for shape in shapes]
     except InvalidProblem as error:
         return (), error.reason
     return tuple(visuals), ""
 
 
-def _shape(shape: ET.Element, owner: str, translation: Point3, rotation: Matrix3) -> Shape:
+def _shape(shape: ET.Element, owner: str, pose: FixedFrame) -> Shape:
     def size(key: str) -> float:
         value = number(shape, key, owner)
         if value is None or not 0.0 < value <= 1e4:
@@ -282,21 +281,21 @@ def _shape(shape: ET.Element, owner: str, translation: Point3, rotation: Matrix3
         return value
 
     if shape.tag == "sphere":
-        return SphereShape(translation, rotation, radius=size("radius"))
+        return SphereShape(pose, radius=size("radius"))
     if shape.tag == "cylinder":
-        return CylinderShape(translation, rotation, radius=size("radius"), length=size("length"))
+        return CylinderShape(pose, radius=size("radius"), length=size("length"))
     if shape.tag == "capsule":
-        return CapsuleShape(translation, rotation, radius=size("radius"), length=size("length"))
+        return CapsuleShape(pose, radius=size("radius"), length=size("length"))
     if shape.tag == "box":
         sizes = point(shape, "size", (0.0, 0.0, 0.0), owner)
         if not all(0.0 < part <= 1e4 for part in sizes):
             raise refused(f"{owner}: size of <box> must be three lengths above 0 m")
-        return BoxShape(translation, rotation, sizes=sizes)
+        return BoxShape(pose, sizes=sizes)
     if shape.tag == "mesh":
         scale = point(shape, "scale", (1.0, 1.0, 1.0), owner)
         if not all(1e-9 <= abs(part) <= 1e9 for part in scale):
             raise refused(f"{owner}: scale of <mesh> must be three factors other than 0")
-        return MeshShape(translation, rotation, file=shape.get("filename", "?"), scale=scale)
+        return MeshShape(pose, file=shape.get("filename", "?"), scale=scale)
     raise refused(f"{owner}: a shape <{shape.tag}>; there are box, cylinder, sphere, capsule and mesh")
 
 

@@ -66,8 +66,8 @@ class Chain:
     def frames(self, theta: np.ndarray) -> Iterator[tuple[Rotation, np.ndarray]]:
         """Rotations and origins of the base and of every link, (n,) postures at a time."""
         count = len(theta)
-        turned = Rotation.from_matrix(np.broadcast_to(np.array(self.arm.base_rotation, float), (count, 3, 3)))
-        place = np.broadcast_to(np.array(self.arm.base_translation, float), (count, 3))
+        turned = Rotation.from_matrix(np.broadcast_to(np.array(self.arm.base_frame.rotation), (count, 3, 3)))
+        place = np.broadcast_to(np.array(self.arm.base_frame.translation), (count, 3))
         yield turned, place
         for joint, angle in zip(self.arm.chain.joints, theta.T, strict=True):
             place = place + turned.apply(np.array(joint.translation, float))

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from problems.base import as_array
 from problems.core import World
 from problems.motions import Trajectory
-from problems.robots import ChainJoint, SpatialArm, Sphere
+from problems.robots import ChainJoint, FixedFrame, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
 from problems.scene import (
     Ball,
@@ -52,7 +52,7 @@ def upright() -> SpatialArm:
     pairs = (*far, (7, 0), (9, 0), (8, 1))
     return small_arm(
         spheres=spheres, kept_pairs=pairs[:-5], proven_pairs=pairs[-5:], margin=MARGIN, self_collision=True,
-        base_translation=(0.1, -0.2, 0.3), base_rotation=rows(BASE),
+        base_frame=FixedFrame(rows(BASE), (0.1, -0.2, 0.3)),
     )  # fmt: skip
 
 
@@ -74,7 +74,7 @@ def sliding() -> SpatialArm:
         *(Sphere(4, (0.4 + 0.1 * k, 0.0, 0.02), 0.04, "rod") for k in range(3)),
     )
     return SpatialArm(
-        chain=Chain(name="sliding", joints=joints, tip_translation=(0.2, 0.0, 0.0)),
+        chain=Chain(name="sliding", joints=joints, tip=FixedFrame(translation=(0.2, 0.0, 0.0))),
         max_speed=(2.0, 0.5, 2.0, 0.5), max_acceleration=(10.0, 2.0, 10.0, 2.0),
         position_limits=((-2.8, 2.8), (-0.3, 0.4), (-2.8, 2.8), (-0.2, 0.2)),
         spheres=spheres, margin=MARGIN, self_collision=True,
@@ -147,8 +147,8 @@ def links_and_pairs(robot: SpatialArm) -> tuple[list[LinkBalls], tuple[tuple[int
 
 def placed(robot: SpatialArm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rotations (n, dof + 1, 3, 3) and origins (n, dof + 1, 3) of all bodies, a product of transformations anew."""
-    turn = np.broadcast_to(np.array(robot.base_rotation, dtype=float), (len(theta), 3, 3))
-    place = np.broadcast_to(np.array(robot.base_translation, dtype=float), (len(theta), 3))
+    turn = np.broadcast_to(np.array(robot.base_frame.rotation), (len(theta), 3, 3))
+    place = np.broadcast_to(np.array(robot.base_frame.translation), (len(theta), 3))
     turns, places = [turn], [place]
     for joint, value in zip(robot.chain.joints, theta.T, strict=True):
         place = place + turn @ np.array(joint.translation, dtype=float)

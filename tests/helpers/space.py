@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from problems.robots import ChainJoint, SpatialArm
+from problems.robots import ChainJoint, FixedFrame, SpatialArm
 from problems.robots.chain import Chain, JointKind
 
 LENGTHS = (0.3, 0.0, 0.4, 0.0, 0.35, 0.0, 0.0)  # m, to each joint from the one before
@@ -18,7 +18,7 @@ def small_arm(joints: int = 7, **changes: Any) -> SpatialArm:
             ChainJoint(name=f"joint_{i}", link=f"link_{i}", translation=(0.0, 0.0, length), axis=axes[i % 2])
             for i, length in enumerate(LENGTHS[:joints])
         ),
-        tip_translation=(0.0, 0.0, TOOL),
+        tip=FixedFrame(translation=(0.0, 0.0, TOOL)),
     )
     settings: dict[str, Any] = {
         "chain": chain,
@@ -38,7 +38,7 @@ def sliding_arm() -> SpatialArm:
         ChainJoint(name="wrist", link="hand", translation=(0.4, 0.0, 0.0), axis=(0.0, 1.0, 0.0)),
     )
     return SpatialArm(
-        chain=Chain(name="lift", joints=joints, tip_translation=(0.2, 0.0, 0.0)),
+        chain=Chain(name="lift", joints=joints, tip=FixedFrame(translation=(0.2, 0.0, 0.0))),
         max_speed=(0.5, 2.0, 2.0, 2.0),
         max_acceleration=(2.0, 10.0, 10.0, 10.0),
         position_limits=((0.0, 0.5), (-2.8, 2.8), (-2.8, 2.8), (-2.0, 2.0)),

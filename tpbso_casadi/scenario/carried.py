@@ -11,7 +11,17 @@ import numpy as np
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, InvalidProblem, Obstacle, Polytope, Robot
 from problems.base import Count, FloatArray, did_you_mean, flat
 from problems.geometry import ball_corners
-from problems.robots import BoxShape, CapsuleShape, Carried, CylinderShape, HullShape, Shape, SphereShape, as_point
+from problems.robots import (
+    BoxShape,
+    CapsuleShape,
+    Carried,
+    CylinderShape,
+    FixedFrame,
+    HullShape,
+    Shape,
+    SphereShape,
+    as_point,
+)
 from problems.scene import Solid
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.obstacles import AnyObstacle
@@ -75,22 +85,21 @@ def _shape(part: Obstacle) -> Shape:
     """A solid as a part of a link."""
     if not isinstance(part, Solid):
         raise InvalidProblem("shape", f"{type(part).__name__} is in the plane, or of somebody's own")
-    pose: dict[str, Any] = {
-        "translation": as_point(part.center), "rotation": tuple(as_point(row) for row in part.axes)
-    }  # fmt: skip
+    one, two, three = map(as_point, part.axes)
+    pose = FixedFrame((one, two, three), as_point(part.center))
     match part:
         case Box():
-            return BoxShape(**pose, sizes=part.size)
+            return BoxShape(pose, sizes=part.size)
         case Ball():
-            return SphereShape(**pose, radius=part.radius)
+            return SphereShape(pose, radius=part.radius)
         case Cylinder():
-            return CylinderShape(**pose, radius=part.radius, length=part.length)
+            return CylinderShape(pose, radius=part.radius, length=part.length)
         case Capsule():
-            return CapsuleShape(**pose, radius=part.radius, length=part.length)
+            return CapsuleShape(pose, radius=part.radius, length=part.length)
         case Polytope():
-            return HullShape(**pose, points=part.points)
+            return HullShape(pose, points=part.points)
         case Ellipsoid():
-            return HullShape(**pose, points=_points(ball_corners() * np.array(part.semi_axes)))
+            return HullShape(pose, points=_points(ball_corners() * np.array(part.semi_axes)))
     raise InvalidProblem("shape", f"{type(part).__name__} cannot be carried")
 
 

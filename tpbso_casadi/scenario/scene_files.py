@@ -11,7 +11,7 @@ import numpy as np
 from problems import InvalidProblem
 from problems.base import FloatArray, InvalidTable, number_of
 from problems.geometry import convex_parts
-from problems.robots import Transform, as_point, matrix_of, numbers_of, quaternions_of
+from problems.robots import FixedFrame, Transform, as_point, matrix_of, quaternions_of
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import read_obstacle
@@ -150,8 +150,8 @@ def _shape(words: _Words, outer: Transform) -> Table:
     if kind not in _SHAPES:
         raise words.fault(f"shape {kind!r}; {', '.join(_SHAPES)} are read")
     place, table = words.line, _SHAPES[kind](words)
-    translation, rotation = numbers_of(outer @ words.pose())
-    quaternion = quaternions_of(np.array(rotation).reshape(1, 9))[0].tolist()
+    pose = FixedFrame.of(outer @ words.pose())
+    quaternion = quaternions_of(np.array(pose.rotation).reshape(1, 9))[0].tolist()
     turned = {} if kind == "sphere" else {"quaternion": quaternion}
     if "corners" in table:
         try:
@@ -159,7 +159,7 @@ def _shape(words: _Words, outer: Transform) -> Table:
         except InvalidProblem as error:
             raise ScenarioError(f"line {place}: {error.reason}") from error
         table["parts_points"] = [part.corners.tolist() for part in parts]
-    return table | {"center": list(translation)} | turned
+    return table | {"center": list(pose.translation)} | turned
 
 
 def _box(words: _Words) -> Table:

@@ -23,7 +23,7 @@ from problems.certify import check_certificate as checker
 from problems.certify import divided
 from problems.certify.division import direction_from
 from problems.motions import Trajectory
-from problems.robots import Payload, SpatialArm, TrackingError, built_in
+from problems.robots import FixedFrame, Payload, SpatialArm, TrackingError, built_in
 
 Content = dict[str, Any]
 
@@ -139,7 +139,7 @@ def panda() -> SpatialArm:
     arm = built_in("panda").arm(max_acceleration=15.0, payload=CARRIED)
     chain = arm.chain.with_friction([0.5] * 7, [0.3] * 7)
     on_its_side = ((0.0, -1.0, 0.0), (0.6, 0.0, -0.8), (0.8, 0.0, 0.6))
-    return replace(arm, chain=chain, base_rotation=on_its_side, spheres=(), kept_pairs=(), proven_pairs=())
+    return replace(arm, chain=chain, base_frame=FixedFrame(on_its_side), spheres=(), kept_pairs=(), proven_pairs=())
 
 
 def test_torques_are_within_their_bounds_and_these_are_sharp() -> None:

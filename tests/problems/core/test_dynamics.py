@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from problems.limits import TorqueLimit
-from problems.robots import SpatialArm, built_in
+from problems.robots import FixedFrame, SpatialArm, built_in
 from problems.robots.chain import JointKind
 from problems.sequential.torques import CoreTorques, JointTorques
 
@@ -30,7 +30,7 @@ def turned() -> SpatialArm:
     return replace(
         arm,
         chain=replace(arm.chain, joints=tuple(joints)).with_friction(friction, friction[::-1]),
-        base_rotation=((0.36, 0.48, -0.8), (-0.8, 0.6, 0.0), (0.48, 0.64, 0.6)),
+        base_frame=FixedFrame(((0.36, 0.48, -0.8), (-0.8, 0.6, 0.0), (0.48, 0.64, 0.6))),
         spheres=(),
         kept_pairs=(),
         proven_pairs=(),

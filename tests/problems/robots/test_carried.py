@@ -23,7 +23,7 @@ from problems.robots import (
     payload_of,
 )
 from problems.robots.inertia import Moments
-from problems.robots.transform import as_point
+from problems.robots.transform import FixedFrame, as_point
 
 CUBE = tuple((float(x), float(y), float(z)) for x in (0, 1) for y in (0, 1) for z in (0, 1))
 WEDGE = ((0.1, 0.0, 0.0), (0.5, 0.1, 0.0), (0.0, 0.4, 0.1), (0.1, 0.1, 0.6))
@@ -77,9 +77,9 @@ def test_a_mesh_has_none() -> None:
 def test_a_box_of_two_halves_is_one_box() -> None:
     turn = Rotation.from_rotvec([0.3, -0.5, 0.2])
     rows = tuple(as_point(row) for row in turn.as_matrix())
-    whole = Carried("box", (BoxShape(sizes=(0.2, 0.4, 0.6), translation=(0.1, 0.0, 0.2), rotation=rows),), 3.0)  # type: ignore[arg-type]
+    whole = Carried("box", (BoxShape(sizes=(0.2, 0.4, 0.6), pose=FixedFrame(rows, (0.1, 0.0, 0.2))),), 3.0)  # type: ignore[arg-type]
     places = [turn.apply([0.0, y, 0.0]) + np.array([0.1, 0.0, 0.2]) for y in (-0.1, 0.1)]
-    halves = tuple(BoxShape(sizes=(0.2, 0.2, 0.6), translation=as_point(place), rotation=rows) for place in places)  # type: ignore[arg-type]
+    halves = tuple(BoxShape(sizes=(0.2, 0.2, 0.6), pose=FixedFrame(rows, as_point(place))) for place in places)  # type: ignore[arg-type]
     one, two = whole.inertia, Carried("halves", halves, 3.0).inertia
     assert one.mass == two.mass == 3.0
     np.testing.assert_allclose(two.center, one.center, atol=1e-12)
@@ -90,7 +90,7 @@ def test_a_box_of_two_halves_is_one_box() -> None:
 
 def test_payloads_add_up_as_their_moments_do() -> None:
     payload = Payload(mass=2.0, center=(0.1, 0.2, 0.0), matrix=((0.02, 0, 0), (0, 0.03, 0), (0, 0, 0.04)))
-    part = Carried("part", (BoxShape(sizes=(0.1, 0.2, 0.3), translation=(0.0, -0.1, 0.3)),), 1.5)
+    part = Carried("part", (BoxShape(sizes=(0.1, 0.2, 0.3), pose=FixedFrame(translation=(0.0, -0.1, 0.3))),), 1.5)
     together = payload_of([part], payload)
     assert together is not None and together.mass == 3.5
     sums = [Moments.of(each, Transform()) for each in (payload, part.inertia, together)]
@@ -109,7 +109,7 @@ def test_what_has_no_mass_changes_no_payload() -> None:
 def test_it_ends_the_chain() -> None:
     panda = built_in("panda")
     tool = Transform(translation=(0.0, 0.0, 0.1))
-    part = Carried("part", (SphereShape(radius=0.05, translation=(0.0, 0.02, 0.0)),))
+    part = Carried("part", (SphereShape(radius=0.05, pose=FixedFrame(translation=(0.0, 0.02, 0.0))),))
     held = panda.carrying([part], tool)
     sphere = held.spheres[-1]
     assert len(held.spheres) == len(panda.spheres) + 1

@@ -11,7 +11,7 @@ import pytest
 from helpers.urdf import ARM
 from scipy.spatial.transform import Rotation as Turn
 
-from problems.robots import SpatialArm, built_in, postures, project, read_urdf
+from problems.robots import FixedFrame, SpatialArm, built_in, postures, project, read_urdf
 from problems.robots.inverse_kinematics import jacobian_columns, pose_error
 from tests.helpers.space import sliding_arm, small_arm
 
@@ -101,8 +101,8 @@ def test_a_tool_upside_down_is_no_solution(ur5e: SpatialArm) -> None:
 
 
 def test_base_and_tool_are_respected(ur5e: SpatialArm) -> None:
-    quarter = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    robot = replace(ur5e, base_translation=(1.0, 2.0, 0.5), base_rotation=quarter, tool_translation=(0.0, 0.05, 0.2))
+    base = FixedFrame(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), (1.0, 2.0, 0.5))
+    robot = replace(ur5e, base_frame=base, tool_in_tip=FixedFrame(translation=(0.0, 0.05, 0.2)))
     assert np.abs(solved(robot, BENT) - BENT).max(axis=1).min() < 1e-7
 
 

@@ -105,7 +105,7 @@ def test_what_is_above_the_base_stands_with_it_where_its_joints_usually_are() ->
     frames = {frame.name: frame for frame in read_urdf(CELL, "base", "l2").links}
     turned = np.array([[np.cos(0.5), np.sin(0.5)], [-np.sin(0.5), np.cos(0.5)]]) @ [-0.1, 0.0]
     assert frames["cart"].body == 0
-    np.testing.assert_allclose(frames["cart"].translation, [*turned, -0.4], atol=1e-12)
+    np.testing.assert_allclose(frames["cart"].pose.translation, [*turned, -0.4], atol=1e-12)
     assert "lift = 0.4" in " ".join(cell().left_out.others)
     assert not any("lift" in line for line in cell(locked={"lift": 0.3}).left_out.others)
 
@@ -116,7 +116,8 @@ def test_what_is_above_the_base_stands_with_it_where_its_joints_usually_are() ->
 def test_what_mimics_a_mimic_follows(locked: dict[str, float], angle: float, slid: float) -> None:
     """At g0 = 0.3, g1 is 2 * 0.3 + 0.1 = 0.7 and g2 slides by -0.7 along an axis turned by 1."""
     frames = {frame.name: frame for frame in read_urdf(CELL, "base", "l2", locked).links}
-    np.testing.assert_allclose(frames["f2"].translation, [slid * np.cos(angle), slid * np.sin(angle), 0.0], atol=1e-12)
+    place = [slid * np.cos(angle), slid * np.sin(angle), 0.0]
+    np.testing.assert_allclose(frames["f2"].pose.translation, place, atol=1e-12)
 
 
 def test_what_follows_the_chain_is_refused_or_left_out_and_said() -> None:

@@ -15,6 +15,8 @@ from scipy.spatial.transform import Rotation
 from problems.base import Arguments
 from problems.robots import (
     BUILT_IN,
+    ChainJoint,
+    FixedFrame,
     Payload,
     RobotDescription,
     SpatialArm,
@@ -134,23 +136,26 @@ def arm_of(name: str, settings: dict[str, Any]) -> SpatialArm:
     return description.arm(**GIVEN, **settings)
 
 
+def placed(frame: FixedFrame | ChainJoint) -> Any:
+    return pin.SE3(np.array(frame.rotation), np.array(frame.translation))
+
+
 class Oracle:
     """Pinocchio's model of an arm's chain on its base, with the payload as a body of its own on the tool."""
 
     def __init__(self, arm: SpatialArm) -> None:
         self.model, last = pin.Model(), 0
         self.model.gravity = pin.Motion(np.array(arm.gravity), np.zeros(3))
-        place = pin.SE3(np.array(arm.base_rotation), np.array(arm.base_translation))
+        place = placed(arm.base_frame)
         for joint in arm.chain.joints:
             kind = pin.JointModelRevoluteUnaligned if joint.turns else pin.JointModelPrismaticUnaligned
-            at_zero = pin.SE3(np.array(joint.rotation), np.array(joint.translation))
+            at_zero = placed(joint)
             last = self.model.addJoint(last, kind(np.array(joint.axis)), place * at_zero, joint.name)
             place = pin.SE3.Identity()
             assert joint.inertia is not None
             self.carry(last, joint.inertia, place)
         if arm.payload is not None:
-            tip = pin.SE3(np.array(arm.chain.tip_rotation), np.array(arm.chain.tip_translation))
-            self.carry(last, arm.payload, tip * pin.SE3(np.array(arm.tool_rotation), np.array(arm.tool_translation)))
+            self.carry(last, arm.payload, placed(arm.chain.tip) * placed(arm.tool_in_tip))
         self.data = self.model.createData()
         self.damping = np.array([joint.damping for joint in arm.chain.joints])
         self.friction = np.array([joint.friction for joint in arm.chain.joints])
