@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 import pytest
+from helpers.scenes import SWING, TWO_LINKS, toml
 
 from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.scenario import PluginError
@@ -245,18 +246,8 @@ class Chore(TaskSection):
     def check(self):
         raise RuntimeError("no work")
 """
-TASK = """
-[task]
-kind = "point-to-point"
-start = [1.0, 0.0]
-goal = [0.5, 1.5]
-objective = "time"
-"""
-ARM = "[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
-TORN = (
-    '[robot]\nmodel = "raising:Torn"\n'
-    "settings = { link_lengths = [1.0, 1.0], max_speed = 4.0, max_acceleration = 20.0 }\n"
-)
+OWN = {"arm": TWO_LINKS, "task": SWING}
+TORN = {"robot": {"model": "raising:Torn", "settings": TWO_LINKS}, "task": SWING}
 
 
 @pytest.fixture
@@ -266,32 +257,31 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def scenario(folder: Path, text: str) -> str:
+def scenario(folder: Path, **tables: Any) -> str:
     path = folder / "own.toml"
-    path.write_text(text)
+    path.write_text(toml(**tables))
     return str(path)
 
 
-FAILING = {
-    "a limit": (ARM + TASK + '[model]\nlimits = ["raising:Raising"]\n', "RuntimeError: no such sensor"),
-    "a robot": (TORN + TASK, "ZeroDivisionError: no tool"),
-    "a solver that is no dataclass": (
-        ARM + TASK + '[solver]\nname = "raising:Plain"\n',
-        "solver.name: solver 'raising:Plain' is not a dataclass derived from solvers.Solver",
-    ),
-    "a solver that yields nothing": (
-        ARM + TASK + '[solver]\nname = "raising:Deaf"\n',
-        "it has to yield its candidates",
-    ),
-    "a solver that cannot be made": (ARM + TASK + '[solver]\nname = "raising:Unmade"\n', "Own: not today"),
-    "a task that fails its check": (ARM + '[task]\nkind = "raising:Chore"\n', "task.kind: plug-in"),
-    "a limit of a name there is": (ARM + TASK + '[model]\nlimits = ["raising:Speed"]\n', "'speed' is there twice"),
+def with_solver(name: str) -> dict[str, Any]:
+    return OWN | {"solver": {"name": f"raising:{name}"}}
+
+
+NO_DATACLASS = "solver.name: solver 'raising:Plain' is not a dataclass derived from solvers.Solver"
+FAILING: dict[str, tuple[dict[str, Any], str]] = {
+    "a limit": (OWN | {"model": {"limits": ["raising:Raising"]}}, "RuntimeError: no such sensor"),
+    "a robot": (TORN, "ZeroDivisionError: no tool"),
+    "a solver that is no dataclass": (with_solver("Plain"), NO_DATACLASS),
+    "a solver that yields nothing": (with_solver("Deaf"), "it has to yield its candidates"),
+    "a solver that cannot be made": (with_solver("Unmade"), "Own: not today"),
+    "a task that fails its check": (OWN | {"task": {"kind": "raising:Chore"}}, "task.kind: plug-in"),
+    "a limit of a name there is": (OWN | {"model": {"limits": ["raising:Speed"]}}, "'speed' is there twice"),
 }
 
 
-@pytest.mark.parametrize(("text", "reason"), FAILING.values(), ids=FAILING)
-def test_solve(module: Path, capsys: pytest.CaptureFixture[str], text: str, reason: str) -> None:
-    path = scenario(module, text)
+@pytest.mark.parametrize(("tables", "reason"), FAILING.values(), ids=FAILING)
+def test_solve(module: Path, capsys: pytest.CaptureFixture[str], tables: dict[str, Any], reason: str) -> None:
+    path = scenario(module, **tables)
     assert solve.main([path, "--evaluations", "200", "--out", str(module / "run"), "--quiet"]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and path in said and reason in said
@@ -305,7 +295,7 @@ RAISING_LATER = {"Broken": "KeyError: 'step'", "Exits": "SystemExit: 0"}
 def test_a_solver_that_raises_after_its_first_candidates_leaves_the_best_of_them(
     module: Path, capsys: pytest.CaptureFixture[str], name: str
 ) -> None:
-    path, run = scenario(module, f'{ARM}{TASK}[solver]\nname = "raising:{name}"\n'), module / "run"
+    path, run = scenario(module, **with_solver(name)), module / "run"
     assert solve.main([path, "--evaluations", "200", "--out", str(run), "--quiet", "--no-plots"]) == 2
     said = capsys.readouterr().err
     assert said.startswith(f"error: {path}: plug-ins (raising:{name}) failed: {RAISING_LATER[name]} (raising.py:")
@@ -319,15 +309,15 @@ def test_a_solver_that_raises_after_its_first_candidates_leaves_the_best_of_them
 
 @pytest.mark.parametrize("case", ["a limit", "a robot", "a limit of a name there is"])
 def test_audit_of_a_scenario(module: Path, capsys: pytest.CaptureFixture[str], case: str) -> None:
-    text, reason = FAILING[case]
-    path = scenario(module, text)
+    tables, reason = FAILING[case]
+    path = scenario(module, **tables)
     assert audit.main([path]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and path in said and reason in said
 
 
 def test_audit_of_a_run(module: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path, run = scenario(module, ARM + TASK), module / "run"
+    path, run = scenario(module, **OWN), module / "run"
     assert solve.main([path, "--evaluations", "2000", "--out", str(run), "--quiet", "--no-plots"]) == 0
     result = json.loads((run / "result.json").read_text())
     result["scenario"]["model"]["limits"] = ["raising:Raising"]

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from helpers.scenes import TWO_LINKS, toml
 from helpers.third_problem import JointMoveProblem, JointMoveTask
 
 from tpbso_casadi.cli.commands.audit import main as audit
@@ -14,30 +15,16 @@ from tpbso_casadi.cli.commands.solve import main as solve
 from tpbso_casadi.scenario.tasks import TASKS
 from tpbso_casadi.storage import read_run
 
-SCENARIO = """
-[arm]
-link_lengths = [1.0, 0.8, 0.7]
-max_speed = 4.0
-max_acceleration = 20.0
-[task]
-kind = "joint-move"
-start = [0.0, 0.5, 0.5]
-goal = [1.5, -0.5, 0.2]
-[[obstacles]]
-shape = "box"
-center = [-1.5, -1.0]
-size = [0.4, 0.6]
-angle = 0.3
-[solver]
-evaluations = 200
-"""
+TASK = {"kind": "joint-move", "start": [0.0, 0.5, 0.5], "goal": [1.5, -0.5, 0.2]}
+BOX = {"shape": "box", "center": [-1.5, -1.0], "size": [0.4, 0.6], "angle": 0.3}
 
 
 @pytest.fixture(autouse=True)
 def registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(TASKS, "joint-move", JointMoveTask)
-    Path("move.toml").write_text(SCENARIO)
+    arm = TWO_LINKS | {"link_lengths": [1.0, 0.8, 0.7]}
+    Path("move.toml").write_text(toml(arm=arm, task=TASK, obstacles=[BOX], solver={"evaluations": 200}))
 
 
 def test_it_is_planned_polished_drawn_animated_and_audited(capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
+from helpers.scenes import SWING, TWO_LINKS, toml
 from helpers.slow import slow_except
 
 from benchmarks.certificates import check
@@ -166,12 +167,9 @@ def test_equations_are_those_of_the_task(case: str, speed: str, increments: str)
 
 def test_a_limit_that_nothing_meets_is_found(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "tight.toml"
-    path.write_text(
-        "[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
-        "joint_limits = [[2.0, 2.2], [-3.0, 3.0]]\n"  # joint 1 starts at -0.5
-        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.5]\ngoal = [0.5, 1.5]\nelbow = "up"\n'
-        '[model]\nmotion = "paper"\n'
-    )
+    arm = TWO_LINKS | {"link_lengths": [1.0, 1.0], "joint_limits": [[2.0, 2.2], [-3.0, 3.0]]}  # joint 1 starts at -0.5
+    task = SWING | {"start": [1.0, 0.5], "elbow": "up"}
+    path.write_text(toml(arm=arm, task=task, model={"motion": "paper"}))
     status, report = audit(capfd, path)
     assert status == 1
     assert next(c["never_met"] for c in report["search"]["constraints"] if c["name"] == "joint range") > 0

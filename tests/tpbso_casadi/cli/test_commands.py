@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from helpers.commands import module_of, options_of, parser_of, parsers
 from helpers.running import refusal
+from helpers.scenes import CART, SHORT_ARM, TURN, toml
 
 from problems.core import core_account
 from problems.robots import BUILT_IN
@@ -99,18 +100,6 @@ def test_examples_end_the_help_and_mean_something(command: str) -> None:
         parser.parse_example(example)
 
 
-ARM = "[arm]\nlink_lengths = [0.5, 0.4]\nmax_speed = 3.0\nmax_acceleration = 15.0\n"
-SCENE = """
-[task]
-kind = "point-to-point"
-start = { joints = [-0.6, 0.4] }
-goal = { joints = [0.8, -0.3] }
-[[obstacles]]
-shape = "box"
-center = [1.05, -0.6]
-size = [0.1, 0.1]
-velocity = [0.0, 0.2]
-"""
 URDF = """<robot name="arm"><link name="base"/><link name="tool0"/>
 <joint name="j" type="revolute"><parent link="base"/><child link="tool0"/><axis xyz="0 0 1"/><origin xyz="0 0 0.5"/>
 <limit lower="-1" upper="1" velocity="1" effort="10"/></joint></robot>"""
@@ -119,8 +108,8 @@ URDF = """<robot name="arm"><link name="base"/><link name="tool0"/>
 @pytest.mark.slow
 def test_examples_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("arm.toml").write_text(ARM)
-    Path("scene.toml").write_text(ARM + SCENE)
+    Path("arm.toml").write_text(toml(arm=SHORT_ARM))
+    Path("scene.toml").write_text(toml(arm=SHORT_ARM, task=TURN, obstacles=[CART]))
     Path("waypoints.csv").write_text("q1,q2\n0,0\n0.5,0.4\n1,-0.2\n")
     Path("arm.urdf").write_text(URDF)
     for command in ("solve", "audit", "retime", "robots", "simulate", "completion"):

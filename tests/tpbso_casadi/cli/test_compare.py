@@ -19,6 +19,7 @@ from pathlib import Path
 
 import pytest
 from helpers.running import campaigns_here, refusal, status
+from helpers.scenes import SWING, TWO_LINKS, toml
 from helpers.stores import wait_for_rows
 from helpers.waiting import PATIENCE, wait_until
 
@@ -29,18 +30,7 @@ STORE = Path("cut/runs.sqlite")
 COMMAND = [sys.executable, "-m", "tpbso_casadi", "compare"]
 SMALL = ["time-2", "rotation-2", "--solvers", "bso,pso,bso+polish", "--runs", "6", "--no-plots", "--quiet"]
 SMALL += ["--evaluations", "2000"]
-MINE = """
-[arm]
-link_lengths = [1.0, 0.8]
-max_speed = 4.0
-max_acceleration = 20.0
-[task]
-kind = "point-to-point"
-start = [1.0, 0.0]
-goal = [0.5, 1.5]
-[model]
-retime = false
-"""
+MINE = {"arm": TWO_LINKS, "task": SWING, "model": {"retime": False}}
 
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
@@ -62,7 +52,7 @@ def table(folder: str) -> list[dict[str, str]]:
 
 def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tpbso_casadi.cli.progress.LINE_SECONDS", 0.01)
-    Path("mine.toml").write_text(MINE)
+    Path("mine.toml").write_text(toml(**MINE))
     solvers, cases = ("bso", "ga(tournament=3)"), ("time-2", "mine")
     arguments = ["time-2", "mine.toml", "--solvers", ",".join(solvers), "--runs", "2", "--evaluations", "100"]
     arguments += ["--no-plots", "--workers", "1"]
@@ -140,7 +130,7 @@ def test_bad_input_takes_one_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_ipopt_has_a_budget_of_its_own() -> None:
-    Path("mine.toml").write_text(MINE + "[solver]\nevaluations = 30000\n")
+    Path("mine.toml").write_text(toml(**MINE, solver={"evaluations": 30000}))
 
     def budgets(*arguments: str) -> list[Budget]:
         options = parser().parse_args(["mine.toml", "--solvers", "bso,ipopt", "--runs", "1", "--quiet", *arguments])

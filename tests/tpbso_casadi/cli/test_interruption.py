@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.running import refusal
+from helpers.scenes import SWING, TWO_LINKS, toml
 
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.cli.commands.solve import main
@@ -254,6 +255,10 @@ def test_a_run_that_was_changed_is_not_lost(old: dict[str, bytes], capfd: pytest
     assert (FOLDER / "joint_trajectory.npz").read_bytes() == old["joint_trajectory.npz"]
 
 
+def at_speed(speed: float) -> str:
+    return toml(arm=TWO_LINKS | {"max_speed": speed}, task=SWING)
+
+
 def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = ["--evaluations", "500", "--no-plots", "--quiet"]
     written: list[Path] = []
@@ -262,22 +267,15 @@ def test_a_plan_that_took_the_name_meanwhile_is_not_replaced(monkeypatch: pytest
         written.append(path)
         write_motion(path, motion, times)
         if len(written) == 1:
-            write_scenario(Path("mine.toml"), speed=5.0)
+            Path("mine.toml").write_text(at_speed(5.0))
             main(["mine.toml", *quick])
-            write_scenario(Path("mine.toml"), speed=4.0)
+            Path("mine.toml").write_text(at_speed(4.0))
 
-    write_scenario(Path("mine.toml"), speed=4.0)
+    Path("mine.toml").write_text(at_speed(4.0))
     monkeypatch.setattr("tpbso_casadi.storage.run_folder.write_motion", other_plan_comes)
     assert main(["mine.toml", *quick]) == 0
     speeds = {path.name: read_run(path).scenario.arm.max_speed for path in Path("runs").iterdir()}  # type: ignore[union-attr]
     assert speeds == {"mine-abso-1-500-evaluations": 5.0, "mine-abso-1-500-evaluations-2": 4.0}
-
-
-def write_scenario(path: Path, speed: float) -> None:
-    path.write_text(
-        f"[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = {speed}\nmax_acceleration = 20.0\n"
-        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.0]\ngoal = [0.5, 1.5]\n'
-    )
 
 
 def moments(count: int, longest: float) -> Iterator[float]:

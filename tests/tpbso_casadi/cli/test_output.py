@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from helpers.evaluation import needs_compiler
 from helpers.running import campaigns_here, refusal, result_of
+from helpers.scenes import SWING, TWO_LINKS, toml
 from helpers.slow import slow_except
 
 from problems.evaluation import BACKENDS, population
@@ -24,7 +25,6 @@ pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 QUICK = ["--evaluations", "500", "--no-plots", "--quiet", "--solver", "bso"]
 POLISHED = ["time-2", "--evaluations", "500", "--polish", "--no-plots"]
-ARM = "[arm]\nlink_lengths = [0.5, 0.4]\nmax_speed = {}\nmax_acceleration = 20.0\n"
 
 
 @pytest.fixture(autouse=True)
@@ -64,8 +64,8 @@ def test_joints_that_turn_more_than_once_and_plans_far_from_the_best_known_are_m
 
 def test_joints_that_are_given_far_apart_are_no_surprise(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "far.toml"
-    joints = "[[0.0, 0.0], [4.0, 0.5], [8.0, 0.0]]"
-    file.write_text(ARM.format(4.0) + f'[task]\nkind = "joint-path"\njoints = {joints}\n')
+    task = {"kind": "joint-path", "joints": [[0.0, 0.0], [4.0, 0.5], [8.0, 0.0]]}
+    file.write_text(toml(arm=TWO_LINKS, task=task))
     solve.main([str(file), "--no-plots", "--out", "out"])
     assert "joint 1 turns 1.27 times; the joints that are given are 1.27 turns apart" in capfd.readouterr().out
 
@@ -163,8 +163,7 @@ def test_names_say_what_the_command_changes() -> None:
 
 def test_another_plan_of_the_same_name_gets_a_number() -> None:
     for number, speed in enumerate((4.0, 5.0, 4.0), start=1):
-        goal = '[task]\nkind = "point-to-point"\nstart = [0.6, 0.0]\ngoal = [0.3, 0.7]\n'
-        Path("mine.toml").write_text(ARM.format(speed) + goal)
+        Path("mine.toml").write_text(toml(arm=TWO_LINKS | {"max_speed": speed}, task=SWING))
         expected = ["mine-bso-1-500-evaluations", "mine-bso-1-500-evaluations-2"][: min(number, 2)]
         assert folders("mine.toml") == expected
 

@@ -9,10 +9,12 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from helpers.running import refusal, status
+from helpers.scenes import SWING, TWO_LINKS, toml
 
 from tpbso_casadi.cli.commands.pareto import main
 from tpbso_casadi.plain import SEAL, as_json
@@ -20,33 +22,20 @@ from tpbso_casadi.storage import read_run, sealed
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
-TWO_LINKS = """
-[arm]
-link_lengths = [1.0, 0.8]
-max_speed = 4.0
-max_acceleration = 20.0
 
-[task]
-kind = "point-to-point"
-start = [1.0, 0.0]
-goal = [0.5, 1.5]
-elbow = "up"
+def scene(model: dict[str, Any] | None = None, solver: dict[str, Any] | None = None, **tables: Any) -> str:
+    model = {"samples": 20, "retime": False} | (model or {})
+    solver = {"evaluations": 200, "polish_starts": 1} | (solver or {})
+    return toml(arm=TWO_LINKS, task=SWING | {"elbow": "up"}, model=model, solver=solver, **tables)
 
-[model]
-samples = 20
-retime = false
 
-[solver]
-evaluations = 200
-polish_starts = 1
-"""
 SCENARIO = "two.toml"
 COMMAND = [SCENARIO, "--objectives", "time,length", "--points", "3", "--no-plots", "--quiet", "--out", "front"]
 
 
 @pytest.fixture(autouse=True)
 def scenario(in_an_empty_folder: None) -> None:
-    Path(SCENARIO).write_text(TWO_LINKS)
+    Path(SCENARIO).write_text(scene())
 
 
 def run(*arguments: str) -> int:
@@ -70,7 +59,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        Path(SCENARIO).write_text(TWO_LINKS)
+        Path(SCENARIO).write_text(scene())
         assert run(*COMMAND) == 0
     return folder / "front"
 
@@ -196,17 +185,16 @@ WRONG = [
 def test_errors_take_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, reason in WRONG:
         assert reason in refusal(capsys, main, *COMMAND, *arguments), arguments
-    Path(SCENARIO).write_text(TWO_LINKS.replace("[model]", '[model]\nmotion = "paper"'))  # which knows no bound
+    Path(SCENARIO).write_text(scene({"motion": "paper"}))  # which knows no bound
     assert "needs time as one objective" in refusal(capsys, main, *COMMAND, "--method", "epsilon-constraint")
-    Path(SCENARIO).write_text(TWO_LINKS.replace("[solver]", "[solver]\nwithin = 1.0"))
+    Path(SCENARIO).write_text(scene(solver={"within": 1.0}))
     reason = "solver.within: a trade-off makes plans of so many evaluations; leave it out"
     assert reason in refusal(capsys, main, *COMMAND)
 
 
 @pytest.mark.slow
 def test_where_there_is_no_plan_what_there_is_is_written(capsys: pytest.CaptureFixture[str]) -> None:
-    wall = '[[obstacles]]\nshape = "box"\ncenter = [0.0, 0.9]\nsize = [6.0, 0.3]\n'
-    Path(SCENARIO).write_text(TWO_LINKS + wall)
+    Path(SCENARIO).write_text(scene(obstacles=[{"shape": "box", "center": [0.0, 0.9], "size": [6.0, 0.3]}]))
     assert run(*COMMAND) == 1
     assert capsys.readouterr().err.startswith("error: no certified plan for an end of the front")
     [row] = rows()

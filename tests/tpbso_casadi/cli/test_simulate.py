@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.running import refusal, result_of, status
+from helpers.scenes import CART, COURSES, SHORT_ARM, TURN, toml
 from helpers.simulations import replan_at
 from scipy.interpolate import PPoly
 
@@ -20,30 +21,13 @@ from tpbso_casadi.cli.commands import audit, simulate
 from tpbso_casadi.cli.commands.simulate import ReplanLines
 from tpbso_casadi.display.console import OutputConsole
 
-ARM = """[arm]
-link_lengths = [0.5, 0.4]
-max_speed = 3.0
-max_acceleration = 15.0
-[task]
-kind = "point-to-point"
-start = { joints = [-0.6, 0.4] }
-goal = { joints = [0.8, -0.3] }
-[solver]
-seed = 3
-"""
-CART = """[[obstacles]]
-shape = "box"
-center = [1.05, -0.6]
-size = [0.1, 0.1]
-velocity = [0.0, 0.2]
-"""
-TABLE = "[simulation]\nseconds = 0.8\nevaluations = 200\n"
-CHANGES = "changes_every = 0.3\ncourse_rate = 0.5\nregion = [[0.9, -1.0], [1.3, 1.0]]\n"
+MOVE = {"arm": SHORT_ARM, "task": TURN, "solver": {"seed": 3}}
+SIMULATION = {"seconds": 0.8, "evaluations": 200} | COURSES
 
 
 @pytest.fixture(autouse=True)
 def folder(in_an_empty_folder: None) -> None:
-    Path("scene.toml").write_text(ARM + CART + TABLE + CHANGES)
+    Path("scene.toml").write_text(toml(**MOVE, obstacles=[CART], simulation=SIMULATION))
 
 
 def run(*arguments: str) -> int:
@@ -107,7 +91,7 @@ def test_what_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         simulate.main(["--help"])
     assert "no robot was driven" in " ".join(capsys.readouterr().out.split())
-    Path("scene.toml").write_text(ARM)  # states no simulation
+    Path("scene.toml").write_text(toml(**MOVE))  # states no simulation
     assert simulate.main(["scene.toml", "--seconds", "0.3", "--no-plots"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("a simulation of the planner: no robot was driven; 0.3 s\n")
@@ -117,16 +101,16 @@ def test_what_is_told(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 WRONG = [
-    (ARM + "[simulation]\nsecond = 1.0\n", "scene.toml: simulation.second: unknown key; did you mean seconds?"),
-    (ARM.replace("kind", 'via = [[0.5, 0.5]]\nkind'), "scene.toml: task.via: is for a move from rest to rest"),
-]  # fmt: skip
+    ({"simulation": {"second": 1.0}}, "scene.toml: simulation.second: unknown key; did you mean seconds?"),
+    ({"task": TURN | {"via": [[0.5, 0.5]]}}, "scene.toml: task.via: is for a move from rest to rest"),
+]
 
 
 def test_bad_scenes_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    for text, message in WRONG:
-        Path("scene.toml").write_text(text)
+    for tables, message in WRONG:
+        Path("scene.toml").write_text(toml(**MOVE | tables))
         assert refusal(capsys, simulate.main, "scene.toml", "--out", "out").startswith(message)
-    Path("scene.toml").write_text(ARM)
+    Path("scene.toml").write_text(toml(**MOVE))
     Path("out").mkdir()
     Path("out/mine.txt").write_text("mine")  # the folder of something else
     assert "holds mine.txt" in refusal(capsys, simulate.main, "scene.toml", "--out", "out")

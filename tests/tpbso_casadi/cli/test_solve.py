@@ -6,9 +6,11 @@ import json
 import math
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 from helpers.running import refusal, result_of, status
+from helpers.scenes import SWING, TWO_LINKS, toml
 from helpers.slow import slow_except
 from oracles.csv_checker import check_run
 
@@ -19,26 +21,6 @@ from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario.cases import TITLES
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
-
-SCENARIO = """
-[arm]
-link_lengths = [1.0, 0.8, 0.7]
-max_speed = 4.0
-max_acceleration = 20.0
-{arm}
-[task]
-kind = "point-to-point"
-start = [1.0, 0.0]
-goal = [0.5, 1.5]
-{task}
-{rest}
-"""
-OVAL = "[[obstacles]]\ncenter = {center}\nsemi_axes = [0.15, 0.25]\n"
-
-
-def scenario(name: str = "mine.toml", arm: str = "", task: str = "", rest: str = "") -> str:
-    Path(name).write_text(SCENARIO.format(arm=arm, task=task, rest=rest))
-    return name
 
 
 def run(*arguments: str) -> int:
@@ -103,24 +85,22 @@ def test_same_seed_same_files_other_seed_others_no_number_loses_anything_and_a_r
 
 
 def test_a_scenario_file_with_everything() -> None:
-    name = scenario(
-        arm="joint_limits = [[-3.0, 3.0], [-2.5, 2.5], [-2.6, 2.6]]",
-        task='objective = "length"\nelbow = "free"',
-        rest=OVAL.format(center="[0.8, 0.8]") + '[model]\nformulation = "reduced"\n'
-        '[solver]\nname = "pso"\nseed = 2\nevaluations = 600\n',
-    )
-    assert run(name, "--no-plots", "--quiet", "--out", "out") == 0
+    arm = TWO_LINKS | {"link_lengths": [1.0, 0.8, 0.7], "joint_limits": [[-3.0, 3.0], [-2.5, 2.5], [-2.6, 2.6]]}
+    task = SWING | {"objective": "length", "elbow": "free"}
+    oval = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25]}
+    solver = {"name": "pso", "seed": 2, "evaluations": 600}
+    tables: dict[str, Any] = {"obstacles": [oval], "model": {"formulation": "reduced"}, "solver": solver}
+    Path("mine.toml").write_text(toml(arm=arm, task=task, **tables))
+    assert run("mine.toml", "--no-plots", "--quiet", "--out", "out") == 0
     result = check_run(Path("out"))
     assert [c["name"] for c in result["constraints"]][:4] == ["speed", "acceleration", "joint range", "clearance"]
 
 
 def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureFixture[str]) -> None:
     Path("way.csv").write_text("1,0\n1,1\n0,1.5\n-1,1\n-1,0.2")
-    Path("way.toml").write_text(
-        "[arm]\nlink_lengths = [1.0, 1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n"
-        '[task]\nkind = "path"\naccuracy = 1e-6\npoints = "way.csv"\ncount = 40\n'
-        '[model]\nmotion = "paper"\n[solver]\nname = "bso"\n'
-    )
+    task = {"kind": "path", "accuracy": 1e-6, "points": "way.csv", "count": 40}
+    arm = TWO_LINKS | {"link_lengths": [1.0, 1.0, 1.0]}
+    Path("way.toml").write_text(toml(arm=arm, task=task, model={"motion": "paper"}, solver={"name": "bso"}))
     assert run("way.toml", "--evaluations", "100", "--no-plots", "--quiet", "--out", "out") == 1
     error = capfd.readouterr().err
     assert error.count("\n") == 1 and "accuracy is" in error and "1e-06 is the limit" in error
@@ -130,12 +110,13 @@ def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureF
 
 
 def test_a_bad_file_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
-    assert "mine.toml: task.colour: unknown key" in refusal(capfd, main, scenario(task="colour = 3"))
+    Path("mine.toml").write_text(toml(arm=TWO_LINKS, task=SWING | {"colour": 3}))
+    assert "mine.toml: task.colour: unknown key" in refusal(capfd, main, "mine.toml")
     for content in (b"not = = toml", b"\xff\xfe\x00binary", b""):
         Path("odd.toml").write_bytes(content)
         assert "odd.toml" in refusal(capfd, main, "odd.toml"), content
     if os.geteuid() != 0:  # root may read anything
-        Path(scenario()).chmod(0)
+        Path("mine.toml").chmod(0)
         assert "cannot be read" in refusal(capfd, main, "mine.toml")
 
 

@@ -5,35 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.scenes import CART, COURSES, SHORT_ARM, TURN, toml
 
 import tpbso_casadi as tp
 from tpbso_casadi.cli.commands import simulate as command
 
-SCENE = """[arm]
-link_lengths = [0.5, 0.4]
-max_speed = 3.0
-max_acceleration = 15.0
-[task]
-kind = "point-to-point"
-start = { joints = [-0.6, 0.4] }
-goal = { joints = [0.8, -0.3] }
-[[obstacles]]
-shape = "box"
-center = [1.05, -0.6]
-size = [0.1, 0.1]
-velocity = [0.0, 0.2]
-[simulation]
-evaluations = 200
-changes_every = 0.3
-course_rate = 0.5
-region = [[0.9, -1.0], [1.3, 1.0]]
-"""
+SCENE = {"arm": SHORT_ARM, "task": TURN, "obstacles": [CART], "simulation": {"evaluations": 200} | COURSES}
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("scene") / "scene.toml"
-    path.write_text(SCENE)
+    path.write_text(toml(**SCENE))
     return path
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
-import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 import problems
 import tpbso_casadi as tp
-from problems.base import Coordinate, FloatArray
 from problems.scene import SOLIDS
 from problems.tasks import JointFollowing, Place, RecordedMotion, Task
 from tpbso_casadi.facade.statement import goals_of, place_of
@@ -72,36 +70,6 @@ def test_where_the_frame_of_a_motion_begins_is_kept(still: tp.Obstacle) -> None:
     world = points + origin + time * np.array(velocity)
     assert any(within) and not all(within)
     assert [again.at(time).contains(tuple(point)) for point in world] == within
-
-
-@dataclass(frozen=True)
-class Wall(tp.Obstacle):
-    """One that is placed otherwise."""
-
-    height: Coordinate = 1.0
-
-    @property
-    def place(self) -> tuple[float, ...]:
-        return (0.0, self.height)
-
-    @property
-    def width(self) -> float:
-        return 1.0
-
-    def contains(self, point: tuple[float, ...]) -> bool:
-        return point[1] >= self.height
-
-    def segment_clearance(self, start: ca.SX, end: ca.SX) -> ca.SX:
-        return self.height - ca.fmax(start[:, 1], end[:, 1])
-
-    def outline(self, count: int = 96) -> FloatArray:
-        return np.array([[-1.0, self.height], [1.0, self.height], [0.0, self.height + 1.0]])
-
-
-def test_a_shape_without_a_centre_whose_frame_begins_elsewhere_is_refused() -> None:
-    moving = tp.MovingObstacle(Wall(), tp.ConstantVelocity((0.0, -0.1), (0.0, 0.5)))
-    with pytest.raises(tp.ScenarioError, match="no table states where a Wall begins to move"):
-        ShapeSection.of(moving)
 
 
 def test_what_moves_in_a_frame_that_moves_is_refused() -> None:

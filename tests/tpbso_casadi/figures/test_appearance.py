@@ -92,13 +92,6 @@ def test_figures_show_looks_and_balls_of_what_has_none() -> None:
     assert all(line.get_linewidth() == 0.0 for line in picture.lines if len(line.get_xdata()) == 6)
 
 
-def test_all_of_the_robot_is_within_the_picture() -> None:
-    scene, theta = Scene(dressed().criteria.robot), np.zeros((1, 4))
-    low, high = scene.bounds(theta)
-    corners = placed_corners(scene.appearances, scene.frames(theta)[0]).reshape(-1, 3)
-    assert (corners > low).all() and (corners < high).all()
-
-
 def test_a_picture_moves() -> None:
     scene, theta = Scene(dressed().criteria.robot, dressed().criteria.obstacles), np.zeros((1, 4))
     bounds = scene.bounds(theta)

@@ -21,7 +21,6 @@ from tpbso_casadi.figures.curves import (
     STATUSES,
     curve_figures,
     headline,
-    joints_figure,
     progress_figures,
     progress_history,
 )
@@ -209,17 +208,3 @@ def test_a_path_with_four_links_has_a_panel_for_each_redundant_one() -> None:
     content["solver"]["evaluations"] = 60
     [(_, figure)] = curve_figures(plan(parse_scenario(content))).values()
     assert [axes.get_ylabel().split("$")[1] for axes in figure.axes] == [r"\phi_{3}", r"\phi_{4}"]
-
-
-def test_point_to_point_offers_its_control_point() -> None:
-    solution = planned("obstacle-3")
-    assert progress_figures(solution) == curve_figures(solution) == {}
-    [milestone] = solution.problem.milestones(solution.trajectory)
-    assert milestone.time == solution.trajectory.breakpoints[1]
-    kinds = {marker.kind: marker.points for marker in solution.problem.task.markers()}
-    np.testing.assert_array_equal(kinds[MarkerKind.GOAL], [[0.5, 1.5]])
-    axes = drawn("obstacle-3").axes[0]
-    assert {"base", "start", "goal", "obstacle", "path of the tool"} <= set(axes.get_legend_handles_labels()[1])
-    assert {"start", "goal", "control point"} <= {text.get_text() for text in axes.texts}
-    vertical = [line for line in joints_figure(solution).axes[0].lines if len(set(line.get_xdata())) == 1]
-    assert len(vertical) == 1

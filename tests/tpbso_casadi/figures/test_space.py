@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from helpers.space_plans import SOLIDS, space_plan
 from matplotlib.cbook import is_math_text
-from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from problems import Box
 from problems.tasks import Marker, MarkerKind
 from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.run import draw_figures
 from tpbso_casadi.figures.space import Posture, painting_order, space_figure
 from tpbso_casadi.figures.space_scene import (
     FRONT,
@@ -136,14 +132,6 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
     [way] = [line for line in front.lines if line.get_label() == "path of the tool"]
     np.testing.assert_allclose(way.get_xydata(), plan.motion.joint_positions(plan.times)[:, -1, [0, 2]])
     assert not picture.axison
-
-
-def test_every_figure_is_drawn_in_space(tmp_path: Path) -> None:
-    paths = draw_figures(tmp_path, space_plan(obstacles=False))
-    assert [path.name for path in paths] == ["path.png", "joints.png", "limits.png"]
-    for path in paths:
-        with Image.open(path) as image:
-            assert np.asarray(image.convert("L")).std() > 10.0
 
 
 def test_a_robot_without_spheres_and_obstacles_is_a_line() -> None:

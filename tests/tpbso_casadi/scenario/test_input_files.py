@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from helpers.running import line_of
+from helpers.scenes import TWO_LINKS, toml
 
 from tpbso_casadi.scenario import (
     InputFolder,
@@ -22,17 +23,12 @@ from tpbso_casadi.scenario import (
     read_toml,
 )
 
-PATH = """
-[arm]
-link_lengths = [1.0, 1.0, 1.0]
-max_speed = 4.0
-max_acceleration = 20.0
-[task]
-kind = "path"
-accuracy = 0.05
-points = "{}"
-"""
+ARM = TWO_LINKS | {"link_lengths": [1.0, 1.0, 1.0]}
 POINTS = "1,0\n1,1\n0,1.5\n"
+
+
+def with_points(file: str) -> str:
+    return toml(arm=ARM, task={"kind": "path", "accuracy": 0.05, "points": file})
 
 
 def refusal(path: Path) -> str:
@@ -89,7 +85,7 @@ def test_many_numbers_are_no_long_key(tmp_path: Path) -> None:
     "text", ["x,y\n1,0\n1,1\n\n0,1.5\n", "\ufeffx, y\r\n1,0\r\n1,1\r\n0,1.5", " 1 , 0\n1,1\n0,1.5\n"]
 )
 def test_points_are_read_from_beside_the_scenario(tmp_path: Path, text: str) -> None:
-    (tmp_path / "mine.toml").write_text(PATH.format("way.csv"))
+    (tmp_path / "mine.toml").write_text(with_points("way.csv"))
     (tmp_path / "way.csv").write_text(text)
     scenario = read_scenario(tmp_path / "mine.toml")
     assert scenario.task.points == [(1.0, 0.0), (1.0, 1.0), (0.0, 1.5)]
@@ -109,7 +105,7 @@ WRONG_POINTS: list[tuple[str | None, str]] = [
 
 
 def test_what_is_wrong_with_a_file_of_points(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(PATH.format("way.csv"))
+    (tmp_path / "mine.toml").write_text(with_points("way.csv"))
     for text, expected in WRONG_POINTS:
         if text is not None:
             (tmp_path / "way.csv").write_text(text)
@@ -129,13 +125,13 @@ def folders(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("name", ["deep/way.csv", "./deep/../deep/way.csv"])
 def test_points_below_the_folder_of_the_scenario(folders: Path, name: str) -> None:
-    (folders / "mine/a.toml").write_text(PATH.format(name))
+    (folders / "mine/a.toml").write_text(with_points(name))
     assert len(read_scenario(folders / "mine/a.toml").task.points) == 3  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("name", ["../way.csv", "link.csv", "/etc/passwd", "deep/../../way.csv"])
 def test_points_elsewhere_have_to_be_allowed(folders: Path, name: str) -> None:
-    (folders / "mine/a.toml").write_text(PATH.format(name))
+    (folders / "mine/a.toml").write_text(with_points(name))
     with pytest.raises(
         ScenarioError, match=r"task\.points: .*lies outside the scenario's folder; --allow-outside-files"
     ):
@@ -148,7 +144,7 @@ def test_points_elsewhere_have_to_be_allowed(folders: Path, name: str) -> None:
 
 def test_the_content_of_a_file_is_not_told(folders: Path) -> None:
     (folders / "mine/secret.csv").write_text("root:$6$secret\n")
-    (folders / "mine/a.toml").write_text(PATH.format("secret.csv"))
+    (folders / "mine/a.toml").write_text(with_points("secret.csv"))
     with pytest.raises(ScenarioError) as caught:
         read_scenario(folders / "mine/a.toml")
     assert "$6$" not in str(caught.value) and "line 1" in str(caught.value)
@@ -157,7 +153,7 @@ def test_the_content_of_a_file_is_not_told(folders: Path) -> None:
 def test_labels_can_be_shown(folders: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folders / "mine")
     for name in ("\udcff.toml", "a\nb.toml"):
-        Path(name).write_text(PATH.format("deep/way.csv"))
+        Path(name).write_text(with_points("deep/way.csv"))
     assert list(load_all(["\udcff.toml", "a\nb.toml"])) == ["\\udcff", "a\\nb"]
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.running import line_of
+from helpers.scenes import SWING, TWO_LINKS, toml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -23,44 +24,33 @@ from tpbso_casadi.scenario import ObstacleSection, read_scenario
 from tpbso_casadi.scenario.input_files import MOST_MOTION_ROWS
 from tpbso_casadi.scenario.obstacles import build_obstacles, read_obstacle
 
-PLANE = """
-{unit}
-[arm]
-link_lengths = [0.7, 0.7, 0.6]
-max_speed = 4.0
-max_acceleration = 20.0
-[task]
-kind = "point-to-point"
-start = [1.6, -0.6]
-goal = [0.6, 1.6]
-[[obstacles]]
-center = [1.9, 1.2]
-semi_axes = [0.15, 0.25]
-[[obstacles]]
-shape = "box"
-center = [2.0, 0.5]
-size = [0.2, 0.4]
-{motion}
-"""
-SPACE = """
-[robot]
-model = "panda"
-[task]
-kind = "point-to-point"
-start = {{ joints = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785] }}
-goal = {{ joints = [1.2, 0.2, 0.2, -1.8, 0.0, 2.0, 0.785] }}
-[[obstacles]]
-shape = "box"
-center = [0.0, 0.0, 0.0]
-size = [0.2, 0.1, 0.2]
-{motion}
-"""
+PLANE = {
+    "arm": TWO_LINKS | {"link_lengths": [0.7, 0.7, 0.6]},
+    "task": {"kind": "point-to-point", "start": [1.6, -0.6], "goal": [0.6, 1.6]},
+}
+OVAL = {"center": [1.9, 1.2], "semi_axes": [0.15, 0.25]}
+RECTANGLE = {"shape": "box", "center": [2.0, 0.5], "size": [0.2, 0.4]}
+SPACE = {
+    "robot": {"model": "panda"},
+    "task": {
+        "kind": "point-to-point",
+        "start": {"joints": [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]},
+        "goal": {"joints": [1.2, 0.2, 0.2, -1.8, 0.0, 2.0, 0.785]},
+    },
+}
+IN_SPACE = {"shape": "box", "center": [0.0, 0.0, 0.0], "size": [0.2, 0.1, 0.2], "motion": "box.csv"}
 TABLE = "t,x,y,angle\n0,0,0,0\n\n1, 0.5 ,0,90\n2,1,0.25,90\n"
 
 
-def plane(folder: Path, motion: str, unit: str = "") -> Path:
+def plane(folder: Path, unit: str = "rad", **motion: Any) -> Path:
     file = folder / "scene.toml"
-    file.write_text(PLANE.format(motion=motion, unit=unit))
+    file.write_text(toml(unit=unit, **PLANE, obstacles=[OVAL, RECTANGLE | motion]))
+    return file
+
+
+def space(folder: Path, unit: str = "rad") -> Path:
+    file = folder / "scene.toml"
+    file.write_text(toml(unit=unit, **SPACE, obstacles=[IN_SPACE]))
     return file
 
 
@@ -75,16 +65,16 @@ def refusal(file: Path) -> str:
 
 
 def test_a_velocity(tmp_path: Path) -> None:
-    obstacle = moving(plane(tmp_path, "velocity = [-1.0, 0.5]\nmargin_rate = 0.1"))
+    obstacle = moving(plane(tmp_path, velocity=[-1.0, 0.5], margin_rate=0.1))
     assert obstacle.still == Rectangle((2.0, 0.5), (0.2, 0.4), 0.0)
     assert obstacle.at(2.0).place == pytest.approx((0.0, 1.5))
     assert obstacle.margin_rate == 0.1
 
 
-@pytest.mark.parametrize(("unit", "quarter"), [("", "1.5707963267948966"), ('unit = "deg"', "90")])
+@pytest.mark.parametrize(("unit", "quarter"), [("rad", "1.5707963267948966"), ("deg", "90")])
 def test_the_frame_of_a_table_moves_and_turns(tmp_path: Path, unit: str, quarter: str) -> None:
     (tmp_path / "cart.csv").write_text(TABLE.replace("90", quarter))
-    obstacle = moving(plane(tmp_path, 'motion = "cart.csv"', unit))
+    obstacle = moving(plane(tmp_path, unit, motion="cart.csv"))
     # at t = 2 the frame stands at (1, 0.25), turned by 90 degrees: its (2, 0.5) is at (1 - 0.5, 0.25 + 2)
     assert obstacle.at(2.0).place == pytest.approx((0.5, 2.25))
     assert obstacle.at(7.0).place == pytest.approx((0.5, 2.25))
@@ -94,24 +84,23 @@ def test_the_frame_of_a_table_moves_and_turns(tmp_path: Path, unit: str, quarter
 def test_degrees_are_not_meant_for_heights(tmp_path: Path) -> None:
     """In space the fourth column is z."""
     (tmp_path / "box.csv").write_text("t,x,y,z\n0,1,0,1\n1,1,1,2\n")
-    file = tmp_path / "scene.toml"
-    file.write_text('unit = "deg"\n' + SPACE.format(motion='motion = "box.csv"'))
-    assert read_scenario(file).obstacles[0].motion_rows == [[0.0, 1.0, 0.0, 1.0], [1.0, 1.0, 1.0, 2.0]]
+    assert read_scenario(space(tmp_path, "deg")).obstacles[0].motion_rows == [
+        [0.0, 1.0, 0.0, 1.0],
+        [1.0, 1.0, 1.0, 2.0],
+    ]
 
 
 def test_quaternions_of_a_table(tmp_path: Path) -> None:
     half = repr(float(np.sqrt(0.5)))
     (tmp_path / "box.csv").write_text(f"t,x,y,z,qx,qy,qz,qw\n0,1,0,0.5,0,0,0,1\n1,1,0,0.5,0,0,-{half},-{half}\n")
-    file = tmp_path / "scene.toml"
-    file.write_text(SPACE.format(motion='motion = "box.csv"'))
-    obstacle = moving(file)
+    obstacle = moving(space(tmp_path))
     assert isinstance(obstacle.still, Box)
     assert obstacle.at(1.0).bounding_box() == pytest.approx(np.array([[0.95, -0.1, 0.4], [1.05, 0.1, 0.6]]))
 
 
 def test_what_is_stored_is_complete_without_files(tmp_path: Path) -> None:
     (tmp_path / "cart.csv").write_text(TABLE)
-    scenario = read_scenario(plane(tmp_path, 'motion = "cart.csv"\nmargin_rate = 0.05', 'unit = "deg"'))
+    scenario = read_scenario(plane(tmp_path, "deg", motion="cart.csv", margin_rate=0.05))
     again = parse_scenario(json.loads(scenario.as_text()))
     assert again.obstacles == scenario.obstacles
     assert again.problem().obstacles == scenario.problem().obstacles
@@ -120,19 +109,19 @@ def test_what_is_stored_is_complete_without_files(tmp_path: Path) -> None:
     assert stored[1]["motion_rows"][1] == [1.0, 0.5, 0.0, pi / 2.0]
 
 
-STATED = {
-    "velocity = [1.0, 0.0]\nmargin_rate = -0.1": "obstacles.1.margin_rate: ",
-    "velocity = [1.0, 0.0]\nmargin_rate = 1e9": "obstacles.1.margin_rate: ",
-    'motion = "gone.csv"': "obstacles.1.motion: ",
-    'motion = "../scene.toml"': "lies outside the scenario's folder; --allow-outside-files allows that",
-    'motion = "/etc/passwd"': "lies outside the scenario's folder",
-}
+STATED: list[tuple[dict[str, Any], str]] = [
+    ({"velocity": [1.0, 0.0], "margin_rate": -0.1}, "obstacles.1.margin_rate: "),
+    ({"velocity": [1.0, 0.0], "margin_rate": 1e9}, "obstacles.1.margin_rate: "),
+    ({"motion": "gone.csv"}, "obstacles.1.motion: "),
+    ({"motion": "../scene.toml"}, "lies outside the scenario's folder; --allow-outside-files allows that"),
+    ({"motion": "/etc/passwd"}, "lies outside the scenario's folder"),
+]
 
 
 def test_what_is_wrong_with_a_key(tmp_path: Path) -> None:
     (tmp_path / "cart.csv").write_text(TABLE)
-    for motion, expected in STATED.items():
-        message = refusal(plane(tmp_path, motion))
+    for motion, expected in STATED:
+        message = refusal(plane(tmp_path, **motion))
         assert message.startswith(f"{tmp_path / 'scene.toml'}: ") or "obstacles.1" in message.split(": ")[0]
         assert expected in message, motion
 
@@ -161,7 +150,7 @@ TABLES = {
 def test_what_is_wrong_with_a_table(tmp_path: Path) -> None:
     for table, expected in TABLES.items():
         (tmp_path / "cart.csv").write_text(table)
-        message = refusal(plane(tmp_path, 'motion = "cart.csv"'))
+        message = refusal(plane(tmp_path, motion="cart.csv"))
         assert f"scene.toml: obstacles.1.motion: {tmp_path / 'cart.csv'}{expected}" in message, table
 
 
@@ -173,8 +162,7 @@ QUATERNIONS = {
 
 
 def test_what_is_wrong_with_a_quaternion(tmp_path: Path) -> None:
-    file = tmp_path / "scene.toml"
-    file.write_text(SPACE.format(motion='motion = "box.csv"'))
+    file = space(tmp_path)
     for turns, expected in QUATERNIONS.items():
         rows = [f"{t},0.5,0.5,0.5,{turn}" for t, turn in enumerate(turns.splitlines())]
         (tmp_path / "box.csv").write_text("\n".join(["t,x,y,z,qx,qy,qz,qw", *rows]))
@@ -199,17 +187,17 @@ def test_quaternions_take_the_nearer_sign() -> None:
 def test_too_many_rows(tmp_path: Path) -> None:
     rows = [f"{n},0,0" for n in range(MOST_MOTION_ROWS + 1)]
     (tmp_path / "cart.csv").write_text("\n".join(["t,x,y", *rows]))
-    message = refusal(plane(tmp_path, 'motion = "cart.csv"'))
+    message = refusal(plane(tmp_path, motion="cart.csv"))
     assert f"cart.csv line {MOST_MOTION_ROWS + 2}: more than {MOST_MOTION_ROWS} rows" in message
     again = [[float(n), 0.0, 0.0] for n in range(MOST_MOTION_ROWS)]
     table = {"shape": "box", "center": [3.0, 0.0], "size": [0.1, 0.1], "motion_rows": again}
-    content = read_scenario(plane(tmp_path, "")).table() | {"obstacles": [table] * 4}
+    content = read_scenario(plane(tmp_path)).table() | {"obstacles": [table] * 4}
     with pytest.raises(ScenarioError, match=r"obstacles\.3\.motion: more than 600 rows in all tables"):
         parse_scenario(content).problem()
 
 
 def test_a_file_cannot_be_named_where_there_is_no_folder(tmp_path: Path) -> None:
-    content: dict[str, Any] = read_scenario(plane(tmp_path, "")).table()
+    content: dict[str, Any] = read_scenario(plane(tmp_path)).table()
     content["obstacles"][1]["motion"] = "cart.csv"
     with pytest.raises(ScenarioError, match=r"obstacles\.1\.motion: 'cart.csv' has not been read; only a scenario"):
         parse_scenario(content).problem()
@@ -226,7 +214,7 @@ class Round(ObstacleSection):
 
 
 def test_a_shape_of_a_plugin_moves_too(tmp_path: Path) -> None:
-    content = read_scenario(plane(tmp_path, "")).table()
+    content = read_scenario(plane(tmp_path)).table()
     shape = f"{__name__}:Round"
     content["obstacles"] = [{"shape": shape, "radius": 0.1, "velocity": [0.5, 0.0]}]
     [obstacle] = parse_scenario(content).problem().obstacles
@@ -250,8 +238,8 @@ def test_a_half_space_is_below_its_normal(normal: tuple[float, float, float]) ->
 def test_a_solid_is_nothing_for_a_robot_in_the_plane() -> None:
     scenario = parse_scenario(
         {
-            "arm": {"link_lengths": [1.0, 1.0], "max_speed": 1.0, "max_acceleration": 1.0},
-            "task": {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.5]},
+            "arm": TWO_LINKS,
+            "task": SWING,
             "obstacles": [{"shape": "sphere", "center": CENTER, "radius": 0.1}],
         }
     )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.running import changed
+from helpers.scenes import SWING, toml
 from oracles.outlines import skeletons
 
 from problems import PlanarArm
@@ -118,11 +119,9 @@ def test_degrees_of_a_robot_by_its_class() -> None:
 
 def test_a_file_in_degrees(tmp_path: Path) -> None:
     path = tmp_path / "move.toml"
-    path.write_text(
-        'unit = "deg"\n[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 180\nmax_acceleration = 360\n'
-        "base = [0.0, 0.0, 90]\njoint_limits = [[-180, 180], [0, 150]]\n"
-        '[task]\nkind = "point-to-point"\nstart = [1.0, 0.5]\ngoal = [0.5, 1.5]\n'
-    )
+    arm = {"link_lengths": [1.0, 1.0], "max_speed": 180, "max_acceleration": 360, "base": [0.0, 0.0, 90]}
+    arm |= {"joint_limits": [[-180, 180], [0, 150]]}
+    path.write_text(toml(unit="deg", arm=arm, task=SWING | {"start": [1.0, 0.5]}))
     scenario = read_scenario(path)
     assert scenario.unit == "rad"
     assert scenario.arm is not None

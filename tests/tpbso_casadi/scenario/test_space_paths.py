@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.running import line_of, refusal, scenario_error
+from helpers.scenes import toml
 from oracles.space import away_from_path, tool_poses
 
 from problems.tasks import SpaceTracing
@@ -30,17 +31,6 @@ URDF = (
     + '<joint name="flange" type="fixed"><parent link="link_7"/><child link="link_8"/><origin xyz="0 0 0.15"/></joint>'
     "</robot>"
 )
-FILE = """
-[robot]
-urdf = "small.urdf"
-max_acceleration = 10.0
-[model]
-self_collision = false
-[task]
-kind = "path"
-points = "way.csv"
-accuracy = 0.005
-"""
 LINE = [[0.4, 0.0, 0.5], [0.4, 0.1, 0.5], [0.4, 0.1, 0.6]]
 DOWN = [1.0, 0.0, 0.0, 0.0]
 POSES = [point + DOWN for point in LINE]
@@ -51,6 +41,12 @@ def folder(in_an_empty_folder: None) -> Path:
     """The working folder, with the robot in it."""
     Path("small.urdf").write_text(URDF)
     return Path()
+
+
+def file(**task: Any) -> str:
+    stated = {"kind": "path", "points": "way.csv", "accuracy": 0.005} | task
+    robot = {"urdf": "small.urdf", "max_acceleration": 10.0}
+    return toml(robot=robot, model={"self_collision": False}, task=stated)
 
 
 def content(**task: Any) -> dict[str, Any]:
@@ -80,7 +76,7 @@ def test_angular_accuracy_in_degrees() -> None:
 
 @pytest.mark.parametrize("heading", ["", "X, Y, Z, QX, QY, QZ, QW\n\n"])
 def test_poses_are_read_from_beside_the_scenario(folder: Path, heading: str) -> None:
-    (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.01")
+    (folder / "mine.toml").write_text(file(angular_accuracy=0.01))
     (folder / "way.csv").write_text(heading + "\n".join(",".join(map(str, pose)) for pose in POSES))
     scenario = read_scenario(folder / "mine.toml")
     assert scenario.task.points == [tuple(pose) for pose in POSES]
@@ -101,7 +97,7 @@ WRONG_FILES = [
 
 
 def test_what_is_wrong_with_a_file_of_poses(folder: Path) -> None:
-    (folder / "mine.toml").write_text(FILE)
+    (folder / "mine.toml").write_text(file())
     for text, expected in WRONG_FILES:
         (folder / "way.csv").write_text(text)
         assert expected in line_of(lambda: read_scenario(folder / "mine.toml").problem())
@@ -134,7 +130,7 @@ def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
 
 
 def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "mine.toml").write_text(FILE + "angular_accuracy = 0.05")
+    (folder / "mine.toml").write_text(file(angular_accuracy=0.05))
     (folder / "way.csv").write_text("\n".join(",".join(map(str, pose)) for pose in POSES))
     search = ["--solver", "pso", "--evaluations", "20", "--polish", "--no-retime", "--backend", "vm"]
     out = folder / "run"
@@ -152,7 +148,7 @@ def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytes
 def test_what_needs_a_nonlinear_program_is_refused_in_one_line(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (folder / "mine.toml").write_text(FILE)
+    (folder / "mine.toml").write_text(file())
     (folder / "way.csv").write_text("\n".join(",".join(map(str, point)) for point in LINE))
     for options in (["--solver", "ipopt"], ["--within", "2"]):
         error = refusal(capsys, solve.main, "mine.toml", *options, "--no-plots", "--out", "run")

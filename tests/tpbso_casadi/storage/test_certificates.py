@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.certificates import criteria_of, straight
+from helpers.scenes import toml
 from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
@@ -40,11 +41,10 @@ def scenario_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "short.urdf").write_text(content["robot"]["urdf_text"])
     (folder / "spheres.toml").write_text(content["robot"]["spheres_text"])
     path = folder / "short.toml"
-    path.write_text(
-        '[robot]\nurdf = "short.urdf"\nspheres = "spheres.toml"\nmax_acceleration = 8.0\n'
-        '[task]\nkind = "point-to-point"\nstart = { joints = [-0.5, 0.8, 0.6] }\ngoal = { joints = [0.4, 0.9, 0.5] }\n'
-        '[[obstacles]]\nshape = "box"\ncenter = [0.0, 0.7, 0.6]\nsize = [0.1, 0.1, 0.1]\nname = "crate"\n'
-    )
+    robot = {"urdf": "short.urdf", "spheres": "spheres.toml", "max_acceleration": 8.0}
+    task = {"kind": "point-to-point", "start": {"joints": [-0.5, 0.8, 0.6]}} | TOWARD
+    crate = {"shape": "box", "center": [0.0, 0.7, 0.6], "size": [0.1, 0.1, 0.1], "name": "crate"}
+    path.write_text(toml(robot=robot, task=task, obstacles=[crate]))
     return path
 
 
