@@ -39,17 +39,17 @@ class Kinematics:
     """Forward and inverse kinematics, limits and obstacles on arrays."""
 
     def __init__(self, problem: PointToPointProblem | PathFollowingProblem, xp: ModuleType) -> None:
-        robot = problem.robot
+        robot = problem.criteria.robot
         assert isinstance(robot, PlanarArm)
-        self.xp, self.measure = xp, problem.objective.name
+        self.xp, self.measure = xp, problem.criteria.objective.name
         self.reduced, self.ceiling = problem.encoding.scales_time, problem.objective_upper_bound
         self.weights = problem.weights
         self.lengths = np.array(robot.link_lengths)
         self.speed, self.acceleration = np.array(robot.max_speed), np.array(robot.max_acceleration)
         self.reaches = [robot.reach(link) for link in range(1, robot.links + 1)]
-        self.elbow = -1.0 if problem.task.elbow == "down" else 1.0
+        self.elbow = -1.0 if problem.encoding.task.elbow == "down" else 1.0
         self.margin = SAMPLING_MARGIN * self.lengths.sum()
-        self.pairs = reachable_pairs(robot, problem.obstacles, self.margin)
+        self.pairs = reachable_pairs(robot, problem.criteria.obstacles, self.margin)
 
     def inverse(self, x: Array, y: Array, phi: Array) -> tuple[Array, Array]:
         """Joint angles (..., k) and cos(theta_2) (...) of tip (...) and redundancy angles (..., k - 2)."""
@@ -151,7 +151,7 @@ class PointToPointCost(Kinematics):
 
     def __init__(self, problem: PointToPointProblem, xp: ModuleType) -> None:
         super().__init__(problem, xp)
-        self.task = problem.task
+        self.task = problem.encoding.task
         tau = np.arange(1, problem.motion.steps + 1) / problem.motion.steps
         self.early = [sampling_matrix(QUARTIC, np.append(0.0, tau), n).full() for n in range(3)]
         self.late = [sampling_matrix(QUINTIC, tau, n).full() for n in range(3)]
@@ -229,14 +229,14 @@ class PathCost(Kinematics):
 
     def __init__(self, problem: PathFollowingProblem, xp: ModuleType) -> None:
         super().__init__(problem, xp)
-        self.task, self.steps, self.shortest = problem.task, problem.motion.steps, problem.encoding.time_box[0]
+        self.task, self.steps, self.shortest = problem.encoding.task, problem.motion.steps, problem.encoding.time_box[0]
         spline, values = problem.motion.spline, problem.encoding.redundancy_values
         self.spread = CubicSpline(np.linspace(0.0, 1.0, values), np.eye(values))(spline.knots)
         self.at_grid = [spline.operator(problem.motion.parameters_u, n) for n in range(3)]
         self.at_nodes = [spline.operator(spline.nodes, n) for n in (1, 2)]
         self.half_steps = np.diff(spline.nodes)[:, None] / 2.0
-        self.points = problem.task.path.array
-        self.at_knots = self.points[list(problem.task.knot_indices)]
+        self.points = problem.encoding.task.path.array
+        self.at_knots = self.points[list(problem.encoding.task.knot_indices)]
 
     def __call__(self, x: Array) -> Array:
         """Costs (...) of candidates (..., d)."""

@@ -86,10 +86,10 @@ def check(seed: int) -> Checked:
     trajectory = problem.trajectory(x)
     if rng.random() < 0.3:  # a little too fast, and only between the samples
         trajectory = trajectory.time_scaled(
-            exact_time_scale(problem.limits, trajectory) * (1.0 - 10.0 ** rng.uniform(-7.0, -3.0))
+            exact_time_scale(problem.criteria.limits, trajectory) * (1.0 - 10.0 ** rng.uniform(-7.0, -3.0))
         )
     began = time.perf_counter()
-    verdicts = problem.verify(trajectory)
+    verdicts = problem.criteria.verify(trajectory)
     milliseconds = (time.perf_counter() - began) * 1e3
     about = {"speed", "acceleration", "joint range", "clearance"}
     statuses = {verdict.name: verdict.status for verdict in verdicts if verdict.name in about}
@@ -98,9 +98,9 @@ def check(seed: int) -> Checked:
 
 def broken_limits(problem: Problem[Any], trajectory: Trajectory) -> Iterator[str]:
     """Which limits break at one of the dense samples."""
-    arm = problem.robot
+    arm = problem.criteria.robot
     assert isinstance(arm, PlanarArm)
-    clearance = Clearance(arm, reachable_pairs(arm, problem.obstacles))
+    clearance = Clearance(arm, reachable_pairs(arm, problem.criteria.obstacles))
     chunks = CHECK_SAMPLES // SAMPLES_PER_CHUNK
     for times in np.array_split(np.linspace(0.0, trajectory.duration, CHECK_SAMPLES), chunks):
         at = trajectory.samples(times, arm)

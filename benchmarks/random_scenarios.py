@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from problems import Problem, Trajectory
+from problems.certify import exact_time_scale
 from problems.families.two_segments import Quantities
 from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario
 
@@ -79,7 +80,7 @@ def _random_path(rng: np.random.Generator) -> Scenario | None:
     scenario, problem = stated
     x = np.full(len(problem.variables), 0.5)
     trajectory = problem.trajectory(x)
-    trajectory = trajectory.time_scaled(max(1.0, problem.exact_time_scale(trajectory)))
+    trajectory = trajectory.time_scaled(max(1.0, exact_time_scale(problem.criteria.limits, trajectory)))
     [accuracy] = problem.progress_measures()
     task["accuracy"] = ACCURACY_FACTOR * accuracy.of_trajectory(trajectory)
     return parse_scenario(scenario.table() | {"task": task})
@@ -116,5 +117,5 @@ def _scenario(
 
 def _keeps_its_limits(problem: Problem[Any], trajectory: Trajectory) -> bool:
     """Whether a motion holds for all t once it is slow enough, and needs no more time than the search box has."""
-    slowed = trajectory.time_scaled(max(0.2, problem.exact_time_scale(trajectory)))
-    return slowed.duration <= 8.0 and all(verdict.satisfied for verdict in problem.verify(slowed))
+    slowed = trajectory.time_scaled(max(0.2, exact_time_scale(problem.criteria.limits, trajectory)))
+    return slowed.duration <= 8.0 and all(verdict.satisfied for verdict in problem.criteria.verify(slowed))

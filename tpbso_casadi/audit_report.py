@@ -42,7 +42,7 @@ def audit_scenario(scenario: Scenario) -> dict[str, Any]:
     names = [variable.name for variable in problem.variables]
     return {
         "kind": "scenario",
-        "search": _model(problem, problem.model.constraints, problem.model.x, names, problem.bounds),
+        "search": _model(problem.criteria, problem.model.constraints, problem.model.x, names, problem.bounds),
         "program": _program(problem) if problem.has_program else None,
         "seconds": time.perf_counter() - began,
     }
@@ -52,17 +52,17 @@ def _program(problem: Problem[Any]) -> dict[str, Any]:
     program = problem.nlp()
     start = next(program.starts(np.random.default_rng(0)))
     rows = program.constraints(SAMPLING_MARGIN)
-    return _model(problem, rows, program.x, program.names, program.bounds_near(start))
+    return _model(problem.criteria, rows, program.x, program.names, program.bounds_near(start))
 
 
 def _model(
-    problem: Problem[Any],
+    criteria: Criteria,
     constraints: Sequence[Constraint],
     x: ca.SX,
     names: Sequence[str],
     bounds: tuple[FloatArray, FloatArray],
 ) -> dict[str, Any]:
-    equations = problem.task.equations
+    equations = criteria.task.equations
     numbered = [replace(c, equation=equations.get(c.name, c.equation)) for c in constraints]
     structures = [structure_of(constraint, x, names, *bounds) for constraint in numbered]
     return {
@@ -114,8 +114,9 @@ def optimality_of(problem: Problem[Any], motion: JudgedMotion) -> Optimality:
 
 def _optimum(problem: Problem[Any], plan: PlannedMotion) -> dict[str, Any] | None:
     """The optimum near the plan, with the prices of its limits."""
-    of_the_tool = any(isinstance(limit, ExpressionLimit) for limit in problem.limits)
-    if problem.robot.dim == 3 and (problem.task.obstacles or of_the_tool):
+    criteria = problem.criteria
+    of_the_tool = any(isinstance(limit, ExpressionLimit) for limit in criteria.limits)
+    if criteria.robot.dim == 3 and (criteria.obstacles or of_the_tool):
         return None  # second derivatives in space take a minute, of clearances several, which no deadline ends
     optimum = nearest_optimum(problem, plan.motion, plan.found, plan.scenario.model.retime)
     if optimum is None:
@@ -125,11 +126,11 @@ def _optimum(problem: Problem[Any], plan: PlannedMotion) -> dict[str, Any] | Non
     return {**asdict(optimum), "ranking": ranked}
 
 
-def _constraint(verdict: Verdict, problem: Criteria) -> dict[str, Any]:
+def _constraint(verdict: Verdict, criteria: Criteria) -> dict[str, Any]:
     """A verdict with its margin: how far inside the bound the worst value is, negative outside."""
     distance = abs(verdict.worst - verdict.bound)
     margin = distance if verdict.status is not CertificateStatus.VIOLATED else -distance
-    scale = abs(verdict.bound) or problem.robot.reach()[1]
+    scale = abs(verdict.bound) or criteria.robot.reach()[1]
     return {
         **asdict(verdict),
         "status": str(verdict.status),

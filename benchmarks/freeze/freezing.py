@@ -134,10 +134,10 @@ def lower_bound(tables: Tables, problem: Problem[Any]) -> float | None:
         return None
     task = tables["task"]
     start, goal = (np.array(task[end]["joints"]) for end in ("start", "goal"))
-    limits = problem.robot.limits
+    limits = problem.criteria.robot.limits
     durations = least_durations((goal - start)[None], limits).max(axis=1)
-    moves = DirectMoves(robot=problem.robot, start=start, goals=goal[None], durations=durations)
-    [least] = problem.objective.lower_bound(moves).tolist()
+    moves = DirectMoves(robot=problem.criteria.robot, start=start, goals=goal[None], durations=durations)
+    [least] = problem.criteria.objective.lower_bound(moves).tolist()
     return least if np.isfinite(least) else None
 
 
@@ -243,7 +243,7 @@ def frozen(definition: Definition, fine: Sequence[Tables] = ()) -> tuple[Descrip
         fine=definition.fine,
         dimension=len(first.problem.variables),
         variables=tuple(variable.name for variable in first.problem.variables),
-        objectives=tuple((objective.name, objective.unit) for objective in (each.objective for each in first.problems)),
+        objectives=tuple((each.criteria.objective.name, each.criteria.objective.unit) for each in first.problems),
         constraints=first.programs[0][1],
         instances=len(instances),
         digest=sha256(written).hexdigest(),

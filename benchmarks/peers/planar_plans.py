@@ -56,7 +56,7 @@ def scenario_of(case: str, motion: str) -> Scenario:
 def row(number: int) -> list[str]:
     case = CASES[number]
     before, free = plan(scenario_of(case, "paper")), plan(scenario_of(case, "spline"))
-    path, limits = JointPath.of(before.trajectory), before.problem.robot.limits
+    path, limits = JointPath.of(before.trajectory), before.criteria.robot.limits
     anew = retime(path, limits)
     regular = evenly_run(path)
     peer = by_toppra(regular, limits, np.linspace(*regular.breakpoints[[0, -1]], GRID + 1))

@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem
+from problems.base import FloatArray, InvalidProblem, Parametric
 from problems.certify import (
     AtGoal,
     ClosestApproach,
@@ -20,7 +20,6 @@ from problems.certify import (
     at_goal,
     closest_approach,
     closest_cover,
-    exact_time_scale,
     limit_verdicts,
     safe_time_scale,
     stay_verdicts,
@@ -66,22 +65,23 @@ class MotionStage:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Criteria:
+class Criteria(Parametric):
     """The task of a motion, the limits that it keeps, and the objective.
 
     Attributes:
-        free_timing: whether motions are timed path by path: the number of their pieces is then free, and accelerations
-            jump where no limit of the jerk forbids it.
         task: the statement: robot, start and goal or path, obstacles.
         objective: what is minimised.
         limits: what the motion must keep.
+        free_timing: whether motions are timed path by path: the number of their pieces is then free, and accelerations
+            jump where no limit of the jerk forbids it.
+        row_times: times in s, at least so many, at which to tabulate a trajectory, its breakpoints among them.
     """
-
-    free_timing: ClassVar[bool] = False
 
     task: Task
     objective: Objective
     limits: tuple[Limit, ...]
+    free_timing: bool = False
+    row_times: Callable[[Trajectory, int], FloatArray] = Trajectory.times
 
     @property
     def stages(self) -> tuple[MotionStage, ...]:
@@ -106,7 +106,8 @@ class Criteria:
         """The criteria of a motion that is timed anew along its path."""
         if self.free_timing:
             return self
-        return Criteria(task=self.task.at_free_times(), objective=self.objective, limits=self.limits)
+        task = self.task.at_free_times()
+        return Criteria(task=task, objective=self.objective, limits=self.limits, free_timing=True)
 
     def with_clock(self, clock: Callable[[FloatArray], FloatArray]) -> Self:
         """The criteria with another clock, (n,) to (n,), s, for what is due at given times; unchanged by default."""
@@ -120,22 +121,16 @@ class Criteria:
         """
         raise NotImplementedError
 
-    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Times in s at which to tabulate a trajectory, its breakpoints among them."""
-        return trajectory.times(at_least)
-
-    def exact_time_scale(self, trajectory: Trajectory) -> float:
-        """How much slower, or faster, a trajectory has to be run so that its limits just hold for all t."""
-        return max(exact_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
-
     def safe_time_scale(self, trajectory: Trajectory) -> float:
-        """The exact time scale and a little more, so that rounding breaks no limit."""
-        return max(safe_time_scale(self.limits, trajectory), self._duration_time_scale(trajectory))
+        """How much slower, or faster, a trajectory has to be run so that its limits hold for all t, despite rounding.
 
-    def _duration_time_scale(self, trajectory: Trajectory) -> float:
-        """How much slower a trajectory has to be run so that none of its durations is too short."""
+        1 where an end is not at rest: its rates are given.
+        """
+        if not self.task.at_rest:
+            return 1.0
         bounds = self.task.duration_bounds
-        return 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
+        of_durations = 0.0 if bounds is None else bounds.time_scale(self.task.durations(trajectory))
+        return max(safe_time_scale(self.limits, trajectory), of_durations)
 
     @cached_property
     def judged_limits(self) -> tuple[Limit, ...]:
@@ -212,8 +207,8 @@ class Criteria:
                 yield f"contact with any of the {bodies[name]} bodies that are called {name}, which may be touched"
 
     def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
-        """Times of interest within a motion; none by default."""
-        return ()
+        """Times of interest within a motion; those of the task by default."""
+        return self.task.milestones(trajectory)
 
 
 def joint_following(task: JointFollowing, limits: Sequence[LimitKind] = ()) -> JointFollowingCriteria:
@@ -232,9 +227,8 @@ def joint_following(task: JointFollowing, limits: Sequence[LimitKind] = ()) -> J
 class JointFollowingCriteria(Criteria):
     """Run a given path."""
 
-    free_timing: ClassVar[bool] = True
-
     task: JointFollowing
+    free_timing: bool = True
 
     def path_of(self, trajectory: Trajectory) -> JointPath:
         return self.task.path
@@ -246,7 +240,7 @@ class JointFollowingCriteria(Criteria):
             InvalidProblem: the path stands still or jumps, or no motion has its velocities at the ends.
         """
         trajectory = retime(self.task.path, self.robot.limits, self.task.rates, chain=self.robot.rigid_chain)
-        scale = 1.0 if self.task.end_velocities.any() else self.safe_time_scale(trajectory)
+        scale = self.safe_time_scale(trajectory)
         return trajectory if scale <= 1.0 else trajectory.time_scaled(scale)
 
 
@@ -273,9 +267,8 @@ def recorded_motion(task: RecordedMotion, limits: Sequence[LimitKind] = ()) -> R
 class RecordedMotionCriteria(Criteria):
     """Run a motion exactly as it is stated."""
 
-    free_timing: ClassVar[bool] = True
-
     task: RecordedMotion
+    free_timing: bool = True
 
     def given_motion(self) -> Trajectory:
         return self.task.motion

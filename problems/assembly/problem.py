@@ -42,17 +42,19 @@ class Model:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Problem(Criteria, ABC, Generic[P]):
+class Problem(ABC, Generic[P]):
     """A planning problem: cost, constraints, nonlinear program and verification from one set of formulas.
 
     Attributes:
         has_program: whether there is a nonlinear program of it.
+        criteria: by which a motion is judged.
         motion: the family of motions in which an answer is sought.
         encoding: what a search vector means, and what it costs.
     """
 
     has_program: ClassVar[bool] = True
 
+    criteria: Criteria
     motion: Motion[P]
     encoding: Encoding[P]
 
@@ -94,6 +96,10 @@ class Problem(Criteria, ABC, Generic[P]):
         """Lower and upper corner of the search box, both (d,)."""
         return self.encoding.bounds
 
+    def with_objective(self, objective: Objective) -> Self:
+        """The problem with another objective, over the same search vectors."""
+        return replace(self, criteria=replace(self.criteria, objective=objective))
+
     def with_integrals_at_samples(self) -> Self:
         """The problem with integrals over time taken from its samples alone; itself where they always are."""
         return self
@@ -105,11 +111,11 @@ class Problem(Criteria, ABC, Generic[P]):
     @property
     def searched_limits(self) -> tuple[Limit, ...]:
         """The limits as a search keeps them; those of the motion by default."""
-        return self.limits
+        return self.criteria.limits
 
     def decoded(self, x: Matrix) -> Decoded[P]:
         """The motion of a search vector (d, 1), with its final time; symbolic or numeric."""
-        decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.limits)
+        decoded, limits = self.encoding.decode(x), self.encoding.slowing(self.criteria.limits)
         peaks = self._peaks(decoded.parameters, limits) if limits else []
         return replace(decoded, parameters=self.encoding.timed(decoded.parameters, limits, peaks, x))
 
@@ -127,7 +133,7 @@ class Problem(Criteria, ABC, Generic[P]):
 
     def _duration_constraints(self, parameters: P) -> list[Constraint]:
         """The bounds of the durations of a motion's parts, as a search sees them; none where nothing is promised."""
-        bounds = self.task.duration_bounds
+        bounds = self.criteria.task.duration_bounds
         return [] if bounds is None else [bounds.at(self.motion.durations(parameters).T, SAMPLING_MARGIN)]
 
     @abstractmethod
@@ -166,23 +172,23 @@ class Problem(Criteria, ABC, Generic[P]):
         x = ca.SX.sym("x", len(self.variables))
         decoded = self.decoded(x)
         samples = self.motion.samples(decoded.parameters)
-        constraints = [c for limit in self.limits for c in limit.constraints(samples, SAMPLING_MARGIN)]
+        constraints = [c for limit in self.criteria.limits for c in limit.constraints(samples, SAMPLING_MARGIN)]
         constraints += self._duration_constraints(decoded.parameters)
         constraints += self._point_constraints(decoded.parameters)
         if decoded.reach is not None:
             constraints.append(decoded.reach)
-        return Model(x, self.objective.value(samples), tuple(constraints))
+        return Model(x, self.criteria.objective.value(samples), tuple(constraints))
 
     @cached_property
     def weights(self) -> CostWeights:
         """The weights in the cost."""
-        bound = self.objective.upper_bound(self.encoding.motion_bounds(self.limits))
+        bound = self.criteria.objective.upper_bound(self.encoding.motion_bounds(self.criteria.limits))
         return self.encoding.weights(bound, self._penalised_constraints)
 
     def _penalised_constraints(self) -> list[Constraint]:
         """Constraints of the motion in the middle of the search box: any one, of which only the shapes matter."""
         parameters = self.decoded(ca.DM(np.mean(self.bounds, axis=0))).parameters
-        samples, penalised = self.motion.samples(parameters), self.encoding.penalised(self.limits)
+        samples, penalised = self.motion.samples(parameters), self.encoding.penalised(self.criteria.limits)
         constraints = [c for limit in penalised for c in limit.constraints(samples, SAMPLING_MARGIN)]
         return constraints + self._point_constraints(parameters)
 
@@ -231,9 +237,6 @@ class Problem(Criteria, ABC, Generic[P]):
     def path(self, x: FloatArray) -> JointPath:
         """The path of one candidate (d,), whatever its timing."""
         return JointPath.of(self.trajectory(x))
-
-    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        return self.motion.row_times(trajectory, at_least)
 
 
 def objective_named(objective: Objective | str, robot: Robot) -> Objective:

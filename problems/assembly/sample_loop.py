@@ -312,8 +312,8 @@ class Accumulated:
 
 def statements_of(problem: Problem[Any]) -> tuple[Any, ...]:
     """All that a cost depends on, in the order of its numbers."""
-    bounds = problem.task.duration_bounds
-    return problem.encoding, problem.motion, problem.searched_limits, problem.weights, bounds, problem.objective
+    bounds, objective = problem.criteria.task.duration_bounds, problem.criteria.objective
+    return problem.encoding, problem.motion, problem.searched_limits, problem.weights, bounds, objective
 
 
 class CostSteps(ABC, Generic[P]):
@@ -334,7 +334,7 @@ class CostSteps(ABC, Generic[P]):
         self.objective: Objective = symbolic_copies[5]
         each = zip(problem.searched_limits, self.limits, strict=True)
         self._repetitions = {id(symbolic_copy): limit.repetitions(symbolic_copy) for limit, symbolic_copy in each}
-        self.seconds_stayed = problem.task.stay
+        self.seconds_stayed = problem.criteria.task.stay
         self.x = ca.SX.sym("x", len(problem.variables))
 
     @cached_property

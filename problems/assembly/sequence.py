@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,14 @@ SAME_TIME = 1e-9  # of T: times that are one
 ORDER = (CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED, CertificateStatus.CERTIFIED)  # the worst first
 
 
+def sparse_times(trajectory: Trajectory, at_least: int) -> FloatArray:
+    """Equally spaced times, and all breakpoints: some stages have a hundred times as many pieces as others."""
+    even, edges = np.linspace(0.0, trajectory.duration, at_least), trajectory.breakpoints
+    following = np.clip(np.searchsorted(edges, even), 1, edges.size - 1)
+    nearest = np.minimum(np.abs(edges[following] - even), np.abs(even - edges[following - 1]))
+    return np.union1d(edges, even[nearest > SAME_TIME * trajectory.duration])
+
+
 @dataclass(frozen=True, kw_only=True)
 class SequenceCriteria(Criteria):
     """Stages one after the other, at rest between them.
@@ -27,13 +35,10 @@ class SequenceCriteria(Criteria):
         stages: in their order, from 0 to T without a gap.
     """
 
-    free_timing: ClassVar[bool] = True
-
     task: Sequence
+    free_timing: bool = True
+    row_times: Callable[[Trajectory, int], FloatArray] = sparse_times
     stages: tuple[MotionStage, ...] = ()
-
-    def at_free_times(self) -> Criteria:
-        return self
 
     def with_clock(self, clock: Callable[[FloatArray], FloatArray]) -> Self:
         ends = clock(np.array([[stage.start, stage.end] for stage in self.stages])).tolist()
@@ -63,13 +68,6 @@ class SequenceCriteria(Criteria):
 
     def at_goal(self, trajectory: Trajectory) -> AtGoal | None:
         return None
-
-    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Equally spaced times, and all breakpoints: some stages have a hundred times as many pieces as others."""
-        even, edges = np.linspace(0.0, trajectory.duration, at_least), trajectory.breakpoints
-        following = np.clip(np.searchsorted(edges, even), 1, edges.size - 1)
-        nearest = np.minimum(np.abs(edges[following] - even), np.abs(even - edges[following - 1]))
-        return np.union1d(edges, even[nearest > SAME_TIME * trajectory.duration])
 
     def at_times(self, times: FloatArray) -> Iterator[tuple[Criteria, NDArray[np.intp]]]:
         """The criteria of the stages; where the arm stands, those of the stage that it came from, or of the first."""

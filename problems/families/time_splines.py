@@ -24,6 +24,7 @@ import numpy as np
 from problems.assembly import (
     PLACES,
     CostSteps,
+    Criteria,
     Decoded,
     DirectPlanner,
     Encoding,
@@ -245,11 +246,14 @@ def time_move(
     check_at_least("pieces", pieces, LEAST_PIECES)
     motion = TimeSpline(task.robot, pieces, samples)
     return TimeMoveProblem(
-        task=task,
+        criteria=Criteria(
+            task=task,
+            objective=objective_named(objective, task.robot),
+            limits=limits_of(task.robot, task.obstacles, limits),
+            row_times=motion.row_times,
+        ),
         motion=motion,
         encoding=encoding_of(task, motion),
-        objective=objective_named(objective, task.robot),
-        limits=limits_of(task.robot, task.obstacles, limits),
         further_limits=tuple(limits),
     )
 
@@ -315,7 +319,6 @@ class TimeMoveProblem(Problem[SplineShape]):
 
     has_program: ClassVar[bool] = False
 
-    task: Move
     motion: TimeSpline
     encoding: TimeControlPoints
     further_limits: tuple[LimitKind, ...] = ()
@@ -328,7 +331,7 @@ class TimeMoveProblem(Problem[SplineShape]):
     @cached_property
     def searched_limits(self) -> tuple[Limit, ...]:
         """The limits with a margin for what is between samples, except at the ends, which are given."""
-        return tuple(TaperedMargin(limit) for limit in self.limits)
+        return tuple(TaperedMargin(limit) for limit in self.criteria.limits)
 
     def same_structure_with(self, task: Move) -> TimeMoveProblem:
         """The problem of another task: from another state, to other postures, among other obstacles.
@@ -338,11 +341,11 @@ class TimeMoveProblem(Problem[SplineShape]):
         Raises:
             InvalidProblem: as :func:`time_move`.
         """
-        same_robot = task.robot is self.robot
+        same_robot = task.robot is self.motion.robot
         motion = self.motion if same_robot else replace(self.motion, robot=task.robot)
         limits = limits_of(task.robot, task.obstacles, self.further_limits)
-        encoding = encoding_of(task, motion)
-        other = replace(self, task=task, motion=motion, encoding=encoding, limits=limits, first=None)
+        encoding, criteria = encoding_of(task, motion), replace(self.criteria, task=task, limits=limits)
+        other = replace(self, criteria=criteria, motion=motion, encoding=encoding, first=None)
         if same_robot and other._reading.structure_key == self._reading.structure_key:
             object.__setattr__(other, "first", self.first or self)  # frozen from now on
         return other
@@ -390,18 +393,11 @@ class TimeMoveProblem(Problem[SplineShape]):
     def parameters_of(self, x: FloatArray) -> SplineShape:
         return self.encoding.decode(ca.DM(x)).parameters
 
-    def exact_time_scale(self, trajectory: Trajectory) -> float:
-        """How much slower, or faster, a trajectory has to be run; 1 from a state that moves, whose rates are given."""
-        return super().exact_time_scale(trajectory) if self.task.at_rest else 1.0
-
-    def safe_time_scale(self, trajectory: Trajectory) -> float:
-        return super().safe_time_scale(trajectory) if self.task.at_rest else 1.0
-
     def quintics(self, count: int) -> FloatArray:
         """Search vectors (count goals, d) of motions in free space to each goal: of durations that grow."""
         goals, d = len(self.encoding.goals), len(self.variables)
         found = np.zeros((count, goals, d))
-        which = d - 1 - self.robot.dof * self.motion.inner
+        which = d - 1 - self.motion.robot.dof * self.motion.inner
         found[:, :, which] = np.linspace(0.0, 1.0, count)[:, None]
         found[:, :, :which] = np.arange(goals)[:, None] + 0.5
         return found.reshape(-1, d)
@@ -426,10 +422,10 @@ class FreeSpacePlanner(DirectPlanner):
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """The fastest motion to each goal, the quickest first, where nothing but time counts."""
-        task, limits = self.problem.task, self.problem.robot.limits
-        if limits.jerk is None or task.total_time is not None or not self.problem.objective.direct_is_least:
+        encoding, criteria = self.problem.encoding, self.problem.criteria
+        limits = criteria.robot.limits
+        if limits.jerk is None or criteria.task.total_time is not None or not criteria.objective.direct_is_least:
             return
-        encoding = self.problem.encoding
         state = MotionState(*(np.array(each) for each in (encoding.start, encoding.velocity, encoding.acceleration)))
         with suppress(InvalidProblem):  # there is none within the limits
             moves = [fastest_move(state, np.array(goal), limits) for goal in encoding.goals]

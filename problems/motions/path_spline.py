@@ -391,10 +391,6 @@ class PathSpline(Motion[TimedPath]):
             pieces.append(piece)
         return Trajectory.from_pieces(durations, pieces)
 
-    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Times at equal steps in each piece of the finished motion, which has pieces of its own."""
-        return trajectory.times(at_least)
-
 
 def _row(samples: Samples, orders: tuple[int, ...]) -> Matrix:
     """Some derivatives, time and weight of samples (n, ...), beside each other."""

@@ -420,6 +420,6 @@ class Motion(Parametric, ABC, Generic[P]):
     def trajectory(self, parameters: P) -> Trajectory:
         """The exact motion of numeric parameters."""
 
-    @abstractmethod
     def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        """Times in s at which to tabulate a trajectory, those of the samples among them."""
+        """Times in s at which to tabulate a trajectory, those of the samples among them; breakpoints by default."""
+        return trajectory.times(at_least)

@@ -17,7 +17,7 @@ from problems.robots import Robot
 from problems.scene import Obstacle, standing
 from problems.tasks.checks import check_choice, check_obstacles, check_range
 from problems.tasks.place import Elbow, Joints, Place, check_elbow
-from problems.tasks.task import Marker, MarkerKind, Task
+from problems.tasks.task import Marker, MarkerKind, Milestone, Task
 
 LARGEST_CORNER = 1.0  # m or rad: no via may be missed by more
 RATE_TOLERANCE = 1e-9  # of a joint's largest speed or acceleration; allows for rounding only
@@ -225,11 +225,6 @@ class Move(Task):
         return np.array([self.start_acceleration or rest, rest])
 
     @property
-    def at_rest(self) -> bool:
-        """Whether both ends are at rest."""
-        return not self.end_velocities.any() and not self.end_accelerations.any()
-
-    @property
     def passes_nothing(self) -> bool:
         return not self.vias
 
@@ -272,6 +267,10 @@ class Move(Task):
     def via_times(self, trajectory: Trajectory) -> FloatArray:
         """Times at which the vias are passed, or missed least, in order, (vias,), s."""
         return passing_times(self.robot, trajectory, self.vias)
+
+    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
+        times = self.via_times(trajectory)
+        return tuple(Milestone(label=f"via {number}", time=float(t)) for number, t in enumerate(times, start=1))
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         """Conditions on start, vias and goal; on the velocities at both ends; on a stated acceleration at the start."""

@@ -155,6 +155,11 @@ class Task(Parametric, ABC):
         return np.zeros((2, self.robot.dof))
 
     @property
+    def at_rest(self) -> bool:
+        """Whether both ends are at rest."""
+        return not self.end_velocities.any() and not self.end_accelerations.any()
+
+    @property
     def crowded(self) -> bool:
         """Whether there is anything to keep clear of: an obstacle, or the robot itself."""
         return bool(self.obstacles) or self.robot.self_collision
@@ -234,6 +239,10 @@ class Task(Parametric, ABC):
 
     def markers(self) -> tuple[Marker, ...]:
         """Positions that the tool has to reach, for drawing; none by default."""
+        return ()
+
+    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
+        """Times of interest within a motion; none by default."""
         return ()
 
     def bounded_curves(self, trajectory: Trajectory) -> tuple[BoundedCurve, ...]:

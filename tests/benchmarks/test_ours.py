@@ -26,11 +26,11 @@ from tpbso_casadi.judging.store import RunStore
 def test_a_scenario_is_the_problem(setting: Setting, folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
     stated = Question(setting, to_pose=False).scenario(problem).problem()
-    robot = stated.robot
+    robot = stated.criteria.robot
     assert robot.limits.speed == (2.0, 3.0, 3.0)
     assert (robot.limits.acceleration, robot.limits.jerk) == ((5.0,) * 3, (50.0,) * 3)
     assert robot.limits.position == ((-3.0, 3.0), (-3.0, 3.0), (-2.0, 2.0))
-    box, cylinder = stated.task.obstacles
+    box, cylinder = stated.criteria.task.obstacles
     assert isinstance(box, Box)
     assert (tuple(box.center), tuple(box.size)) == ((0.0, 0.0, 3.0), (1.0, 1.0, 1.0))
     assert isinstance(cylinder, Cylinder)
@@ -67,7 +67,7 @@ def test_torques_are_kept_unless_that_is_not_asked_for(folder: Path) -> None:
     (problem,) = read_problems(folder / "small.jsonl")
     massive = Setting(folder / "massive.urdf", folder / "small.toml", (5.0,), (50.0,))
     free = replace(massive, keeps_torques=False)
-    limits = [Question(one, to_pose=False).scenario(problem).problem().robot.limits for one in (massive, free)]
+    limits = [Question(one, to_pose=False).scenario(problem).problem().criteria.robot.limits for one in (massive, free)]
     assert [one.torque for one in limits] == [(10.0,) * 3, None]
 
 

@@ -153,12 +153,12 @@ def judged_in_space(plan: tp.Plan, place: np.ndarray, turned: Rotation, kind: st
     check_limits(plan)
     times = np.linspace(0.0, plan.duration, TIMES)
     problem = plan.scenario.problem()
-    arm, theta = problem.robot, plan.trajectory.at(times)
+    arm, theta = problem.criteria.robot, plan.trajectory.at(times)
     assert isinstance(arm, SpatialArm)
     chain = Chain(arm)
     centers, radii, margin = chain.centers(theta), [sphere.radius for sphere in arm.spheres], plan.scenario.model.margin
     for number, (center, radius) in enumerate(zip(centers, radii, strict=True)):
-        for solid in standing(problem.obstacles) if arm.spheres[number].link > 0 else ():
+        for solid in standing(problem.criteria.obstacles) if arm.spheres[number].link > 0 else ():
             assert (distance(solid, center) - radius >= margin - SPARE).all(), f"{arm.spheres[number].name}, {solid}"
     for one, two in (*arm.kept_pairs, *arm.proven_pairs):
         apart = np.linalg.norm(centers[one] - centers[two], axis=1) - radii[one] - radii[two]

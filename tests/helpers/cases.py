@@ -81,12 +81,12 @@ def following(
 
 def changed(problem: P, **changes: Any) -> P:
     """The problem made again, with other fields of its statement or other options."""
-    stated = {field.name for field in fields(problem.task)}
-    task = replace(problem.task, **{name: value for name, value in changes.items() if name in stated})
+    stated = {field.name for field in fields(problem.criteria.task)}
+    task = replace(problem.criteria.task, **{name: value for name, value in changes.items() if name in stated})
     options: dict[str, Any] = {
-        "objective": problem.objective,
+        "objective": problem.criteria.objective,
         "formulation": problem.encoding.name,
-        "limits": tuple(type(limit) for limit in problem.limits if limit.name not in LIMITS),
+        "limits": tuple(type(limit) for limit in problem.criteria.limits if limit.name not in LIMITS),
     }
     make: Any
     if isinstance(problem, PointToPointProblem):

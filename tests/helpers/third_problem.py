@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from problems import OBJECTIVES, Constraint, Problem, Robot, Trajectory, Variable
-from problems.assembly import CostSteps, Decoded, Encoding, FeasibilityFirst
+from problems.assembly import CostSteps, Criteria, Decoded, Encoding, FeasibilityFirst
 from problems.base import FloatArray, Matrix
 from problems.certify import safe_time_scale
 from problems.evaluation import Program, Step
@@ -100,9 +100,6 @@ class Blend(Motion[Matrix]):
         piece[0] += self.task.start
         return Trajectory.from_pieces(np.array([float(parameters)]), [piece])
 
-    def row_times(self, trajectory: Trajectory, at_least: int) -> FloatArray:
-        return np.linspace(0.0, trajectory.duration, at_least)
-
 
 @dataclass(frozen=True)
 class Duration(FeasibilityFirst, Encoding[Matrix]):
@@ -134,7 +131,7 @@ class JointMoveProblem(Problem[Matrix]):
         return JointMoveSteps(self).program()
 
     def nlp(self) -> NonlinearProgram:
-        return JointMoveProgram(self.motion, self.limits)
+        return JointMoveProgram(self.motion, self.criteria.limits)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         return {"T": np.array(x)}
@@ -201,6 +198,5 @@ class JointMoveTask(TaskSection):
         task = JointMove(robot, tuple(self.start), tuple(self.goal), obstacles)
         motion = Blend(robot, task)
         limits = limits_of(robot, obstacles, model.further_limits)
-        return JointMoveProblem(
-            task=task, motion=motion, encoding=Duration(motion), objective=OBJECTIVES["time"], limits=limits
-        )
+        criteria = Criteria(task=task, objective=OBJECTIVES["time"], limits=limits)
+        return JointMoveProblem(criteria=criteria, motion=motion, encoding=Duration(motion))

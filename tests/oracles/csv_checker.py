@@ -70,7 +70,7 @@ def check_passed(scenario: dict[str, Any], t: np.ndarray, tip: np.ndarray) -> No
     if task["kind"] == "point-to-point":
         assert np.linalg.norm(tip[[0, -1]] - np.array([task["start"], task["goal"]]), axis=1).max() <= 1e-6
         return
-    points = parse_scenario(scenario).problem().task.path.array
+    points = parse_scenario(scenario).problem().criteria.task.path.array
     assert np.linalg.norm(tip[[0, -1]] - points[[0, -1]], axis=1).max() <= 1e-6
     step, row = np.linalg.norm(np.diff(tip, axis=0), axis=1).max(), 0
     for point in points:
@@ -112,7 +112,7 @@ def check_task(scenario: dict[str, Any], t: np.ndarray, tip: np.ndarray) -> None
     if task["kind"] == "point-to-point":
         points, allowed = np.array([task["start"], task["goal"]]), 1e-6
     else:
-        path = parse_scenario(scenario).problem().task.path
+        path = parse_scenario(scenario).problem().criteria.task.path
         points, allowed = path.array, task["accuracy"] * (1.0 + 1e-9)
         corners = tip_at(np.array(path.corners) / (len(points) - 1), t, tip)
         assert np.linalg.norm(corners - points[list(path.corners)], axis=1).max(initial=0.0) < 1e-3

@@ -18,7 +18,7 @@ class PathOracle:
     """Evaluates candidates (m, d) of a problem from its fields alone."""
 
     def __init__(self, problem: PathFollowingProblem) -> None:
-        self.problem, self.task, self.arm = problem, problem.task, problem.robot
+        self.problem, self.task, self.arm = problem, problem.encoding.task, problem.criteria.robot
         self.formulation = problem.encoding.name
         self.lengths = np.array(self.arm.link_lengths)
         n = len(self.task.path.points)
@@ -34,7 +34,7 @@ class PathOracle:
         p = self.problem
         spline, time = self._motion(candidates)
         theta = spline(self.u_grid)
-        objective = objective_of(p.objective.name, time, theta, self.lengths)
+        objective = objective_of(p.criteria.objective.name, time, theta, self.lengths)
         violations = self._violations(spline, time)
         if self.formulation == "reduced":
             miss = violations.pop("accuracy")

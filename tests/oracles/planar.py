@@ -16,14 +16,14 @@ class PointToPointOracle:
     """Evaluates candidates (m, d) of a problem in the paper's formulation from its fields alone."""
 
     def __init__(self, problem: PointToPointProblem) -> None:
-        self.problem, self.task, self.arm = problem, problem.task, problem.robot
+        self.problem, self.task, self.arm = problem, problem.encoding.task, problem.criteria.robot
         self.lengths = np.array(self.arm.link_lengths)
 
     def cost(self, candidates: np.ndarray) -> np.ndarray:
         p = self.problem
         weights = p.weights
         k_s, k_f, theta, speed, acceleration, duration = self._motion(candidates)
-        objective = objective_of(p.objective.name, duration, theta, self.lengths)
+        objective = objective_of(p.criteria.objective.name, duration, theta, self.lengths)
         penalty = self._penalty(theta, speed, acceleration)
         unreachable = weights.reach * (np.abs(k_s) + np.abs(k_f))
         reachable = (np.abs(k_s) <= 1.0) & (np.abs(k_f) <= 1.0)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from helpers.scenes import TWO_LINKS, toml
-from helpers.third_problem import JointMoveProblem, JointMoveTask
+from helpers.third_problem import JointMove, JointMoveTask
 
 from tpbso_casadi.cli.commands.audit import main as audit
 from tpbso_casadi.cli.commands.solve import main as solve
@@ -35,7 +35,7 @@ def test_it_is_planned_polished_drawn_animated_and_audited(capsys: pytest.Captur
     data = re.search(r'<script type="application/json">(.*?)</script>', page)
     assert data is not None and json.loads(data[1])["points"] == []
     run = read_run(Path("run"))
-    assert isinstance(run.motion.criteria, JointMoveProblem) and run.result.polish is not None
+    assert isinstance(run.motion.criteria.task, JointMove) and run.result.polish is not None
     assert audit(["run"]) == 0
     assert "certified" in capsys.readouterr().out
     assert audit(["move.toml"]) == 0

@@ -27,7 +27,7 @@ class Frames:
     """The postures of a motion and its surroundings, for any animation.
 
     Attributes:
-        problem: whose arm, obstacles and task are drawn.
+        criteria: whose arm, obstacles and task are drawn.
         trajectory: of the joints.
         times: (n,), s.
         joints: where base, joints and tip are, (n, frames, dim), m.
@@ -37,7 +37,7 @@ class Frames:
         broken: by the names of limits, from when to when they are broken, s.
     """
 
-    problem: Criteria
+    criteria: Criteria
     trajectory: Trajectory
     times: FloatArray
     joints: FloatArray
@@ -55,13 +55,13 @@ class Frames:
     def task_points(self) -> FloatArray:
         """The points that the tip has to reach, (p, dim), m; none where the task has none."""
         return np.vstack(
-            [np.empty((0, self.problem.robot.dim)), *(marker.points for marker in self.problem.task.markers())]
+            [np.empty((0, self.criteria.robot.dim)), *(marker.points for marker in self.criteria.task.markers())]
         )
 
     @cached_property
     def courses(self) -> tuple[Course, ...]:
         """The places of the moving obstacles at these times."""
-        return courses_of(self.problem.task.scenery, self.times)
+        return courses_of(self.criteria.task.scenery, self.times)
 
     @cached_property
     def theta(self) -> FloatArray:
@@ -71,12 +71,12 @@ class Frames:
     @cached_property
     def scene(self) -> Scene:
         """Robot and surroundings in space."""
-        return Scene(self.problem.robot, self.problem.task.scenery, self.problem.task.markers(), self.courses)
+        return Scene(self.criteria.robot, self.criteria.task.scenery, self.criteria.task.markers(), self.courses)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
         """Left, right, bottom and top of everything drawn in the plane, with some padding, m."""
-        return extent_of(self.problem, self.joints, self.task_points, self.courses)
+        return extent_of(self.criteria, self.joints, self.task_points, self.courses)
 
 
 def frames_of(motion: JudgedMotion, count: int = FRAME_COUNT) -> Frames:

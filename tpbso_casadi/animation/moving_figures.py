@@ -25,13 +25,13 @@ ARM, WAY = "#1b2733", BLUE
 
 def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
     """An arm in the plane, to scale."""
-    draw_scene(axes, frames.problem)
+    draw_scene(axes, frames.criteria)
     left, right, bottom, top = frames.extent
     axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top), xlabel="x [m]", ylabel="y [m]")
     axes.grid(alpha=0.3)
     tip_path = axes.plot([], [], color=WAY, linewidth=2.0)[0]
     arm = axes.plot([], [], "-o", color=ARM, markerfacecolor="white", linewidth=2.2, zorder=5)[0]
-    robot = frames.problem.robot
+    robot = frames.criteria.robot
     draw_ways(axes, [course.middles for course in frames.courses])
     obstacles = [draw_obstacle(axes, course.outlines[0]) for course in frames.courses]
     bodies = draw_bodies(axes, robot, frames.joints[0], ARM)
@@ -107,7 +107,7 @@ def save_film(path: Path, title: str, frames: Frames, ffmpeg: str | None) -> Non
         writer = Encoder(rate, codec="h264", extra_args=["-pix_fmt", "yuv420p"])
     figure = Figure(figsize=(6.0, 6.0), layout="constrained")
     axes = figure.subplots()
-    show = STAGES[frames.problem.robot.dim](axes, frames)
+    show = STAGES[frames.criteria.robot.dim](axes, frames)
     caption = axes.set_title(title, parse_math=False)
     with (
         warnings.catch_warnings(),

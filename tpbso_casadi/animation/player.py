@@ -121,7 +121,7 @@ def player(title: str, frames: Frames, kind: str = "player") -> Markup:
         frames: of it.
         kind: classes of the element; ``player full`` fills what its page leaves.
     """
-    stage = STAGES[frames.problem.robot.dim]
+    stage = STAGES[frames.criteria.robot.dim]
     data = htmlsafe_json_dumps(shared_data(frames) | stage.content(frames), separators=(",", ":"))
     return PLAYER.format(title=title, kind=kind, stage=stage, data=data)
 

@@ -213,8 +213,8 @@ PER_TIME = {"speed": "/s", "acceleration": "/s²", "jerk": "/s³"}  # of a joint
 
 def shared_data(frames: Frames) -> dict[str, Any]:
     """The data that every stage needs."""
-    robot = frames.problem.robot
-    closest = closest_of(frames.problem, frames.theta, frames.times)
+    robot = frames.criteria.robot
+    closest = closest_of(frames.criteria, frames.theta, frames.times)
     return {
         "times": rounded(frames.times, FINE),
         "joints": rounded(frames.joints),
@@ -243,11 +243,11 @@ def _line(joint: int) -> dict[str, Any]:
 
 def _curves(frames: Frames) -> list[dict[str, Any]]:
     """Positions of the joints; what is limited as shares of the limits; torques that nothing limits as they are."""
-    robot, trajectory, times = frames.problem.robot, frames.trajectory, frames.times
+    robot, trajectory, times = frames.criteria.robot, frames.trajectory, frames.times
     units, torque_units = robot.joints.units, robot.joints.torque_units
     curves = [_curve(f"joint position [{alternatives(units)}]", frames.theta, units)]
     curves[0]["bounds"] = robot.limits.position
-    for name, shares in shares_of_limits(frames.problem, trajectory, times):
+    for name, shares in shares_of_limits(frames.criteria, trajectory, times):
         own = [unit + PER_TIME[name] for unit in units] if name in PER_TIME else torque_units
         curves.append(_curve(f"joint {name} / limit", shares, own) | {"limits": list(getattr(robot.limits, name))})
     torques = torques_of(robot, trajectory, times) if robot.limits.torque is None else None
@@ -271,11 +271,11 @@ def _closest(closest: Closest) -> dict[str, Any]:
 
 def plane_data(frames: Frames) -> dict[str, Any]:
     """The arm and its surroundings in the plane, as a page draws them: lengths in m."""
-    problem = frames.problem
+    criteria = frames.criteria
     return {
         "extent": rounded(np.array(frames.extent)),
-        "bodies": [[body.start, body.end, float(body.radius)] for body in problem.robot.bodies.each if body.radius],
-        "obstacles": [rounded(obstacle.outline()) for obstacle in standing(problem.task.scenery)],
+        "bodies": [[body.start, body.end, float(body.radius)] for body in criteria.robot.bodies.each if body.radius],
+        "obstacles": [rounded(obstacle.outline()) for obstacle in standing(criteria.task.scenery)],
         "moving": [_moving_in_plane(course) for course in frames.courses],
     }
 
@@ -296,7 +296,7 @@ LIGHT = np.array([-0.35, -0.45, 0.82])
 
 def space_data(frames: Frames) -> dict[str, Any]:
     """The robot and its surroundings in space, and the view of them: lengths in m, angles in rad."""
-    scene, robot = frames.scene, frames.problem.robot
+    scene, robot = frames.scene, frames.criteria.robot
     bounds = scene.bounds(frames.theta)
     view = scene.view(frames.theta, bounds)
     x, y, z = view.axes[2]

@@ -78,7 +78,7 @@ def summary(status: Status, problem: Problem[Any] | None) -> str:
     """The best so far and the effort, in a few words."""
     if problem is None:
         return ""
-    objective = problem.objective
+    objective = problem.criteria.objective
     feasible = status.cost < (INFEASIBLE_MERIT if status.steps is STARTS else problem.objective_upper_bound)
     best = f"{objective.name} {status.cost:.4g} {objective.unit}" if feasible else "nothing feasible yet"
     effort = f"start {status.iterations}" if status.steps is STARTS else f"{status.evaluations} evaluations"

@@ -123,7 +123,7 @@ def _row(verdict: Verdict) -> tuple[Text, ...]:
 
 def print_polish(search: Result, polish: Polish, console: OutputConsole) -> None:
     """The search and its refinement by IPOPT, side by side."""
-    objective, descent = polish.before.problem.objective, polish.search
+    objective, descent = polish.before.criteria.objective, polish.search
     decision = "kept" if polish.accepted else "discarded, not better"
     headings = f"{objective.name}, {objective.unit}", "worst violation", "evaluations", "iterations", "seconds"
     table = table_of(word(""), *map(number, headings))
@@ -139,7 +139,7 @@ def print_polish(search: Result, polish: Polish, console: OutputConsole) -> None
 
 def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
     """The motion before and after it was timed anew, side by side."""
-    objective = retiming.before.problem.objective
+    objective = retiming.before.criteria.objective
     headings = f"{objective.name}, {objective.unit}", "duration, s", "worst violation", "seconds"
     table = table_of(word(""), *map(number, headings))
     rows = [("before", retiming.before, "")]

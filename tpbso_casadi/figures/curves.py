@@ -65,7 +65,7 @@ def convergence_figure(plan: PlannedMotion) -> Figure:
     axes = figure.subplots()
     problem, search = searched(plan)
     iterations, cost = convergence(search)
-    objective, first = problem.objective, first_feasible(problem, search)
+    objective, first = problem.criteria.objective, first_feasible(problem, search)
     solver = plan.scenario.solver.name.rsplit(":")[-1].upper()
     axes.set_xlabel(step_name(search))
     axes.set_ylabel(f"best {objective.name} so far [{objective.unit}]" if first is not None else "penalised cost")

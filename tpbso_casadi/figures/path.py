@@ -183,21 +183,21 @@ ENDS = ("start", "end")  # of the fan, which are emphasised
 @in_print
 def path_in_plane(plan: PlannedMotion) -> Figure:
     """The tool's path, a fan of postures, obstacles, what the task states, and the closest approach."""
-    problem, motion = plan.criteria, plan.motion
+    criteria, motion = plan.criteria, plan.motion
     shown, joints = snapshots(motion), motion.joint_positions(plan.times)
-    courses = courses_of(problem.task.scenery, plan.times)
-    points = np.vstack([np.empty((0, 2)), *(marker.points for marker in problem.task.markers())])
-    left, right, bottom, top = extent_of(problem, joints, points, courses)
+    courses = courses_of(criteria.task.scenery, plan.times)
+    points = np.vstack([np.empty((0, 2)), *(marker.points for marker in criteria.task.markers())])
+    left, right, bottom, top = extent_of(criteria, joints, points, courses)
     figure = Figure(figsize=size_of(right - left, top - bottom), layout="constrained")
     axes = figure.subplots()
     axes.set(aspect="equal", xlim=(left, right), ylim=(bottom, top), xlabel="x [m]", ylabel="y [m]")
-    draw_scene(axes, problem)
-    for marker in problem.task.markers():
+    draw_scene(axes, criteria)
+    for marker in criteria.task.markers():
         draw_band(axes, marker)
     axes.plot(*joints[:, -1].T, color=PATH, linewidth=1.8, label="path of the tool", zorder=5)
     draw_fan(axes, plan, shown)
     seen = [snapshot for snapshot in shown if snapshot.opacity]
-    still = courses_of(problem.task.scenery, times_of(seen))
+    still = courses_of(criteria.task.scenery, times_of(seen))
     if courses:
         draw_moving(axes, still, [snapshot.opacity for snapshot in seen])
         draw_ways(axes, [course.middles for course in courses])
@@ -209,7 +209,7 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     labels = axes.get_legend_handles_labels()[1]
     figure.legend(loc="outside lower center", ncols=min(2, legend_columns(labels, figure.get_figwidth())))
     figure.draw_without_rendering()  # so that places are final
-    outlines = [obstacle.outline() for obstacle in problem.task.scenery if not obstacle.moves]
+    outlines = [obstacle.outline() for obstacle in criteria.task.scenery if not obstacle.moves]
     ways = [joints[:, -1], *motion.joint_positions(times_of(shown)), *outlines, *(c.middles for c in courses)]
     label_places(axes, labels_of(plan, nearest, still), ways)
     return figure
@@ -244,20 +244,20 @@ def draw_nearest(axes: Axes, nearest: Nearest) -> None:
 
 def labels_of(plan: PlannedMotion, nearest: Nearest | None, courses: Sequence[Course]) -> list[PlaceLabel]:
     """Labels of points: the distance, start and goal, places that are passed, obstacles, and their times."""
-    motion, problem = plan.motion, plan.criteria
+    motion, criteria = plan.motion, plan.criteria
     labels = [] if nearest is None else [PlaceLabel(nearest.label, nearest.points.mean(axis=0), CLOSEST)]
     ends = motion.joint_positions(np.array([0.0, plan.trajectory.duration]))[:, -1]
     labels += [PlaceLabel("start", ends[0]), PlaceLabel("goal", ends[1])]
     labels += [PlaceLabel(points.label, points.places[0]) for points in passed_by(motion)]
-    standing = [(n, obstacle) for n, obstacle in enumerate(problem.task.scenery, start=1) if not obstacle.moves]
-    if len(problem.task.scenery) > 1:
+    standing = [(n, obstacle) for n, obstacle in enumerate(criteria.task.scenery, start=1) if not obstacle.moves]
+    if len(criteria.task.scenery) > 1:
         labels += [PlaceLabel(f"{number}", obstacle.outline().mean(axis=0)) for number, obstacle in standing]
     return labels + time_labels(courses)
 
 
 def path_in_space(plan: PlannedMotion) -> Figure:
     """Three views of the tool's path, a fan of postures, obstacles and the closest approach; and a picture of it."""
-    problem, motion = plan.criteria, plan.motion
+    criteria, motion = plan.criteria, plan.motion
     shown, nearest = snapshots(motion), nearest_of(motion)
     labels = {"": "", "start": "first posture", "end": legend_of(motion), "closest": "posture at the closest approach"}
     postures = [
@@ -272,7 +272,7 @@ def path_in_space(plan: PlannedMotion) -> Figure:
         nearest=None if nearest is None else Points(nearest.label, nearest.points),
     )
     scene = Scene(
-        problem.robot, problem.task.scenery, problem.task.markers(), courses_of(problem.task.scenery, plan.times)
+        criteria.robot, criteria.task.scenery, criteria.task.markers(), courses_of(criteria.task.scenery, plan.times)
     )
     figure = space_figure(scene, postures, way, motion.trajectory.at(plan.times))
     title_figure(figure, headline(plan).replace("\n", ", ", 1))

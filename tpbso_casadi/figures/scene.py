@@ -84,20 +84,20 @@ PADDING = 0.06  # around everything drawn, of its larger side
 
 
 def extent_of(
-    problem: Criteria, joints: FloatArray, points: FloatArray, courses: Sequence[Course] = ()
+    criteria: Criteria, joints: FloatArray, points: FloatArray, courses: Sequence[Course] = ()
 ) -> tuple[float, float, float, float]:
     """Left, right, bottom and top of everything drawn in the plane, with some padding, m.
 
     Obstacles that move are shown as far as the arm reaches.
 
     Args:
-        problem: whose arm and obstacles are drawn.
+        criteria: whose arm and obstacles are drawn.
         joints: where base, joints and tip are, (n, frames, 2), m.
         points: that the tip has to reach, (p, 2), m.
         courses: of the obstacles that move.
     """
-    robot = problem.robot
-    boxes = [obstacle.bounding_box() for obstacle in standing(problem.task.scenery)]
+    robot = criteria.robot
+    boxes = [obstacle.bounding_box() for obstacle in standing(criteria.task.scenery)]
     thickest = max((float(body.radius) for body in robot.bodies.each), default=0.0)
     base, reach = np.array(robot.base), robot.reach()[1] + thickest
     boxes += [course.within(base - reach, base + reach) for course in courses]
@@ -115,12 +115,12 @@ MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
 }
 
 
-def draw_scene(axes: Axes, problem: Criteria) -> None:
+def draw_scene(axes: Axes, criteria: Criteria) -> None:
     """Draw the base of the arm, the obstacles that stand and the markers of the task."""
-    axes.plot(*problem.robot.base, "s", color="black", markersize=6, label="base", zorder=5)
-    for number, obstacle in enumerate(standing(problem.task.scenery)):
+    axes.plot(*criteria.robot.base, "s", color="black", markersize=6, label="base", zorder=5)
+    for number, obstacle in enumerate(standing(criteria.task.scenery)):
         draw_obstacle(axes, obstacle.outline()).set_label("_" if number else "obstacle")
-    for marker in problem.task.markers():
+    for marker in criteria.task.markers():
         x, y = marker.points.T
         axes.plot(x, y, linestyle="none", color=GIVEN, label=marker.label, **MARKER_STYLES[marker.kind])
 

@@ -102,7 +102,7 @@ def _finalists(raced: Sequence[SearchRecord]) -> list[SearchRecord]:
 
 def _in_time(branch: Problem[Any]) -> float:
     """The objective at the time that the branch's posture takes in free space; minus infinity where time may help."""
-    objective = branch.objective
+    objective = branch.criteria.objective
     if not (objective.is_time_dependent and objective.sooner_is_better):
         return -inf
     return float(objective.terminal(ca.DM(branch.direct.free_space_time)))

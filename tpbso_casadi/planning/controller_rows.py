@@ -87,7 +87,7 @@ class ControllerRows:
         """The motion that a controller makes of them, judged as that which was planned."""
         position, velocity, *others = self.states
         trajectory = MotionRows(self.stamps, position, velocity, others[0] if others else None).trajectory
-        return replace(self.source, trajectory=trajectory, retimed=True)
+        return self.source.timed_anew(trajectory)
 
     @property
     def said(self) -> str:
@@ -143,7 +143,7 @@ def _rows(motion: JudgedMotion, edges: FloatArray, scale: float, smooth: bool) -
         return _whole_nanoseconds(times * scale)
 
     slower = motion.trajectory.time_scaled(scale) if scale > 1.0 else motion.trajectory
-    source = replace(motion, trajectory=slower, problem=motion.problem.with_clock(clock))
+    source = replace(motion, trajectory=slower, criteria=motion.criteria.with_clock(clock))
     times = np.minimum(clock(edges), slower.duration)
     times[-1] = slower.duration
     return ControllerRows(source, times, smooth, scale)

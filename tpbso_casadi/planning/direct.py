@@ -60,7 +60,7 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> PlannedMotion | N
         for trajectory in islice(branch.direct.at_the_bound(rng), MOST_PROOFS):
             if planning.running_out():
                 return None
-            motion = judged(branch, trajectory)
+            motion = judged(branch.criteria, trajectory)
             if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
                 LOG.info("bound: a motion that nothing can beat, in %.3f s", time.perf_counter() - began)
                 return _plan(planning, branch, motion, began, StopReason.TARGET, rounds)
@@ -86,7 +86,7 @@ def along_paths(problem: Problem[Any], planning: Planning, known: PlannedMotion 
             continue
         tried.append(approach.goal)
         for trajectory in branch.direct.along_paths(approach, planning.settings.seed, to_beat, planning.satisfied):
-            motion = judged(branch, trajectory)
+            motion = judged(branch.criteria, trajectory)
             if motion.feasible and (best is None or is_better(motion, best[0])):
                 best = motion, branch
         if best is not None and (len(tried) >= MOST_APPROACHES or planning.satisfied()):
@@ -97,9 +97,9 @@ def along_paths(problem: Problem[Any], planning: Planning, known: PlannedMotion 
     return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, len(tried))
 
 
-def judged(problem: Criteria, trajectory: Trajectory) -> JudgedMotion:
+def judged(criteria: Criteria, trajectory: Trajectory) -> JudgedMotion:
     """A motion that is to keep its limits, judged; slower, where it does not."""
-    motion = JudgedMotion(problem, trajectory.time_scaled(1.0 + ROUNDING_ALLOWANCE), {}, retimed=True)
+    motion = JudgedMotion(criteria.at_free_times(), trajectory.time_scaled(1.0 + ROUNDING_ALLOWANCE), {}, retimed=True)
     return motion if motion.feasible else slowed(replace(motion, trajectory=trajectory))
 
 

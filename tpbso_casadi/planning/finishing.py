@@ -52,7 +52,8 @@ class Refinement:
     def motion(self, x: FloatArray) -> JudgedMotion:
         """The motion of a solution's variables (n,); the same as last time, judged already, where these are."""
         if self._latest is None or not np.array_equal(self._latest[0], x):
-            self._latest = x, JudgedMotion(self.problem, self.program.trajectory(x), self.program.quantities(x))
+            trajectory, quantities = self.program.trajectory(x), self.program.quantities(x)
+            self._latest = x, JudgedMotion(self.problem.criteria, trajectory, quantities)
         return self._latest[1]
 
     def merit(self, solution: Solution) -> float:
@@ -206,7 +207,7 @@ class Retiming:
 
 def is_better(motion: JudgedMotion, before: JudgedMotion) -> bool:
     """Whether a motion is certified, and the other is not, has a larger objective, or the same one and takes longer."""
-    objective = motion.problem.objective
+    objective = motion.criteria.objective
     if not motion.feasible or not before.feasible:
         return motion.feasible
     if objective.is_time_dependent or not objective.sooner_is_better:
@@ -253,7 +254,7 @@ def _attempted(trajectories: Iterable[Trajectory], before: JudgedMotion) -> tupl
     motion, slower = None, 1.0
     try:
         for trajectory in trajectories if before.trajectory.is_finite else ():
-            motion = slowed(replace(before, trajectory=trajectory, retimed=True))
+            motion = slowed(before.timed_anew(trajectory))
             slower = motion.trajectory.duration / trajectory.duration
             if motion.feasible:
                 break
@@ -270,13 +271,13 @@ def slowed(motion: JudgedMotion) -> JudgedMotion:
 
 def in_least_time(motion: JudgedMotion) -> JudgedMotion:
     """The motion as fast as its limits allow without changing its shape, where sooner is better; else only slower."""
-    problem = motion.problem
-    if problem.task.end_velocities.any():
+    criteria = motion.criteria
+    if criteria.task.end_velocities.any():
         return motion
-    scale = motion.criteria.safe_time_scale(motion.trajectory)
+    scale = criteria.safe_time_scale(motion.trajectory)
     if not scale > 0.0:  # it stands still
         return motion
-    least = scale if problem.objective.sooner_is_better and not depends_on_speed(problem.limits) else max(1.0, scale)
+    least = scale if criteria.objective.sooner_is_better and not depends_on_speed(criteria.limits) else max(1.0, scale)
     return replace(motion, trajectory=motion.trajectory.time_scaled(least))
 
 
@@ -286,24 +287,23 @@ def _same_path(before: JudgedMotion) -> Iterator[Trajectory]:
     A nonlinear program that minimises the time under jerk limits leaves nothing to gain, and that would take long; nor
     does a motion that keeps its limits, where sooner may be worse.
     """
-    problem = before.problem
-    programmed = problem.free_timing and problem.objective.is_time_dependent and problem.robot.limits.jerk is not None
-    slow_enough = before.feasible and problem.objective.chooses_duration
+    criteria, objective, robot = before.criteria, before.criteria.objective, before.criteria.robot
+    programmed = criteria.free_timing and objective.is_time_dependent and robot.limits.jerk is not None
+    slow_enough = before.feasible and objective.chooses_duration
     if before.retimed or programmed or slow_enough:
         return
-    start, goal = before.problem.task.end_velocities
+    start, goal = criteria.task.end_velocities
     rates = float(start.any()), float(goal.any())
-    robot = before.problem.robot
     yield retime(before.path, robot.limits, rates, chain=robot.rigid_chain)
 
 
 def _free_space(before: JudgedMotion) -> Iterator[Trajectory]:
     """The fastest motion between the same ends, where nothing but time counts and nothing is passed on the way."""
-    problem = before.problem
-    if not (problem.objective.is_time_dependent and problem.objective.sooner_is_better and problem.task.passes_nothing):
+    criteria, objective = before.criteria, before.criteria.objective
+    if not (objective.is_time_dependent and objective.sooner_is_better and criteria.task.passes_nothing):
         return
     start, goal = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
-    velocities, limits = problem.task.end_velocities, problem.robot.limits
+    velocities, limits = criteria.task.end_velocities, criteria.robot.limits
     if velocities.any():
         yield least_time_move(start, goal, velocities[0], velocities[1], limits)
     else:

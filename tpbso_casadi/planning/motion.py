@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, isfinite
 from typing import Any
@@ -76,7 +76,7 @@ class JudgedMotion:
     """A trajectory and its verification.
 
     Attributes:
-        problem: that it solves.
+        criteria: by which it is judged.
         trajectory: the motion itself.
         quantities: the robot's own quantities behind it, by the paper's symbols.
         time_scale: the factor by which the search's motion has been slowed so that the speed and acceleration limits
@@ -84,7 +84,7 @@ class JudgedMotion:
         retimed: whether it is the fastest of its path: what has to be at given times of a search's motion is then free.
     """
 
-    problem: Criteria
+    criteria: Criteria
     trajectory: Trajectory
     quantities: dict[str, FloatArray]
     time_scale: float = 1.0
@@ -96,22 +96,16 @@ class JudgedMotion:
     @property
     def path(self) -> JointPath:
         """The path that it runs: the given one where one is given, else its own, with its time as the parameter."""
-        return self.problem.path_of(self.trajectory)
+        return self.criteria.path_of(self.trajectory)
 
-    @property
-    def criteria(self) -> Criteria:
-        """The criteria that the motion is judged by."""
-        return self.problem.at_free_times() if self.retimed else self.problem
-
-    @property
-    def free_timing(self) -> bool:
-        """Whether the number of its pieces is free, and its accelerations may jump where nothing limits the jerk."""
-        return self.retimed or self.problem.free_timing
+    def timed_anew(self, trajectory: Trajectory) -> JudgedMotion:
+        """The motion at other times along its path."""
+        return replace(self, criteria=self.criteria.at_free_times(), trajectory=trajectory, retimed=True)
 
     @property
     def is_stated(self) -> bool:
         """Whether it is judged as it was stated, with nothing of it chosen."""
-        return isinstance(self.problem.task, RecordedMotion)
+        return isinstance(self.criteria.task, RecordedMotion)
 
     @property
     def stages(self) -> tuple[MotionStage, ...]:
@@ -178,17 +172,15 @@ class JudgedMotion:
 
     def spread_times(self, at_least: int) -> FloatArray:
         """Times in s, at least so many, with every breakpoint."""
-        if self.free_timing and not self.stages:
-            return self.trajectory.times(at_least)
         return self.criteria.row_times(self.trajectory, at_least)
 
     def joint_positions(self, times: FloatArray) -> FloatArray:
         """Positions of base, joints and tip at times (n,) in s: (n, frames, dim), m."""
-        return self.problem.robot.skeleton(self.trajectory.at(times))
+        return self.criteria.robot.skeleton(self.trajectory.at(times))
 
     def torques(self, times: FloatArray) -> FloatArray | None:
         """Torques of the motors at times (n,) in s: (n, dof), N m or N; None where masses are not known."""
-        found = np.zeros((times.size, self.problem.robot.dof))
+        found = np.zeros((times.size, self.criteria.robot.dof))
         for part, rows in self.criteria.at_times(times):
             torques = torques_of(part.robot, self.trajectory, times[rows])
             if torques is None:
@@ -227,15 +219,15 @@ class JudgedMotion:
     @cached_property
     def objective(self) -> float:
         """The objective, exact, integrals to 1e-9; one of a plug-in at the rows of ``trajectory.csv``."""
-        return self.problem.objective_value(self.trajectory, self.times)
+        return self.criteria.objective_value(self.trajectory, self.times)
 
     @cached_property
     def objective_parts(self) -> list[tuple[Objective, float, float]]:
         """Objectives of a weighted sum with their weights and values; none otherwise."""
-        objective = self.problem.objective
+        objective = self.criteria.objective
         if objective.terms == ((1.0, objective),):
             return []
-        robot = self.problem.robot
+        robot = self.criteria.robot
         return [(part, weight, part.of_motion(self.trajectory, robot, self.times)) for weight, part in objective.terms]
 
     @property
@@ -251,8 +243,7 @@ class JudgedMotion:
 
 def motion_of(problem: Problem[Any], x: FloatArray) -> JudgedMotion:
     """The motion of a search vector (d,), slowed by the least factor with which its limits hold for all t."""
-    trajectory = problem.trajectory(x)
-    scale = max(1.0, problem.safe_time_scale(trajectory))
-    return JudgedMotion(
-        problem, trajectory.time_scaled(scale), problem.quantities(x), scale, retimed=problem.free_timing
-    )
+    trajectory, criteria = problem.trajectory(x), problem.criteria
+    scale = max(1.0, criteria.safe_time_scale(trajectory))
+    slowed = trajectory.time_scaled(scale)
+    return JudgedMotion(criteria, slowed, problem.quantities(x), scale, retimed=criteria.free_timing)

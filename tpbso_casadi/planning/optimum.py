@@ -151,7 +151,7 @@ def nearest_optimum(problem: Problem[Any], plan: JudgedMotion, found: JudgedMoti
 def _finished(problem: Problem[Any], motion: JudgedMotion, retimes: bool) -> JudgedMotion:
     """The motion as plans are finished: as fast as its limits allow, and timed anew where plans of its scenario are."""
     fastest = in_least_time(motion)
-    timed_anew = retimes and problem.objective.is_time_dependent
+    timed_anew = retimes and problem.criteria.objective.is_time_dependent
     return retimed(fastest, problem.direct, Progress()).chosen if timed_anew else fastest
 
 
@@ -240,8 +240,10 @@ class ProgramPlanner:
 
         It is not timed anew where the program itself chooses all of its timing.
         """
-        retimes = self._retimes and not self.problem.free_timing
-        finished = _finished(self.problem, replace(motion, problem=self.problem), retimes)
+        criteria = self.problem.criteria
+        own = criteria.at_free_times() if motion.retimed else criteria
+        retimes = self._retimes and not criteria.free_timing
+        finished = _finished(self.problem, replace(motion, criteria=own), retimes)
         return finished.objective if finished.feasible else np.inf
 
 
@@ -274,7 +276,7 @@ class Pricing:
             column=relaxation.of,
             per_unit=planned,
             timed_again=timed,
-            unit=f"{looser.problem.objective.unit} / ({relaxation.unit})",
+            unit=f"{looser.problem.criteria.objective.unit} / ({relaxation.unit})",
             size=relaxation.size,
             limit_unit=relaxation.unit,
             step=step,
@@ -306,10 +308,10 @@ class Pricing:
 
 def _near(problem: Problem[Any], motion: JudgedMotion) -> tuple[list[Relaxation], list[str]]:
     """The numbers that may hold a motion back, and the names of near limits of which no number is known."""
-    samples = motion.trajectory.samples(motion.trajectory.times(LOOKS), problem.robot)
-    timed = problem.nlp().has_free_durations
+    criteria, timed = problem.criteria, problem.nlp().has_free_durations
+    samples = motion.trajectory.samples(motion.trajectory.times(LOOKS), criteria.robot)
     found, unknown = list[Relaxation](), list[str]()
-    for limit in problem.limits:
+    for limit in criteria.limits:
         if limit.scales_with_time and not (timed or limit.static_limits):
             continue
         rooms = [_rooms(row) for row in limit.constraints(samples)]
@@ -317,7 +319,7 @@ def _near(problem: Problem[Any], motion: JudgedMotion) -> tuple[list[Relaxation]
         relaxations = limit.relaxations
         found += [each for each in relaxations if min(row.get(each.of, least) for row in rooms) < NEAR]
         unknown += [limit.name] if least < NEAR and not relaxations else []
-    found += [*problem.task.relaxations, *problem.robot.relaxations]
+    found += [*criteria.task.relaxations, *criteria.robot.relaxations]
     stated = {(id(each.statement), *each.values(each.step).items()): each for each in reversed(found)}
     return [each for each in found if each in stated.values()], unknown
 

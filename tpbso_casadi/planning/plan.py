@@ -255,9 +255,9 @@ def candidates_of(problem: Problem[Any], previous: PlannedMotion | JudgedMotion 
     """
     if previous is None:
         return None
-    joints = previous.trajectory.coefficients.shape[2]
-    if joints != problem.robot.dof:
-        raise ScenarioError(f"warm_start: a motion of {joints} joints for a robot of {problem.robot.dof}")
+    joints, dof = previous.trajectory.coefficients.shape[2], problem.motion.robot.dof
+    if joints != dof:
+        raise ScenarioError(f"warm_start: a motion of {joints} joints for a robot of {dof}")
     rows = []
     if isinstance(previous, PlannedMotion) and previous.search is not None and previous.problem is not None:
         search = previous.search

@@ -32,7 +32,7 @@ class SuccessiveSearches:
     def __init__(self, robot: Robot, further: Sequence[LimitKind], evaluations: int, seed: int) -> None:
         self._robot, self._further, self._evaluations, self._seed = robot, further, evaluations, seed
         self._solver, self._evaluation = PSO(population=MEMBERS), _compiled_at_once()
-        self._problem: TimeMoveProblem | None = None
+        self._last: tuple[Move, TimeMoveProblem] | None = None
         self._known: FloatArray = np.empty((0, 0))
 
     def prepare(self, state: MotionState, goals: Sequence[FloatArray], obstacles: Sequence[Obstacle]) -> None:
@@ -55,14 +55,15 @@ class SuccessiveSearches:
         """The problem, which shares what was derived and compiled for the one before, if it can."""
         limits, places = self._robot.limits, tuple(Joints(tuple(goal.tolist())) for goal in goals)
         rates = _clipped(state.velocity, limits.speed), _clipped(state.acceleration, limits.acceleration)
-        if self._problem is None:
+        if self._last is None:
             start, (speeds, changes) = Joints(tuple(state.angles.tolist())), (tuple(rate.tolist()) for rate in rates)
             task = Move(self._robot, start, places, (), "free", tuple(obstacles), speeds, start_acceleration=changes)
-            self._problem = time_move(task, limits=self._further)
+            problem = time_move(task, limits=self._further)
         else:
-            task = self._problem.task.observed((state.angles, *rates), tuple(obstacles), places)
-            self._problem = self._problem.same_structure_with(task)
-        return self._problem
+            task = self._last[0].observed((state.angles, *rates), tuple(obstacles), places)
+            problem = self._last[1].same_structure_with(task)
+        self._last = task, problem
+        return problem
 
     def best(
         self,

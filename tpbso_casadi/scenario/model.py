@@ -184,12 +184,12 @@ class TaskSection(Section):
         raise NotImplementedError
 
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
-        """The criteria of a motion; the problem, where there is something to search.
+        """The criteria of a motion.
 
         Raises:
             InvalidProblem: the robot cannot do the task.
         """
-        return self.build(robot, obstacles, model)
+        return self.build(robot, obstacles, model).criteria
 
     def judged(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
         """The criteria of a finished motion, without the parts that only a search needs.

@@ -255,7 +255,7 @@ class Scenario(FileSection):
             return self._stated(self.task.build)
 
     def criteria(self) -> Criteria:
-        """The criteria of a motion; the problem, where there is something to search.
+        """The criteria of a motion.
 
         Raises:
             ScenarioError: as :meth:`problem`.

@@ -45,7 +45,7 @@ def table_of(motion: JudgedMotion, times: FloatArray) -> tuple[list[str], FloatA
     The pose is ``x, y`` in the plane, ``x, y, z, qx, qy, qz, qw`` in space; s, rad and m. Where masses are known,
     torques ``tau1..tauk`` follow, N m (N where a joint slides).
     """
-    robot, samples = motion.problem.robot, motion.trajectory.samples(times)
+    robot, samples = motion.criteria.robot, motion.trajectory.samples(times)
     pose = robot.tool.coordinates(as_array(samples.theta))
     joints = range(1, robot.dof + 1)
     header = ["t", *(f"{symbol}{joint}" for symbol in ("q", "qd", "qdd") for joint in joints), *pose]
@@ -66,7 +66,7 @@ def ros_message(rows: ControllerRows) -> dict[str, Any]:
 
     In rad, rad/s, rad/s^2, N m; m and N where a joint slides. There is no effort where masses are not known.
     """
-    robot, torques = rows.source.problem.robot, rows.source.torques(rows.times)
+    robot, torques = rows.source.criteria.robot, rows.source.torques(rows.times)
     none: list[list[float]] = [[]] * len(rows.times)
     states = [state.tolist() for state in rows.states]
     effort = none if torques is None else torques.tolist()
@@ -187,7 +187,7 @@ def _csv(folder: Path, rows: ControllerRows) -> Path:
 
 def _npz(folder: Path, rows: ControllerRows) -> Path:
     motion, times = rows.source, rows.times
-    robot, samples = motion.problem.robot, motion.trajectory.samples(times)
+    robot, samples = motion.criteria.robot, motion.trajectory.samples(times)
     pose = np.column_stack([*robot.tool.coordinates(as_array(samples.theta)).values()])
     arrays = {
         "t": times,

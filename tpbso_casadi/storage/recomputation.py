@@ -200,7 +200,7 @@ def check_result(result: RunResult, problem: Problem[Any] | None, found: JudgedM
         keys |= _of_search(result, problem, searched, found, motion)
         for reason in unlike(result, problem, searched, found, motion):
             raise Contradiction(reason)
-        if problem.free_timing:
+        if problem.criteria.free_timing:
             tolerances = TOLERANCES | (TIMED_AGAIN_POLISHED if _is_polished(result) else TIMED_AGAIN_SEARCHED)
     computed = result.replaced(**keys)  # what does not follow, such as seconds, is left as it is stored
     trees = (each.table() for each in (result, computed))
@@ -247,9 +247,9 @@ def _of_search(
     if searched is not None and not _is_polished(result):
         of_solution |= {"time_scale": searched.time_scale, "quantities": quantities_of(searched)}
         pieces = PiecesResult.of(searched.trajectory)
-        if not problem.free_timing and found is motion:
+        if not problem.criteria.free_timing and found is motion:
             of_solution |= pieces.values()
-        elif not problem.free_timing:
+        elif not problem.criteria.free_timing:
             of_retiming["motion"] = pieces
     if polish is not None:
         before, after = polish.before.objective, polish.after.objective
@@ -347,7 +347,7 @@ def _unsearched(result: RunResult, motion: JudgedMotion) -> Iterator[str]:
     if not result.scenario.solver.is_direct:
         yield f"evaluations: {result.scenario.solver.name} needs some"
     ends, trajectory = motion.trajectory.breakpoints[[0, -1]], motion.trajectory
-    bound = least_durations(np.subtract(*trajectory.at(ends)), motion.problem.robot.limits).max()
+    bound = least_durations(np.subtract(*trajectory.at(ends)), motion.criteria.robot.limits).max()
     if result.stop_reason == StopReason.TARGET and not trajectory.duration <= AS_FAST * bound:
         longer = f"{trajectory.duration:.6g} s are more than the bound, {bound:.6g} s"
         yield f"stop_reason: {result.stop_reason}, though {longer}"
@@ -360,7 +360,7 @@ def unlike(
 ) -> Iterator[str]:
     """How motions do not belong together that are timed path by path: ``key: reason``; as in :func:`check_result`."""
     vector = result.solution.vector
-    if vector is not None and searched is not None and problem.free_timing and not _is_polished(result):
+    if vector is not None and searched is not None and problem.criteria.free_timing and not _is_polished(result):
         stored, computed = found.trajectory.duration, searched.trajectory.duration
         if not abs(stored - computed) <= TIMED_AGAIN * computed:
             yield f"solution.variables: a motion of {stored!r} s is stored, one of {computed!r} s is computed"
@@ -394,8 +394,8 @@ def check_trajectory(key: str, motion: JudgedMotion, problem: Problem[Any] | Non
         Contradiction: they are not.
     """
     trajectory, criteria = motion.trajectory, motion.criteria
-    (order, pieces, joints), dof = trajectory.coefficients.shape, motion.problem.robot.dof
-    if problem is None or motion.free_timing:
+    (order, pieces, joints), dof = trajectory.coefficients.shape, criteria.robot.dof
+    if problem is None or criteria.free_timing:
         fits = order <= MOST_COEFFICIENTS and joints == dof
         needed = f"at most {MOST_COEFFICIENTS} coefficients of {dof} joints"
     else:
@@ -407,19 +407,19 @@ def check_trajectory(key: str, motion: JudgedMotion, problem: Problem[Any] | Non
         raise Contradiction(f"{key}: {needed} from t = 0 are needed")
     if trajectory.breakpoints.size != pieces + 1 or not (np.diff(trajectory.breakpoints) > 0.0).all():
         raise Contradiction(f"{key}.breakpoints: increasing times are needed, one more than pieces")
-    misfit = _misfit(criteria, trajectory, motion.free_timing)
+    misfit = _misfit(criteria, trajectory)
     if misfit:
         raise Contradiction(f"{key}.coefficients: {misfit}")
 
 
-def _misfit(criteria: Criteria, trajectory: Trajectory, free_timing: bool) -> str:
+def _misfit(criteria: Criteria, trajectory: Trajectory) -> str:
     """Why a motion cannot be one of these; empty where it can. Accelerations may jump where the timing is free."""
     task = criteria.task
     if isinstance(task, RecordedMotion):  # which may jump, and that is what it is judged for
         same = np.array_equal(trajectory.breakpoints, task.motion.breakpoints)
         same = same and np.array_equal(trajectory.coefficients, task.motion.coefficients)
         return "" if same else "not the task's motion"
-    orders = CONTINUOUS_ORDERS if free_timing else SMOOTH_ORDERS
+    orders = CONTINUOUS_ORDERS if criteria.free_timing else SMOOTH_ORDERS
     jump = trajectory.largest_jump(task.end_velocities, orders, task.end_accelerations)
     if jump <= JOINED:
         return ""

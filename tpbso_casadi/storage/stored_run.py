@@ -143,12 +143,12 @@ def checked(result: RunResult) -> StoredRun:
     scenario, solution = result.scenario, result.solution
     problem = _searched(scenario, solution) if scenario.task.is_searched else None
     quantities = {name: np.array(values) for name, values in solution.quantities.items()}
-    criteria = criteria_of(scenario, solution.trajectory, quantities) if problem is None else problem
+    criteria = criteria_of(scenario, solution.trajectory, quantities) if problem is None else problem.criteria
     motion = JudgedMotion(criteria, solution.trajectory, quantities, solution.time_scale)
     found, retiming = motion, None
     if result.retiming is not None and result.retiming.motion is not None:
         found = replace(motion, trajectory=result.retiming.motion.trajectory)
-        motion = replace(motion, retimed=True)
+        motion = motion.timed_anew(motion.trajectory)
         retiming = Retiming(found, motion, result.retiming.candidate, result.retiming.seconds)
         check_trajectory("retiming.motion", found, problem)
     check_trajectory("solution", motion, problem)

@@ -106,7 +106,7 @@ class ObjectiveResult(StoredTable):
     @classmethod
     def of(cls, motion: JudgedMotion) -> Self:
         """The objective of a motion, and its parts where it is a weighted sum."""
-        objective = motion.problem.objective
+        objective = motion.criteria.objective
         parts = [
             ObjectivePart(name=part.name, value=value, unit=part.unit, weight=weight)
             for part, weight, value in motion.objective_parts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -84,9 +84,9 @@ def interpreted(scenario: Scenario, form: str, suite: str) -> list[Callable[[Flo
 
 def problems_of(problem: Problem[Any], form: str) -> list[Problem[Any]]:
     """One problem for each objective, all with the same search box: each term of a sum where there are two."""
-    whole = problem.objective
+    whole = problem.criteria.objective
     objectives = [part for _, part in whole.terms] if form == "two objectives" else [whole]
-    return [replace(problem, objective=objective) for objective in objectives]
+    return [problem.with_objective(objective) for objective in objectives]
 
 
 def problem_of(scenario: Scenario, suite: str) -> Problem[Any]:

@@ -202,8 +202,8 @@ def same_box(objectives: Objectives) -> tuple[Problem[Any], Problem[Any]]:
     if first.variables == second.variables and np.array_equal(first.bounds, second.bounds):
         return first, second
     if len(first.variables) > len(second.variables):
-        return first, replace(first, objective=second.objective)
-    return replace(second, objective=first.objective), second
+        return first, first.with_objective(second.criteria.objective)
+    return second.with_objective(first.criteria.objective), second
 
 
 def _searched(

@@ -115,7 +115,7 @@ def loaded(setting: Setting, mass: float) -> Setting:
 
 def robot_of(setting: Setting, problem: MotionProblem, mass: float) -> Robot:
     """Our model of it."""
-    return Question(loaded(setting, mass), to_pose=False).scenario(problem).problem().robot
+    return Question(loaded(setting, mass), to_pose=False).scenario(problem).problem().criteria.robot
 
 
 def peak(setting: Setting, mass: float, at: Motion, duration: float) -> float:

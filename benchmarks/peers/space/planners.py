@@ -148,4 +148,4 @@ def judged(planner: str, setting: Setting, problem: MotionProblem, seed: int, an
 
 def criteria(setting: Setting, problem: MotionProblem) -> Criteria:
     """What our own planner would be held to, for its certificates."""
-    return Question(setting, to_pose=False).scenario(problem).problem().at_free_times()
+    return Question(setting, to_pose=False).scenario(problem).judged()

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from problems.assembly import CostSteps, Problem, SearchedTimeScale, objective_named, peak_loop
+from problems.assembly import CostSteps, Criteria, Problem, SearchedTimeScale, objective_named, peak_loop
 from problems.base import FloatArray, Matrix, as_array, largest
 from problems.evaluation import Loop, PopulationFunction, Program, Step
 from problems.families.knots.encoding import DEFAULT_TIME_BOUNDS, KNOT_ENCODINGS, KnotPostures, KnotsEncoding
@@ -68,12 +68,11 @@ def path_following(
     time_box = DEFAULT_TIME_BOUNDS if bounds is None else bounds.search_box(SAMPLING_MARGIN)
     minimised, kind = objective_named(objective, task.robot), KNOT_ENCODINGS[formulation]
     time_scale = SearchedTimeScale.where_needed(minimised, task) if kind.scales_time else None
+    kept = limits_of(task.robot, task.obstacles, limits)
     problem = PathFollowingProblem(
-        task=task,
+        criteria=Criteria(task=task, objective=minimised, limits=kept, row_times=motion.row_times),
         motion=motion,
         encoding=kind(task, motion, redundancy_values, time_box, time_scale),
-        objective=minimised,
-        limits=limits_of(task.robot, task.obstacles, limits),
     )
     if bounds is not None or problem.encoding.scales_time:
         return problem
@@ -94,9 +93,10 @@ def motion_along(task: PathFollowing, samples: int) -> KnotSpline:
 
 def usual_time_box(problem: PathFollowingProblem) -> tuple[float, float]:
     """Bounds of t_T, s: twice the time that the motion in the middle of its redundancy takes, if that is more."""
-    task = replace(problem.task, elbow="up") if problem.task.elbow == "free" else problem.task
+    task = problem.encoding.task
+    task = replace(task, elbow="up") if task.elbow == "free" else task
     encoding = KNOT_ENCODINGS["reduced"](task, problem.motion, problem.encoding.redundancy_values)
-    middle = replace(problem, task=task, encoding=encoding)
+    middle = replace(problem, encoding=encoding)
     time = middle.decoded(ca.DM([0.5] * len(middle.variables))).parameters.time
     return DEFAULT_TIME_BOUNDS[0], max(DEFAULT_TIME_BOUNDS[1], 2.0 * float(time))
 
@@ -105,19 +105,14 @@ def usual_time_box(problem: PathFollowingProblem) -> tuple[float, float]:
 class PathFollowingProblem(Problem[SplineShape]):
     """Lead the tool along a path, from rest to rest."""
 
-    task: PathFollowing
     motion: KnotSpline
     encoding: KnotsEncoding
-
-    def at_free_times(self) -> PathFollowingProblem:
-        """The problem in which the points of the path are passed in order, at any times."""
-        return replace(self, task=self.task.at_free_times())
 
     def _peaks(self, shape: SplineShape, limits: Sequence[Limit]) -> list[Matrix]:
         """Over all t in closed form where they have one, then those at the samples."""
         spline, exact = self.motion.spline, self.encoding.exact_limits(limits)
         each = (extreme(shape.coefficients) for extreme in (spline.extreme_speeds, spline.accelerations, spline.jerks))
-        extremes = Samples(robot=self.robot, derivatives=(ca.DM(), *each), duration=shape.time)
+        extremes = Samples(robot=self.motion.robot, derivatives=(ca.DM(), *each), duration=shape.time)
         peaks = [largest_rows(limit.magnitudes(extremes)) for limit in exact]
         sampled = self.encoding.sampled_limits(limits)
         return [*peaks, *(super()._peaks(shape, sampled) if sampled else [])]
@@ -125,13 +120,13 @@ class PathFollowingProblem(Problem[SplineShape]):
     @property
     def accuracy(self) -> Accuracy:
         """The trajectory accuracy (24), as a limit."""
-        return Accuracy(self.task.accuracy)
+        return Accuracy(self.encoding.task.accuracy)
 
     def _point_constraints(self, parameters: SplineShape) -> list[Constraint]:
         """The trajectory accuracy (24) at the points of the path."""
         spline = self.motion.spline
         at_points = ca.mtimes(spline.sampling_matrix(self.motion.point_parameters), parameters.coefficients)
-        return [self.accuracy.at(self.robot.tool.position(at_points), ca.DM(self.task.path.array))]
+        return [self.accuracy.at(self.motion.robot.tool.position(at_points), ca.DM(self.encoding.task.path.array))]
 
     def cost_program(self) -> Program:
         """Postures at the knots, spline, [peaks, scale,] samples, points of the path, finish."""
@@ -141,7 +136,8 @@ class PathFollowingProblem(Problem[SplineShape]):
         return KnotSteps(self).parts()
 
     def nlp(self) -> PathNlp:
-        return PathNlp(self.task, self.motion, self.encoding, self.objective, self.limits, self.trajectory)
+        objective, limits = self.criteria.objective, self.criteria.limits
+        return PathNlp(self.encoding.task, self.motion, self.encoding, objective, limits, self.trajectory)
 
     @cached_property
     def _knots(self) -> ca.Function:
@@ -171,9 +167,9 @@ class PathFollowingProblem(Problem[SplineShape]):
             label="trajectory accuracy",
             title="largest distance from a given point",
             unit="m",
-            limit=self.task.accuracy,
+            limit=self.encoding.task.accuracy,
             of_candidates=self.accuracy_of,
-            of_trajectory=self.task.accuracy_of,
+            of_trajectory=self.encoding.task.accuracy_of,
         )
         return (accuracy,)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
-from typing import ClassVar, Self
+from typing import Self
 
 import casadi as ca
 import numpy as np
@@ -42,8 +42,6 @@ from problems.timing import SpeedProfile, retime
 class SplineProblem(Problem[TimedPath]):
     """A path in joint space, run as fast as the limits allow."""
 
-    free_timing: ClassVar[bool] = True
-
     motion: PathSpline
     encoding: PathTiming
 
@@ -76,18 +74,18 @@ class SplineProblem(Problem[TimedPath]):
         Where there is none, as the path stands still or its ends cannot be passed at the given velocities, the motion
         of the search's own timing.
         """
-        return self._timed(x, self.robot.limits, refined=not self.direct.replaces_descents)
+        return self._timed(x, self.motion.robot.limits, refined=not self.direct.replaces_descents)
 
     def quick_trajectory(self, x: FloatArray) -> Trajectory:
         """The least time without a jerk limit, found much sooner: where a descent may begin."""
-        return self._timed(x, replace(self.robot.limits, jerk=None))
+        return self._timed(x, replace(self.motion.robot.limits, jerk=None))
 
     def _timed(self, x: FloatArray, limits: JointLimits, refined: bool = True) -> Trajectory:
         """The motion in least time; in the search's duration where that is a variable, at its times where needed."""
         points, *rates = (as_array(part) for part in self._path(x))
         start, goal = (float(rate[0, 0]) for rate in rates)
         try:
-            path, chain = self.motion.path(points), self.robot.rigid_chain
+            path, chain = self.motion.path(points), self.motion.robot.rigid_chain
             least = retime(path, limits, (start, goal), refined, chain, self._ceiling(x, limits))
         except InvalidProblem:
             return super().trajectory(x)
@@ -104,13 +102,6 @@ class SplineProblem(Problem[TimedPath]):
         if self.encoding.local_time_scale is None and not kept:
             return None
         return SpeedProfile(self.motion.parameters_u, as_array(self.parameters_of(x).squared).ravel())
-
-    def exact_time_scale(self, trajectory: Trajectory) -> float:
-        """How much slower, or faster, a trajectory has to be run; 1 where an end moves, whose velocity is given."""
-        return super().exact_time_scale(trajectory) if self.encoding.at_rest else 1.0
-
-    def safe_time_scale(self, trajectory: Trajectory) -> float:
-        return super().safe_time_scale(trajectory) if self.encoding.at_rest else 1.0
 
 
 GAP_TOLERANCE = 1e-9  # relative, of (du/dt)^2 at the ends

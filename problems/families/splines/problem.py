@@ -10,7 +10,7 @@ from math import ceil
 import casadi as ca
 import numpy as np
 
-from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
+from problems.assembly import Criteria, LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.families.splines.branches import branch_posture, branched, on_postures
@@ -29,9 +29,9 @@ from problems.limits import (
     stay_matters,
     stay_shares,
 )
-from problems.motions import PathSpline, TimedPath, Trajectory
+from problems.motions import PathSpline, TimedPath
 from problems.objectives import Objective
-from problems.tasks import Milestone, Move, check_at_least
+from problems.tasks import Move, check_at_least
 
 USUAL_PIECES = {1: 6, 2: 4, 3: 3}  # of the spline in each segment, by the number of segments
 LEAST_PIECES = 2
@@ -85,7 +85,7 @@ def move(
     several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
     problem, *branches = (
         MoveProblem(
-            task=stated,
+            criteria=Criteria(task=stated, objective=minimised, limits=kept, free_timing=True),
             motion=spline,
             encoding=ControlPoints(
                 stated,
@@ -94,8 +94,6 @@ def move(
                 time_scale=time_scale,
                 local_time_scale=local_time_scale,
             ),
-            objective=minimised,
-            limits=kept,
         )
         for stated in (several, *(tasks if len(tasks) > 1 else ()))
     )
@@ -147,7 +145,6 @@ class MoveProblem(SplineProblem):
         same_structure_as: the problem whose program has the same steps; itself where None.
     """
 
-    task: Move
     motion: PathSpline
     encoding: ControlPoints
     branches: tuple[MoveProblem, ...] = ()
@@ -162,10 +159,10 @@ class MoveProblem(SplineProblem):
         if self.branches:
             return {}
         raced = self.same_structure_as is not None
-        listed = [stop for stop in stops(self.task) if stop.may_be_missed or (raced and stop.name == "goal")]
+        listed = [stop for stop in stops(self.encoding.task) if stop.may_be_missed or (raced and stop.name == "goal")]
         places = {stop.name: stop.places[0] for stop in listed}
         return {
-            name: np.array(place.branch_angles) if place.branch_angles else branch_posture(self.robot, place)
+            name: np.array(place.branch_angles) if place.branch_angles else branch_posture(self.motion.robot, place)
             for name, place in places.items()
         }
 
@@ -173,10 +170,11 @@ class MoveProblem(SplineProblem):
         own = (self.branches or (self,))[0]
         if set(branch) != set(own.branch):
             raise InvalidProblem("branches", f"postures at {', '.join(own.branch) or 'no stop'} are needed")
-        task = on_postures(self.task, branch)
+        task = on_postures(self.encoding.task, branch)
         duration = float(segment_durations(task).sum())
         encoding = replace(self.encoding, task=task, usual_duration=duration)
-        found = replace(own, task=task, encoding=encoding, same_structure_as=None)
+        criteria = replace(self.criteria, task=task)
+        found = replace(own, criteria=criteria, encoding=encoding, same_structure_as=None)
         return replace(
             found,
             same_structure_as=next((each for each in self.branches if each.structure_key == found.structure_key), None),
@@ -191,10 +189,11 @@ class MoveProblem(SplineProblem):
         """The length of steps, with obstacles; velocities at the ends that can be attained; what stays clear after."""
         found = super()._point_constraints(parameters)
         found += [] if self.encoding.at_rest else [end_rates(parameters.gap)]
-        if not stay_matters(self.limits, self.task.stay):
+        limits, robot, stay = self.criteria.limits, self.motion.robot, self.criteria.task.stay
+        if not stay_matters(limits, stay):
             return found
-        goal, since = parameters.control_points[-1, :], ca.DM(stay_shares(self.task.stay) * self.task.stay)
-        return [*found, *stay_constraints(self.limits, self.robot, goal, parameters.duration, since, SAMPLING_MARGIN)]
+        goal, since = parameters.control_points[-1, :], ca.DM(stay_shares(stay) * stay)
+        return [*found, *stay_constraints(limits, robot, goal, parameters.duration, since, SAMPLING_MARGIN)]
 
     def cost_program(self) -> Program:
         """Path, scan backward, scan forward, [slow down,] sample, finish."""
@@ -215,19 +214,17 @@ class MoveProblem(SplineProblem):
 
     def nlp(self) -> MoveNlp:
         """The problem for solvers that follow gradients: cubic pieces in time, not a spline."""
-        return MoveNlp(self.task, self.objective, self.limits, usual_pieces(self.task), self.quick_trajectory)
+        task, criteria = self.encoding.task, self.criteria
+        return MoveNlp(task, criteria.objective, criteria.limits, usual_pieces(task), self.quick_trajectory)
 
     @cached_property
     def direct(self) -> MovePlanner:
-        return move_planner(self.task, self.objective, self.limits, not self.branches)
+        criteria = self.criteria
+        return move_planner(self.encoding.task, criteria.objective, criteria.limits, not self.branches)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The postures at the stops of one candidate (d,), rad, and the path parameter there."""
         at = np.array(self.motion.nodes[:: self.encoding.pieces])
-        names = [stop.name for stop in stops(self.task)]
+        names = [stop.name for stop in stops(self.encoding.task)]
         theta = {f"theta_{name}": row for name, row in zip(names, self.path(x).at(at), strict=True)}
         return {**theta, "u_stops": at}
-
-    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
-        times = self.task.via_times(trajectory)
-        return tuple(Milestone(label=f"via {number}", time=float(t)) for number, t in enumerate(times, start=1))

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 
-from problems.assembly import LocalTimeScale, SearchedTimeScale, objective_named
+from problems.assembly import Criteria, LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, Matrix, as_array
 from problems.certify import Verdict
 from problems.evaluation import Loop, Program, Step
@@ -72,7 +72,6 @@ class TracedProblem(SplineProblem):
         knots: of the path.
     """
 
-    task: ToolTracing
     motion: TracedSpline
     encoding: TracedKnots
     knots: PathKnots
@@ -80,7 +79,7 @@ class TracedProblem(SplineProblem):
     @cached_property
     def lines(self) -> FloatArray:
         """The line on which each grid point lies: start and end, m; with orientations also how it turns, (n, w)."""
-        segments, path = self.knots.segments[self.motion.intervals], self.task.path
+        segments, path = self.knots.segments[self.motion.intervals], self.encoding.task.path
         lines, orientations = [path.array[segments], path.array[segments + 1]], path.orientations
         if orientations is not None:
             lines += [orientations.matrices[segments].reshape(-1, 9), orientations.axes[segments]]
@@ -90,13 +89,13 @@ class TracedProblem(SplineProblem):
     @property
     def accuracies(self) -> tuple[Accuracy, AngularAccuracy | None]:
         """The largest distance from the path, and the largest angle to its orientation, as limits."""
-        angular = self.task.angular_accuracy
-        return Accuracy(self.task.accuracy), None if angular is None else AngularAccuracy(angular)
+        task, angular = self.encoding.task, self.encoding.task.angular_accuracy
+        return Accuracy(task.accuracy), None if angular is None else AngularAccuracy(angular)
 
     def _point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles; the distances from the path at the grid points."""
         theta = self.motion.samples(parameters).theta
-        near = near_path(self.robot, *self.accuracies, theta, ca.DM(self.lines))
+        near = near_path(self.motion.robot, *self.accuracies, theta, ca.DM(self.lines))
         return [*super()._point_constraints(parameters), *near]
 
     def cost_program(self) -> Program:
@@ -151,8 +150,8 @@ class TracedSteps(MoveSteps):
 
 def _stated(
     task: ToolTracing, objective: Objective | str, samples: int, values: int, limits: Sequence[LimitKind]
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The arguments that problems in the plane and in space have in common, and those of their encodings.
+) -> tuple[dict[str, Any], ...]:
+    """The arguments that problems in the plane and in space have in common, of their criteria, and of their encodings.
 
     Raises:
         InvalidProblem: an unknown name, or too few samples or values.
@@ -169,7 +168,8 @@ def _stated(
     kept = limits_of(task.robot, task.obstacles, limits)
     scales = SearchedTimeScale.where_needed(minimised, task), LocalTimeScale.where_needed(task)
     return (
-        {"task": task, "motion": motion, "objective": minimised, "limits": kept, "knots": knots},
+        {"motion": motion, "knots": knots},
+        {"task": task, "objective": minimised, "limits": kept, "free_timing": True},
         dict(zip(("time_scale", "local_time_scale"), scales, strict=True)),
     )
 
@@ -193,41 +193,49 @@ def tracing(
     Raises:
         InvalidProblem: an unknown name, or too few samples or values.
     """
-    stated, scales = _stated(task, objective, samples, redundancy_values, limits)
+    stated, judged, scales = _stated(task, objective, samples, redundancy_values, limits)
     points = as_tuples(stated["knots"].points)
-    return TracingProblem(**stated, encoding=Tracing(task, stated["motion"], points, redundancy_values, **scales))
+    encoding = Tracing(task, stated["motion"], points, redundancy_values, **scales)
+    return TracingProblem(criteria=TracingCriteria(**judged), encoding=encoding, **stated)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TracingCriteria(Criteria):
+    """The criteria of a path in the plane: the distance from it among them."""
+
+    task: PathTracing
+
+    def verify(self, trajectory: Trajectory) -> list[Verdict]:
+        times = self.task.point_times(trajectory)
+        near = prove_tracing(self.robot, self.task.path.array, self.task.accuracy, trajectory, times)
+        return [*super().verify(trajectory), near]
 
 
 @dataclass(frozen=True, kw_only=True)
 class TracingProblem(TracedProblem):
     """Lead the tool along a path in the plane, from rest to rest."""
 
-    task: PathTracing
     encoding: Tracing
 
     def nlp(self) -> TracingNlp:
+        task = self.encoding.task
         return TracingNlp(
-            task=end_to_end(self.task),
-            objective=self.objective,
-            limits=self.limits,
+            task=end_to_end(task),
+            objective=self.criteria.objective,
+            limits=self.criteria.limits,
             pieces=self.knots.u.size - 1,
             decode=self.quick_trajectory,
             knots=self.knots,
-            path=self.task.path.array,
-            accuracy=self.task.accuracy,
+            path=task.path.array,
+            accuracy=task.accuracy,
             box=self.bounds,
         )
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """Path parameters of the knots, and the redundant values there, of one candidate (d,)."""
         knots = self.encoding.knots
-        phi = self.robot.closed_form.redundant_values(self.path(x).at(knots))
+        phi = self.encoding.task.robot.closed_form.redundant_values(self.path(x).at(knots))
         return {**{f"phi_{j}": column for j, column in enumerate(phi.T, start=3)}, "u_knots": knots}
-
-    def verify(self, trajectory: Trajectory) -> list[Verdict]:
-        times = self.task.point_times(trajectory)
-        near = prove_tracing(self.robot, self.task.path.array, self.task.accuracy, trajectory, times)
-        return [*super().verify(trajectory), near]
 
 
 NO_PROGRAM = "a path in space has no nonlinear program; metaheuristics plan it"
@@ -252,9 +260,24 @@ def space_tracing(
     Raises:
         InvalidProblem: an unknown name, too few samples or values, or no posture to begin with.
     """
-    stated, scales = _stated(task, objective, samples, redundancy_values, limits)
+    stated, judged, scales = _stated(task, objective, samples, redundancy_values, limits)
     encoding = SpaceKnots.of_task(task, stated["motion"], stated["knots"], redundancy_values)
-    return SpaceTracingProblem(**stated, encoding=replace(encoding, **scales))
+    criteria = SpaceTracingCriteria(**judged)
+    return SpaceTracingProblem(criteria=criteria, encoding=replace(encoding, **scales), **stated)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpaceTracingCriteria(Criteria):
+    """The criteria of a path in space: the distance from it and the angle to its orientation among them."""
+
+    task: SpaceTracing
+
+    def verify(self, trajectory: Trajectory) -> list[Verdict]:
+        times, path = self.task.point_times(trajectory), self.task.path
+        tool = TracedTool(ToolMotion(self.task.robot, trajectory), path.array, times, path.orientations)
+        found = [*super().verify(trajectory), tool.prove_position(self.task.accuracy)]
+        most = self.task.angular_accuracy
+        return found if most is None else [*found, tool.prove_orientation(most)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -263,7 +286,6 @@ class SpaceTracingProblem(TracedProblem):
 
     has_program: ClassVar[bool] = False
 
-    task: SpaceTracing
     encoding: SpaceKnots
 
     def nlp(self) -> NonlinearProgram:
@@ -282,19 +304,11 @@ class SpaceTracingProblem(TracedProblem):
 
     @cached_property
     def direct(self) -> TracingPlanner:
-        return TracingPlanner(self, self.task, len(self.motion.corners) + 1)
+        return TracingPlanner(self.criteria, self.encoding.task, len(self.motion.corners) + 1)
 
     def trajectory(self, x: FloatArray) -> Trajectory:
         """The motion in the search's own timing where programs change it: from the least time they find less."""
-        return self._timed(x, self.robot.limits, refined=self.direct.integrals is None)
-
-    def verify(self, trajectory: Trajectory) -> list[Verdict]:
-        """Every constraint, the distance from the path and the angle to its orientation for all t among them."""
-        times, path = self.task.point_times(trajectory), self.task.path
-        tool = TracedTool(ToolMotion(self.task.robot, trajectory), path.array, times, path.orientations)
-        found = [*super().verify(trajectory), tool.prove_position(self.task.accuracy)]
-        most = self.task.angular_accuracy
-        return found if most is None else [*found, tool.prove_orientation(most)]
+        return self._timed(x, self.motion.robot.limits, refined=self.direct.integrals is None)
 
 
 PROGRAM_STEPS = 4  # of time in each piece: so many that the tool hardly leaves the accuracy between them

@@ -18,6 +18,7 @@ import numpy as np
 
 from problems.assembly import (
     CostSteps,
+    Criteria,
     Decoded,
     Encoding,
     FeasibilityFirst,
@@ -235,20 +236,25 @@ def point_to_point(
     check_at_least("samples", samples, 2, " time steps a segment")
     motion, minimised = TwoSegments(task.robot, samples), objective_named(objective, task.robot)
     kind = SEGMENT_ENCODINGS[formulation]
+    kept = limits_of(task.robot, task.obstacles, limits)
     return PointToPointProblem(
-        task=task,
+        criteria=TwoSegmentsCriteria(task=task, objective=minimised, limits=kept, row_times=motion.row_times),
         motion=motion,
         encoding=kind(task, motion, SearchedTimeScale.where_needed(minimised, task) if kind.scales_time else None),
-        objective=minimised,
-        limits=limits_of(task.robot, task.obstacles, limits),
     )
+
+
+class TwoSegmentsCriteria(Criteria):
+    """The criteria of motions whose segments meet in a control point."""
+
+    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
+        return (Milestone(label="control point", time=float(trajectory.breakpoints[1])),)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PointToPointProblem(Problem[Quantities]):
     """Move the tool from rest at one point to rest at another."""
 
-    task: PointToPoint
     motion: TwoSegments
     encoding: SegmentsEncoding
 
@@ -260,14 +266,12 @@ class PointToPointProblem(Problem[Quantities]):
         return SegmentSteps(self).parts()
 
     def nlp(self) -> PointToPointNlp:
-        return PointToPointNlp(self.task, self.motion, self.objective, self.limits, self.parameters_of)
+        objective, limits = self.criteria.objective, self.criteria.limits
+        return PointToPointNlp(self.encoding.task, self.motion, objective, limits, self.parameters_of)
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """theta_s, theta_m, dtheta_m, theta_f, t1, t2 of one candidate (d,)."""
         return self.parameters_of(x).arrays()
-
-    def milestones(self, trajectory: Trajectory) -> tuple[Milestone, ...]:
-        return (Milestone(label="control point", time=float(trajectory.breakpoints[1])),)
 
 
 class SegmentSteps(CostSteps[Quantities]):

@@ -77,7 +77,7 @@ def stops_of(problem: MoveProblem, x: FloatArray) -> FloatArray:
 @pytest.mark.parametrize("name", MOVES)
 def test_paths_pass_all_stops_exactly(name: str) -> None:
     problem = problem_of(name)
-    task = problem.task
+    task = problem.criteria.task
     for x in sampled(problem, 5):
         at_stops = stops_of(problem, x)
         places = [task.start, *task.vias, task.reached_goal(at_stops[-1])]
@@ -109,7 +109,7 @@ def test_options_that_cannot_be_are_refused(changes: dict[str, Any], field: str)
 
 
 def test_small_obstacles_take_more_samples() -> None:
-    task = problem_of("points, obstacle").task
+    task = problem_of("points, obstacle").criteria.task
     thin = move(replace(task, obstacles=(Ellipse((0.8, 0.8), (0.15, 0.01)),)))
     assert thin.motion.steps > problem_of("points, obstacle").motion.steps
     (limit,) = thin.encoding.step_limits
@@ -171,7 +171,7 @@ def test_a_duration_that_is_too_short_is_made_longer_and_one_too_long_is_penalis
     durations = np.array([float(problem.parameters_of(row).duration) for row in x[:30]])
     assert durations.min() == 2.0
     assert (problem.cost(x) < problem.objective_upper_bound).all()
-    slow = move(replace(problem.task, total_time=(1e-3, 0.9)))
+    slow = move(replace(problem.criteria.task, total_time=(1e-3, 0.9)))
     costs = slow.cost(x)
     scanned = np.array([float(slow.parameters_of(row).duration) for row in x[:30]])
     assert ((costs[:30] > slow.objective_upper_bound) == (scanned > 0.9 * (1.0 - 1e-3))).all()
@@ -188,8 +188,8 @@ def test_motions_keep_every_limit_for_all_t(name: str) -> None:
     best = minimize(problem.evaluator(VM), box, LSHADE(), Budget(3000), 0)
     assert best.cost < problem.objective_upper_bound
     trajectory = problem.trajectory(best.x)
-    scale = max(1.0, problem.safe_time_scale(trajectory))
-    verdicts = problem.verify(trajectory.time_scaled(scale))
+    scale = max(1.0, problem.criteria.safe_time_scale(trajectory))
+    verdicts = problem.criteria.verify(trajectory.time_scaled(scale))
     assert all(verdict.satisfied for verdict in verdicts), [v.name for v in verdicts if not v.satisfied]
     assert trajectory.duration <= float(problem.parameters_of(best.x).duration) * 1.01
 
@@ -207,7 +207,7 @@ def test_ends_that_cannot_be_attained_cost_more_than_any_motion() -> None:
     best = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(1500), 0)
     assert best.cost < problem.objective_upper_bound
     found = problem.trajectory(best.x)
-    assert problem.exact_time_scale(found) == problem.safe_time_scale(found) == 1.0
+    assert problem.criteria.safe_time_scale(found) == 1.0
 
 
 def test_a_move_to_where_it_stands() -> None:
@@ -233,7 +233,7 @@ def test_milestones_are_the_vias() -> None:
     problem = problem_of("vias, several goals")
     x = sampled(problem, 1)[0]
     trajectory = problem.trajectory(x)
-    found = problem.milestones(trajectory)
+    found = problem.criteria.milestones(trajectory)
     assert [milestone.label for milestone in found] == ["via 1", "via 2"]
     assert all(a.time < b.time for a, b in pairwise(found))
     at_vias = trajectory.at(np.array([milestone.time for milestone in found]))
@@ -248,7 +248,7 @@ def test_the_program_starts_from_a_motion_of_the_search() -> None:
     assert start.shape == lower.shape == upper.shape
     at_stops = stops_of(problem, x)
     motion = program.trajectory(start)
-    times = np.concatenate([[0.0], problem.task.via_times(motion), [motion.duration]])
+    times = np.concatenate([[0.0], problem.criteria.task.via_times(motion), [motion.duration]])
     assert motion.at(times) == pytest.approx(at_stops, abs=1e-5)
 
 

@@ -50,7 +50,7 @@ def depth(robot: PlanarArm, obstacle: MovingObstacle, trajectory: Trajectory, ti
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_costs_no_more_than_the_bound_is_clear_at_its_times(kind: str) -> None:
     problem = problem_of(kind)
-    (obstacle,), robot = problem.obstacles, problem.robot
+    (obstacle,), robot = problem.criteria.obstacles, problem.criteria.robot
     assert isinstance(obstacle, MovingObstacle)
     assert isinstance(robot, PlanarArm)
     x = sampled(problem, 60)

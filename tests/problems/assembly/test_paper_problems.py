@@ -94,7 +94,7 @@ def test_agrees_with_numpy_and_keeps_the_order(problem: PointToPointProblem) -> 
     assert feasible.size > 0
     assert broken.size > 0
     assert feasible.max() <= problem.objective_upper_bound < broken.min()
-    if problem.robot.links > 2:
+    if problem.criteria.robot.links > 2:
         assert unreachable.size > 0
         assert broken.max() < unreachable.min()
 
@@ -111,7 +111,8 @@ def test_reduced_form_evaluates_the_same_motions(problem: PointToPointProblem) -
     for x, value in zip(points[feasible][:40], cost[feasible][:40], strict=True):
         q = reduced.quantities(x)
         phi = [np.cumsum(q[name])[2:] for name in ("theta_s", "theta_f")]
-        branch = [np.sin(q[name][1]) for name in ("theta_s", "theta_f")] if problem.task.elbow == "free" else []
+        free = problem.encoding.task.elbow == "free"
+        branch = [np.sin(q[name][1]) for name in ("theta_s", "theta_f")] if free else []
         vector = [q["theta_m"], q["dtheta_m"] / SLOWER, *phi, branch, q["t1"] * SLOWER, q["t2"] * SLOWER]
         assert paper.cost(np.concatenate(vector)[None])[0] == pytest.approx(value, rel=1e-6)
 
@@ -136,7 +137,7 @@ def test_check_values_of_two_links(objective: str) -> None:
 def test_costs_agree_with_numpy_and_what_breaks_a_limit_costs_more(
     problem: PathFollowingProblem, formulation: str, accuracy: float | None
 ) -> None:
-    stated = changed(problem, formulation=formulation, accuracy=accuracy or problem.task.accuracy)
+    stated = changed(problem, formulation=formulation, accuracy=accuracy or problem.criteria.task.accuracy)
     points, oracle = sampled(stated, 1000), PathOracle(stated)
     costs, broken = stated.cost(points), oracle.breaks_a_limit(points)
     # A limit met within rounding may count on one side only; that is rare and changes the cost by one jump.
@@ -150,10 +151,10 @@ def test_costs_agree_with_numpy_and_what_breaks_a_limit_costs_more(
 def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowingProblem) -> None:
     for x in sampled(problem, 20):
         trajectory = problem.trajectory(x)
-        times = problem.task.point_times(trajectory)
-        tip = np.asarray(problem.robot.tool.position(trajectory.samples(times).theta))
-        knots = list(problem.task.knot_indices)
-        assert tip[knots] == pytest.approx(problem.task.path.array[knots], abs=1e-7)
+        times = problem.criteria.task.point_times(trajectory)
+        tip = np.asarray(problem.criteria.robot.tool.position(trajectory.samples(times).theta))
+        knots = list(problem.criteria.task.knot_indices)
+        assert tip[knots] == pytest.approx(problem.criteria.task.path.array[knots], abs=1e-7)
         ends = trajectory.samples(np.array([0.0, trajectory.duration]))
         assert np.asarray(ends.speed) == pytest.approx(0.0, abs=1e-6)
         assert np.asarray(ends.acceleration) == pytest.approx(0.0, abs=1e-3)
@@ -161,14 +162,14 @@ def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowi
 
 def test_corners_are_knots() -> None:
     assert len(STAR.corners) == 4
-    assert set(STAR.corners) <= set(following(ARM, STAR, 0.1, knots=2).task.knot_indices)
+    assert set(STAR.corners) <= set(following(ARM, STAR, 0.1, knots=2).criteria.task.knot_indices)
 
 
 @each_path
 def test_reduced_time_is_the_least_for_all_t(problem: PathFollowingProblem) -> None:
     reduced = changed(problem, formulation="reduced", total_time=(1e-6, 1.0))
     for x in sampled(reduced, 20):
-        assert exact_time_scale(reduced.limits, reduced.trajectory(x)) == pytest.approx(1.0, abs=1e-9)
+        assert exact_time_scale(reduced.criteria.limits, reduced.trajectory(x)) == pytest.approx(1.0, abs=1e-9)
 
 
 @settings(max_examples=12, deadline=None)
@@ -176,8 +177,8 @@ def test_reduced_time_is_the_least_for_all_t(problem: PathFollowingProblem) -> N
 def test_redundancy_stays_within_its_bounds_at_the_knots(x_phi: list[float]) -> None:
     problem = PATH_CASES["inner hole, joint limits"]
     trajectory = problem.trajectory(np.array([*x_phi, 1.0]))
-    curves, knots = problem.task.bounded_curves(trajectory), list(problem.task.knot_indices)
-    assert len(curves) == problem.robot.closed_form.redundancy
+    curves, knots = problem.criteria.task.bounded_curves(trajectory), list(problem.criteria.task.knot_indices)
+    assert len(curves) == problem.criteria.robot.closed_form.redundancy
     for curve in curves:
         phi = curve.value(curve.times)
         assert (phi[knots] >= curve.lower[knots] - 1e-6).all()
@@ -188,14 +189,14 @@ def test_redundancy_stays_within_its_bounds_at_the_knots(x_phi: list[float]) -> 
 def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowingProblem) -> None:
     points = sampled(problem, 10)
     for x, accuracy in zip(points, problem.accuracy_of(points), strict=True):
-        verdicts = {verdict.name: verdict for verdict in problem.verify(problem.trajectory(x))}
+        verdicts = {verdict.name: verdict for verdict in problem.criteria.verify(problem.trajectory(x))}
         assert verdicts["accuracy"].worst == pytest.approx(accuracy, abs=1e-7)
 
 
 def test_search_follows_the_star_between_samples_too() -> None:
     problem = following(ARM, STAR, 0.1, "time", "up", "reduced")
     result = minimize(problem.cost, SearchBox(*problem.bounds), BSO(), Budget(4000), 1)
-    verdicts = problem.verify(problem.trajectory(result.x))
+    verdicts = problem.criteria.verify(problem.trajectory(result.x))
     assert [verdict.name for verdict in verdicts if not verdict.satisfied] == []
     assert result.cost == pytest.approx(problem.trajectory(result.x).duration)
 
@@ -234,8 +235,8 @@ def test_a_jerk_limit_is_kept_exactly_by_the_reduced_form() -> None:
     trajectory = problem.trajectory(x)
     jerk = trajectory.at(np.linspace(0.0, trajectory.duration, 20_001), 3)
     assert np.abs(jerk).max() == pytest.approx(2e5, rel=1e-9)  # the only limit that binds
-    assert problem.exact_time_scale(trajectory) == pytest.approx(1.0, rel=1e-9)
-    assert {v.name for v in problem.verify(trajectory) if v.satisfied} >= {"speed", "acceleration", "jerk"}
+    assert exact_time_scale(problem.criteria.limits, trajectory) == pytest.approx(1.0, rel=1e-9)
+    assert {v.name for v in problem.criteria.verify(trajectory) if v.satisfied} >= {"speed", "acceleration", "jerk"}
     free = following(THREE_METRES, PATHS["pentagram"], 0.1, "time", "up", "reduced").trajectory(x)
     ratio = np.abs(free.at(np.linspace(0.0, free.duration, 20_001), 3)).max() / 2e5
     assert trajectory.duration == pytest.approx(free.duration * ratio ** (1.0 / 3.0), rel=1e-6)

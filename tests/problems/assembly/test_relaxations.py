@@ -29,13 +29,13 @@ PLANAR = moving(
 )  # fmt: skip
 PATH = following(equal_links(3), closed_curve((0.1, 0.0), 1.0, 0.0, 3, 0.1, 20), 0.05, total_time=(0.5, 9.0))
 SPACE = move(Move(small_arm(3), Joints((0.0, 0.3, 0.2)), (Joints((1.0, 0.5, 0.1)),)), "time", samples=20, pieces=3)
-TRACED = tracing(PathTracing(equal_links(3), PATH.task.path, 0.05))
+TRACED = tracing(PathTracing(equal_links(3), PATH.criteria.task.path, 0.05))
 PROBLEMS: dict[str, Problem[Any]] = {"planar": PLANAR, "path": PATH, "traced": TRACED, "space": SPACE}
 
 
 def relaxations_of(problem: Problem[Any]) -> list[Relaxation]:
-    of_limits = [relaxation for limit in problem.limits for relaxation in limit.relaxations]
-    return [*of_limits, *problem.task.relaxations, *problem.robot.relaxations]
+    of_limits = [relaxation for limit in problem.criteria.limits for relaxation in limit.relaxations]
+    return [*of_limits, *problem.criteria.task.relaxations, *problem.criteria.robot.relaxations]
 
 
 def of(problem: Problem[Any], limit: str, column: str = "") -> Relaxation:
@@ -78,8 +78,8 @@ def test_a_looser_problem_differs_in_that_number_alone(name: str) -> None:
     for relaxation in relaxations_of(problem):
         looser = problem.relaxed(relaxation, 0.5 * relaxation.step)
         back = looser.relaxed(of(looser, relaxation.limit, relaxation.of), -0.5 * relaxation.step)
-        assert looser.task != problem.task or looser.limits != problem.limits
-        assert type(looser) is type(problem) and len(looser.limits) == len(problem.limits)
+        assert looser.criteria.task != problem.criteria.task or looser.criteria.limits != problem.criteria.limits
+        assert type(looser) is type(problem) and len(looser.criteria.limits) == len(problem.criteria.limits)
         assert len(relaxations_of(looser)) == len(relaxations_of(problem))
         same = of(back, relaxation.limit, relaxation.of)
         assert same.size == pytest.approx(relaxation.size, rel=1e-12)
@@ -91,27 +91,27 @@ def rooms(limit: Limit, samples: Samples) -> np.ndarray:
 
 def test_every_motion_has_more_room_in_a_looser_problem() -> None:
     rng = np.random.default_rng(3)
-    robot = PLANAR.robot
+    robot = PLANAR.criteria.robot
     states = [ca.DM(rng.normal(size=(4, 3))) for _ in range(4)]
-    for number, limit in enumerate(PLANAR.limits):
+    for number, limit in enumerate(PLANAR.criteria.limits):
         for relaxation in limit.relaxations:
             looser = PLANAR.relaxed(relaxation, relaxation.step)
             here = Samples(robot=robot, derivatives=tuple(states), duration=ca.DM(1.0), times=ca.DM(range(4)) / 3.0)
             there = Samples(
-                robot=looser.robot, derivatives=tuple(states), duration=ca.DM(1.0), times=ca.DM(range(4)) / 3.0
+                robot=looser.criteria.robot, derivatives=tuple(states), duration=ca.DM(1.0), times=ca.DM(range(4)) / 3.0
             )
-            assert (rooms(looser.limits[number], there) >= rooms(limit, here) - 1e-12).all(), relaxation.limit
+            assert (rooms(looser.criteria.limits[number], there) >= rooms(limit, here) - 1e-12).all(), relaxation.limit
 
 
 def test_what_is_nothing_can_only_be_tighter() -> None:
     bare = moving(equal_links(2), (1.0, 0.5), (-0.5, 1.2), obstacles=(Ellipse((0.3, 0.6), (0.1, 0.1)),))
     margin = of(bare, "clearance")
     assert margin.size == 0.0 and margin.step == pytest.approx(-3.0 * 1e-3 * 2.0)
-    assert bare.relaxed(margin, margin.step).robot.margin == pytest.approx(0.006)
+    assert bare.relaxed(margin, margin.step).criteria.robot.margin == pytest.approx(0.006)
 
 
 def test_expressions_are_as_wide_as_their_bounds_are_apart() -> None:
-    robot, [limit] = equal_links(3), [each for each in PLANAR.limits if isinstance(each, ExpressionLimit)]
+    robot, [limit] = equal_links(3), [each for each in PLANAR.criteria.limits if isinstance(each, ExpressionLimit)]
     assert limit.robot.dof == robot.dof
 
     def relaxation(lower: tuple[float, ...] | None, upper: tuple[float, ...] | None, scale: float) -> Relaxation:

@@ -52,7 +52,7 @@ def candidates(problem: MoveProblem, count: int = 40) -> np.ndarray:
 def excess(problem: MoveProblem, x: np.ndarray) -> float:
     """By how much one candidate breaks its limits, every pair written out in numbers."""
     samples = problem.motion.samples(problem.decoded(ca.DM(x)).parameters)
-    penalised = problem.encoding.penalised(problem.limits)
+    penalised = problem.encoding.penalised(problem.criteria.limits)
     constraints = [constraint for limit in penalised for constraint in limit.constraints_at(samples, SAMPLING_MARGIN)]
     values = [(np.array(c.expression), c.bounds[0], c.scales) for c in constraints if c.name.endswith("clearance")]
     assert len(values) == 2
@@ -110,6 +110,6 @@ def test_clusters_hold_all_balls_that_move_as_one() -> None:
 
 def test_a_robot_without_balls_has_no_repetitions() -> None:
     problem = problem_of(SCENE, replace(arm(), self_collision=False))
-    kinds = {type(limit): limit for limit in problem.limits}
+    kinds = {type(limit): limit for limit in problem.criteria.limits}
     assert SelfClearance not in kinds
     assert len(kinds[Clearance].repetitions(kinds[Clearance])) == 3  # boxes, a ball, a half-space

@@ -53,9 +53,9 @@ def test_a_power_of_two_changes_no_bit_of_a_search(make: Any, objective: str, fo
 def test_verdicts_do_not_depend_on_the_size(make: Any, scale: float) -> None:
     one, other = make(1.0, "length", "reduced"), make(scale, "length", "reduced")
     for x in sampled(one, 6, 2):
-        verdicts, again = (problem.verify(problem.trajectory(x)) for problem in (one, other))
+        verdicts, again = (problem.criteria.verify(problem.trajectory(x)) for problem in (one, other))
         assert [(v.name, v.status) for v in verdicts] == [(v.name, v.status) for v in again]
-        values = [problem.objective_value(problem.trajectory(x), np.array([0.0])) for problem in (one, other)]
+        values = [problem.criteria.objective_value(problem.trajectory(x), np.array([0.0])) for problem in (one, other)]
         assert values[1] == pytest.approx(scale * values[0], rel=1e-9)
 
 
@@ -66,8 +66,8 @@ def descended(make: Any, objective: str, scale: float = 1.0) -> float:
     program = problem.nlp()
     solution = Descent(program, IPOPT())(next(program.starts(np.random.default_rng(3))))
     motion = program.trajectory(solution.x)
-    assert {v.name for v in problem.verify(motion) if not v.satisfied} <= {"clearance"}
-    return float(problem.objective_value(motion, np.array([0.0])))
+    assert {v.name for v in problem.criteria.verify(motion) if not v.satisfied} <= {"clearance"}
+    return float(problem.criteria.objective_value(motion, np.array([0.0])))
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e7])
@@ -81,7 +81,7 @@ def test_ipopt_plans_for_any_size(scale: float) -> None:
 def test_a_miss_of_a_part_of_the_reach_is_seen(scale: float) -> None:
     problem = moving(arm(scale), (scale, 0.0), (0.5 * scale, 1.5 * scale), "time", "up", "reduced")
     motion = problem.trajectory(np.mean(problem.bounds, axis=0))
-    assert all(v.satisfied for v in problem.verify(motion))
+    assert all(v.satisfied for v in problem.criteria.verify(motion))
     for miss in (0.1, 1e-6):
         beside = moving(arm(scale), (scale * (1.0 + miss), 0.0), (0.5 * scale, 1.5 * scale), "time", "up", "reduced")
-        assert [v.name for v in beside.verify(motion) if not v.satisfied] == ["start"]
+        assert [v.name for v in beside.criteria.verify(motion) if not v.satisfied] == ["start"]

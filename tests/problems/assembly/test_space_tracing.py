@@ -63,7 +63,7 @@ def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
     problem = problem_of(name)
     x = best(problem)
     assert float(problem.cost(x[None])[0]) <= problem.objective_upper_bound
-    check(problem, problem.quick_trajectory(x) if problem.robot.limits.jerk is None else problem.trajectory(x))
+    check(problem, problem.quick_trajectory(x) if problem.criteria.robot.limits.jerk is None else problem.trajectory(x))
 
 
 @pytest.mark.parametrize("name", slow_except(TASKS, ["corner"]))
@@ -106,8 +106,8 @@ def test_only_sharp_corners_are_places_to_be_passed() -> None:
     smooth, sharp = problem_of("poses"), problem_of("corners and jerk")
     assert smooth.direct._nearness.corners == ()
     (corner,) = sharp.direct._nearness.corners
-    np.testing.assert_allclose(corner.position(sharp.robot), CIRCLE[4])
-    assert 0.99 * sharp.task.accuracy < corner.within < sharp.task.accuracy
+    np.testing.assert_allclose(corner.position(sharp.criteria.robot), CIRCLE[4])
+    assert 0.99 * sharp.criteria.task.accuracy < corner.within < sharp.criteria.task.accuracy
 
 
 def best_posture(task: SpaceTracing) -> FloatArray:
@@ -116,9 +116,9 @@ def best_posture(task: SpaceTracing) -> FloatArray:
 
 def check(problem: SpaceTracingProblem, trajectory: Trajectory) -> None:
     """All verdicts hold; limits, ends, distances and angles at 4,000 times, by NumPy and SciPy alone."""
-    verdicts = problem.verify(trajectory)
+    verdicts = problem.criteria.verify(trajectory)
     assert all(verdict.satisfied for verdict in verdicts), verdicts
-    times, robot, task = np.linspace(0.0, trajectory.duration, 4_000), problem.robot, problem.task
+    times, robot, task = np.linspace(0.0, trajectory.duration, 4_000), problem.criteria.robot, problem.criteria.task
     for order, bounds in ((1, robot.limits.speed), (2, robot.limits.acceleration), (3, robot.limits.jerk)):
         if bounds is not None:
             assert (np.abs(trajectory.at(times, order)) <= np.array(bounds) * (1.0 + 1e-9)).all()

@@ -12,7 +12,8 @@ from helpers.searching import sampled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems import Ellipse, InvalidProblem, Joints, Move, Position, TimeMoveProblem, Trajectory, move, time_move
+from problems import Ellipse, InvalidProblem, Joints, Move, Position, Trajectory, move, time_move
+from problems.assembly import Criteria
 from problems.evaluation import EvaluationOptions
 from problems.scene import Obstacle
 from problems.scene.moving import ConstantVelocity, MovingObstacle
@@ -36,8 +37,8 @@ FREE = time_move(stated(), samples=24)
 CROSSED = time_move(stated(crossing(1.5, 1.0)), samples=24)
 
 
-def named(problem: TimeMoveProblem, trajectory: Trajectory, name: str) -> Any:
-    return next(verdict for verdict in problem.verify(trajectory) if verdict.name == name)
+def named(criteria: Criteria, trajectory: Trajectory, name: str) -> Any:
+    return next(verdict for verdict in criteria.verify(trajectory) if verdict.name == name)
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -45,7 +46,7 @@ def named(problem: TimeMoveProblem, trajectory: Trajectory, name: str) -> Any:
 def test_every_candidate_leaves_as_it_has_to_and_arrives_at_rest(seed: int) -> None:
     x = sampled(CROSSED, 1, seed)[0]
     trajectory = CROSSED.trajectory(x)
-    conditions = [constraint for constraint, _ in CROSSED.task.conditions(trajectory)]
+    conditions = [constraint for constraint, _ in CROSSED.criteria.task.conditions(trajectory)]
     assert {each.name for each in conditions} == {*ENDS, "start acceleration"}
     assert all(each.slack >= 0.0 for each in conditions)
     shortest, longest = CROSSED.encoding.durations
@@ -54,7 +55,7 @@ def test_every_candidate_leaves_as_it_has_to_and_arrives_at_rest(seed: int) -> N
 
 def test_another_acceleration_at_the_start_is_found_out() -> None:
     trajectory = CROSSED.trajectory(sampled(CROSSED, 1, 4)[0])
-    other = replace(CROSSED, task=stated(crossing(1.5, 1.0), start_acceleration=(3.0, 1.0 + 1e-6)))
+    other = replace(CROSSED.criteria, task=stated(crossing(1.5, 1.0), start_acceleration=(3.0, 1.0 + 1e-6)))
     verdict = named(other, trajectory, "start acceleration")
     assert not verdict.satisfied
     assert verdict.worst == pytest.approx(1e-6)
@@ -64,8 +65,8 @@ def test_a_jerk_limit_does_not_mind_the_acceleration_at_the_start() -> None:
     smooth = replace(ARM, max_jerk=(4000.0, 4000.0))
     problem = time_move(stated(robot=smooth), samples=24)
     trajectory = problem.trajectory(problem.quintics(3)[1])
-    assert named(problem, trajectory, "jerk").satisfied
-    still = replace(problem, task=stated(robot=smooth, start_acceleration=()))
+    assert named(problem.criteria, trajectory, "jerk").satisfied
+    still = replace(problem.criteria, task=stated(robot=smooth, start_acceleration=()))
     assert "accelerations jump, t = 0 s" in named(still, trajectory, "jerk").where
 
 
@@ -92,7 +93,7 @@ def test_a_search_finds_a_certified_way_past_what_crosses() -> None:
     assert (problem.cost(straight)[:2] > problem.objective_upper_bound).all()
     found = minimize(problem.cost, SearchBox(*problem.bounds), LSHADE(), Budget(1500), 1, known=straight)
     assert found.cost < 1.0
-    assert all(verdict.satisfied for verdict in problem.verify(problem.trajectory(found.x)))
+    assert all(verdict.satisfied for verdict in problem.criteria.verify(problem.trajectory(found.x)))
 
 
 def test_any_of_several_goals() -> None:
@@ -148,7 +149,7 @@ def test_a_restated_problem_has_the_bits_of_a_new_one(backend: str, task: Move) 
     x = sampled(anew, 60, 4)
     assert (restated.evaluator(options)(x) == anew.evaluator(options)(x)).all()
     assert (restated.same_structure_with(AT_REST).first or restated) is CROSSED
-    assert restated.verify(restated.trajectory(x[0])) == anew.verify(anew.trajectory(x[0]))
+    assert restated.criteria.verify(restated.trajectory(x[0])) == anew.criteria.verify(anew.trajectory(x[0]))
 
 
 def test_another_make_is_built_anew() -> None:
@@ -179,15 +180,14 @@ def test_the_duration_keeps_what_the_task_says() -> None:
     shortest, longest = problem.encoding.durations
     assert 1.5 <= shortest < longest <= 2.0
     trajectory = problem.trajectory(problem.quintics(2)[1])
-    assert named(problem, trajectory, "total time").satisfied
+    assert named(problem.criteria, trajectory, "total time").satisfied
 
 
 def test_only_motions_that_leave_at_rest_may_be_slowed_down() -> None:
     still = time_move(stated(start_velocity=(), start_acceleration=()), samples=24)
     hasty = still.trajectory(still.quintics(2)[0])
-    assert still.safe_time_scale(hasty) > 1.0
-    assert FREE.safe_time_scale(FREE.trajectory(FREE.quintics(2)[0])) == 1.0
-    assert FREE.exact_time_scale(FREE.trajectory(FREE.quintics(2)[0])) == 1.0
+    assert still.criteria.safe_time_scale(hasty) > 1.0
+    assert FREE.criteria.safe_time_scale(FREE.trajectory(FREE.quintics(2)[0])) == 1.0
 
 
 def test_what_these_motions_do_not_do() -> None:

@@ -55,7 +55,7 @@ def test_the_cost_of_a_feasible_candidate_is_about_its_duration(name: str) -> No
     x = best(problem, 100)
     cost = float(problem.cost(x[None])[0])
     assert cost <= problem.objective_upper_bound
-    without_jerk = replace(problem, task=replace(problem.task, robot=replace(problem.robot, max_jerk=None)))
+    without_jerk = replace(problem, motion=replace(problem.motion, robot=replace(problem.motion.robot, max_jerk=None)))
     assert cost == pytest.approx(without_jerk.trajectory(x).duration, rel=0.02)
 
 
@@ -71,16 +71,16 @@ def test_a_candidate_and_the_program_from_it_are_certified_and_dense_samples_agr
 
 def check(problem: TracingProblem, trajectory: Trajectory) -> None:
     """All verdicts hold; limits, ends and distances at 20,000 times, by NumPy alone."""
-    assert all(verdict.satisfied for verdict in problem.verify(trajectory))
-    times, robot = np.linspace(0.0, trajectory.duration, 20_000), problem.robot
+    assert all(verdict.satisfied for verdict in problem.criteria.verify(trajectory))
+    times, robot = np.linspace(0.0, trajectory.duration, 20_000), problem.criteria.robot
     for order, bounds in ((1, robot.limits.speed), (2, robot.limits.acceleration), (3, robot.limits.jerk)):
         if bounds is not None:
             assert (np.abs(trajectory.at(times, order)) <= np.array(bounds) * (1.0 + 1e-9)).all()
-    tool, points = robot.skeleton(trajectory.at(times))[:, -1], problem.task.path.array
+    tool, points = robot.skeleton(trajectory.at(times))[:, -1], problem.criteria.task.path.array
     lines = [distance_from_segments(tool, *np.broadcast_arrays(tool, a, b)[1:]) for a, b in pairwise(points)]
-    assert np.min(lines, axis=0).max() <= problem.task.accuracy
+    assert np.min(lines, axis=0).max() <= problem.criteria.task.accuracy
     assert np.abs(tool[[0, -1]] - points[[0, -1]]).max() < 1e-9
-    assert all(np.hypot(*(tool - point).T).min() <= problem.task.accuracy for point in points)
+    assert all(np.hypot(*(tool - point).T).min() <= problem.criteria.task.accuracy for point in points)
 
 
 def test_the_motion_stops_at_corners() -> None:

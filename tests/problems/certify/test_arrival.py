@@ -84,7 +84,7 @@ def test_a_goal_that_is_passed() -> None:
     obstacle = moving((5.0, 5.0), (0.0, -1.0))
     passing = move(Move(ARM, start, (goal,), obstacles=(obstacle,), goal_velocity=(1.0, 0.0)))
     trajectory = passing.trajectory(np.mean(passing.bounds, axis=0))
-    assert passing.at_goal(trajectory) is None
+    assert passing.criteria.at_goal(trajectory) is None
 
 
 numbers = st.floats(-3.0, 3.0)
@@ -175,7 +175,7 @@ def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProble
     decided = 0
     for row, cost in zip(x[feasible], staying.cost(x[feasible]), strict=True):
         trajectory = staying.trajectory(row)
-        [verdict] = stay_verdicts(staying.limits, trajectory, 1.4)
+        [verdict] = stay_verdicts(staying.criteria.limits, trajectory, 1.4)
         if abs(verdict.worst) > 0.02:  # else the margin of samples decides
             decided += 1
             assert (cost <= staying.objective_upper_bound) == verdict.satisfied

@@ -312,13 +312,13 @@ def test_bodies_that_cannot_touch_are_in_the_least_clearance() -> None:
     disc = Ellipse((0.5, 1.2), (0.1, 0.1))
     task = Move(arm, Joints((0.0, -1.5)), (Joints((0.0, -1.6)),), obstacles=(disc,))
     problem = move(task)
-    assert [str(pair) for limit in problem.limits if isinstance(limit, Clearance) for pair in limit.pairs] == [
+    assert [str(pair) for limit in problem.criteria.limits if isinstance(limit, Clearance) for pair in limit.pairs] == [
         "link 2, obstacle 1"
     ]
     turned = Trajectory(np.array([0.0, 1.0]), np.array([[[0.0, -0.1]], [[0.0, -1.5]]]))
-    (verdict,) = [row for row in problem.verify(turned) if row.name == "clearance"]
+    (verdict,) = [row for row in problem.criteria.verify(turned) if row.name == "clearance"]
     assert 0.89 * 1.1 <= verdict.worst <= 1.1 and verdict.where.startswith("link 1")
-    closest = problem.closest_approach(turned)
+    closest = problem.criteria.closest_approach(turned)
     assert closest is not None and closest.distance == pytest.approx(1.1, abs=1e-6)
 
 
@@ -337,8 +337,8 @@ def test_a_clearance_of_another_class_keeps_its_pairs_and_its_name() -> None:
     disc = Ellipse((-0.8, -0.3), (0.05, 0.05))
     problem = move(Move(arm, Joints((0.0, 0.2)), (Joints((1.4, 0.2)),), obstacles=(disc,)), limits=[Fence])
     turned = Trajectory(np.array([0.0, 1.0]), np.array([[[1.4, 0.0]], [[0.0, 0.2]]]))
-    rows = {row.name: row for row in problem.verify(turned)}
+    rows = {row.name: row for row in problem.criteria.verify(turned)}
     assert (
         rows["fence"].status is CertificateStatus.VIOLATED and rows["clearance"].status is CertificateStatus.CERTIFIED
     )
-    assert [row.name for row in problem.verify(turned)].count("clearance") == 1
+    assert [row.name for row in problem.criteria.verify(turned)].count("clearance") == 1

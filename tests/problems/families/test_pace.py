@@ -118,7 +118,7 @@ def test_the_motion_of_a_candidate_has_the_times_of_its_search_and_keeps_its_lim
         trajectory = CROSSED_PROBLEM.trajectory(x)
         duration, times = float(searched.duration), as_array(searched.times).ravel()
         assert duration * (1.0 - 1e-4) <= trajectory.duration <= duration * 1.02
-        assert CROSSED_PROBLEM.safe_time_scale(trajectory) <= 1.0 + 1e-6
+        assert CROSSED_PROBLEM.criteria.safe_time_scale(trajectory) <= 1.0 + 1e-6
         speeds = np.abs(as_array(searched.speed)).max()
         late = trajectory.at(times * trajectory.duration / duration) - as_array(searched.theta)
         assert np.abs(late).max() <= 0.02 * speeds * duration
@@ -128,11 +128,12 @@ def test_it_waits_for_the_way_to_be_free() -> None:
     problem = move(WAITING)
     best = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(2500), 0)
     trajectory = problem.trajectory(best.x)
-    assert {verdict.status for verdict in problem.verify(trajectory)} == {CertificateStatus.CERTIFIED}
+    assert {verdict.status for verdict in problem.criteria.verify(trajectory)} == {CertificateStatus.CERTIFIED}
     assert WAITING_BOUND <= trajectory.duration <= 1.04 * WAITING_BOUND
     hurried = problem.trajectory(np.append(best.x[:-KNOTS], np.ones(KNOTS)))
     assert hurried.duration < WAITING_BOUND - 0.5
-    assert any(v.status is CertificateStatus.VIOLATED for v in problem.verify(hurried) if v.name == "clearance")
+    verdicts = problem.criteria.verify(hurried)
+    assert any(v.status is CertificateStatus.VIOLATED for v in verdicts if v.name == "clearance")
     start, goal = trajectory.at(trajectory.breakpoints[[0, -1]])
     assert start == pytest.approx(np.array(HERE.values), abs=1e-12)
     assert goal == pytest.approx(np.array(THERE.values), abs=1e-9)
@@ -192,7 +193,7 @@ def test_the_cost_is_that_of_the_slower_motion(kind: str) -> None:
     for x, cost in zip(candidates, costs, strict=True):
         if cost <= problem.objective_upper_bound:
             samples = problem.motion.samples(problem.parameters_of(x))
-            assert cost == pytest.approx(float(problem.objective.value(samples)), rel=1e-9)
+            assert cost == pytest.approx(float(problem.criteria.objective.value(samples)), rel=1e-9)
             assert problem.trajectory(x).duration == pytest.approx(float(ca.DM(samples.duration)), rel=0.05)
 
 
@@ -208,17 +209,18 @@ def test_an_integral_is_that_of_the_motion_itself(kind: str, most: float) -> Non
     """Both sides of every jump of an acceleration count, and the finished motion keeps the timing of the search."""
     problem, robot = made(kind, "energy"), MASSIVE
     for x in candidates_of(problem, 4):
-        value = float(problem.objective.value(problem.motion.samples(problem.parameters_of(x))))
+        value = float(problem.criteria.objective.value(problem.motion.samples(problem.parameters_of(x))))
         own = problem.motion.trajectory(problem.parameters_of(x))
         for motion in (own, problem.trajectory(x)):
-            assert problem.objective.of_motion(motion, robot, motion.breakpoints) == pytest.approx(value, rel=most)
+            found = problem.criteria.objective.of_motion(motion, robot, motion.breakpoints)
+            assert found == pytest.approx(value, rel=most)
             assert motion.duration == pytest.approx(own.duration, rel=1e-3)
 
 
 def test_one_side_of_the_jumps_alone_is_another_number() -> None:
     """What the first suite of benchmarks has: out by a tenth, with another timing of the finished motion."""
     problem = made("move", "energy").with_integrals_at_samples()
-    value, of_motion = problem.objective.value, problem.objective.of_motion
+    value, of_motion = problem.criteria.objective.value, problem.criteria.objective.of_motion
     apart = []
     for x in candidates_of(problem, 4):
         parameters = problem.parameters_of(x)

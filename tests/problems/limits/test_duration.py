@@ -48,7 +48,7 @@ def test_the_time_scale_of_what_is_too_short() -> None:
 
 
 def about_time(problem: Problem[Any], trajectory: Any) -> Verdict:
-    [outcome] = [v for v in problem.verify(trajectory) if v.name in {"segment time", "total time"}]
+    [outcome] = [v for v in problem.criteria.verify(trajectory) if v.name in {"segment time", "total time"}]
     return outcome
 
 
@@ -70,7 +70,7 @@ def case(name: str, formulation: str = "paper") -> Problem[Any]:
 def kept(problem: Problem[Any], x: np.ndarray) -> Trajectory:
     """A candidate's motion, slowed down as far as is needed."""
     motion = problem.trajectory(x)
-    return motion.time_scaled(max(1.0, problem.safe_time_scale(motion)))
+    return motion.time_scaled(max(1.0, problem.criteria.safe_time_scale(motion)))
 
 
 @pytest.mark.parametrize(
@@ -85,9 +85,9 @@ def test_a_search_keeps_them(name: str, formulation: str) -> None:
     found = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), BSO(), Budget(2000), 1)
     motion = kept(problem, found.x)
     assert about_time(problem, motion).satisfied
-    bounds = problem.task.duration_bounds
+    bounds = problem.criteria.task.duration_bounds
     assert bounds is not None
-    durations = problem.task.durations(motion)
+    durations = problem.criteria.task.durations(motion)
     assert (durations >= bounds.shortest * (1.0 - 1e-12)).all()
     assert (durations <= bounds.longest).all()
 
@@ -112,7 +112,7 @@ def test_a_search_that_cannot_keep_them_says_so(name: str, formulation: str, imp
     motion = kept(problem, candidates[0])
     outcome = about_time(problem, motion)
     assert outcome.status is CertificateStatus.VIOLATED
-    assert outcome.worst == pytest.approx(problem.task.durations(motion).max())
+    assert outcome.worst == pytest.approx(problem.criteria.task.durations(motion).max())
 
 
 @pytest.mark.parametrize(("name", "expected"), [("segments", "segment time"), ("path", "total time")])
@@ -130,10 +130,10 @@ def test_what_is_not_stated_is_not_promised() -> None:
     arm = type(slow)(slow.link_lengths, (0.05,) * 3, slow.max_acceleration)
     for formulation in ("paper", "reduced"):
         problem = moving(arm, START, GOAL, "time", "up", formulation)
-        assert problem.task.duration_bounds is None
+        assert problem.criteria.task.duration_bounds is None
         motion = kept(problem, np.mean(problem.bounds, axis=0))
         assert motion.duration > 8.0
-        assert {v.name for v in problem.verify(motion)} == {"speed", "acceleration", "start", "goal"}
+        assert {v.name for v in problem.criteria.verify(motion)} == {"speed", "acceleration", "start", "goal"}
 
 
 @pytest.mark.parametrize("formulation", ["paper", "reduced"])
@@ -141,5 +141,5 @@ def test_a_motion_that_is_too_short_is_slowed(formulation: str) -> None:
     problem = case("segments", formulation)
     motion = problem.trajectory(np.mean(problem.bounds, axis=0)).time_scaled(0.1)
     assert not about_time(problem, motion).satisfied
-    slowed = motion.time_scaled(problem.safe_time_scale(motion))
-    assert problem.task.durations(slowed).min() >= 0.5 * (1.0 - 1e-12)
+    slowed = motion.time_scaled(problem.criteria.safe_time_scale(motion))
+    assert problem.criteria.task.durations(slowed).min() >= 0.5 * (1.0 - 1e-12)

@@ -198,7 +198,7 @@ def test_a_search_keeps_margin_and_width() -> None:
     problem = moving(arm, (1.2, 0.0), (0.2, 1.4), "length", "up", "reduced", obstacles=(wall,), samples=30)
     result = minimize(problem.evaluator(EvaluationOptions("vm")), SearchBox(*problem.bounds), PSO(), Budget(3000), 1)
     trajectory = problem.trajectory(result.x)
-    verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
+    verdicts = {verdict.name: verdict for verdict in problem.criteria.verify(trajectory)}
     assert verdicts["clearance"].satisfied
     assert verdicts["self clearance"].satisfied
     assert verdicts["clearance"].bound == verdicts["self clearance"].bound == 0.05

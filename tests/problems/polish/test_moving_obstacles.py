@@ -76,4 +76,4 @@ def test_the_problem_of_a_move_is_refined_among_what_moves() -> None:
     assert motions
     world = World.of(arm, (COMING,))
     assert world is not None and all(is_clear(world, motion, after=2.0) for motion in motions)
-    assert all(verdict.satisfied for verdict in problem.verify(motions[-1].time_scaled(1.0 + 1e-12)))
+    assert all(verdict.satisfied for verdict in problem.criteria.verify(motions[-1].time_scaled(1.0 + 1e-12)))

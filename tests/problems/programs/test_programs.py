@@ -76,7 +76,7 @@ def test_a_search_vector_keeps_its_motion(name: str) -> None:
     share = np.linspace(0.0, 1.0, 50)
     theta, again = (as_array(motion.samples(share * motion.duration).theta) for motion in (expected, program_motion))
     assert again == pytest.approx(theta, abs=1e-6)
-    assert exact_time_scale(reduced.limits, program_motion) <= 1.0
+    assert exact_time_scale(reduced.criteria.limits, program_motion) <= 1.0
     assert set(program.quantities(program.from_search(x))) == set(reduced.quantities(x))
 
 
@@ -119,7 +119,7 @@ def test_no_derivative_is_nan_at_awkward_postures(name: str) -> None:
     every = ca.Function("d", [program.x], [program.g, ca.gradient(lagrangian, program.x)])
     x = next(program.starts(np.random.default_rng(3)))
     time_scaled, still = np.zeros_like(x), x.copy()
-    k = problem.robot.dof
+    k = problem.criteria.robot.dof
     still[: 4 * k] = 0.7  # all postures the same: no step, no chord
     for z in (time_scaled + 0.5 * (np.arange(x.size) >= 4 * k), still):
         assert all(np.isfinite(np.asarray(part)).all() for part in every(z))
@@ -129,7 +129,7 @@ def test_no_derivative_is_nan_at_awkward_postures(name: str) -> None:
 def test_limits_have_the_names_that_the_search_has(name: str) -> None:
     problem = builtin(name)
     ours = {c.name for c in problem.nlp().constraints(SAMPLING_MARGIN)}
-    time_alone = set() if problem.objective.name == "time" else {"speed", "acceleration"}
+    time_alone = set() if problem.criteria.objective.name == "time" else {"speed", "acceleration"}
     assert {c.name for c in problem.model.constraints} - {"reach"} - time_alone <= ours
 
 
@@ -207,8 +207,8 @@ def test_pentagram_may_be_followed_with_a_value_at_every_knot_or_with_few() -> N
         descent = Descent(program, IPOPT())
         results = [descent(x) for x in islice(program.starts(np.random.default_rng(0)), 4)]
         motions = [program.trajectory(f.x) for f in results if f.stop_reason is StopReason.CONVERGED]
-        feasible = [m for m in motions if all(v.satisfied for v in problem.verify(m))]
-        costs.append(min(problem.objective_value(m, problem.row_times(m, 201)) for m in feasible))
+        feasible = [m for m in motions if all(v.satisfied for v in problem.criteria.verify(m))]
+        costs.append(min(problem.criteria.objective_value(m, problem.criteria.row_times(m, 201)) for m in feasible))
     assert costs[0] < costs[1]
 
 
@@ -266,7 +266,7 @@ def test_ipopt_keeps_them(kind: str, limits: tuple[type[Limit], ...], objective:
     stated = with_limits(kind, PLAIN if limits else replace(PLAIN, max_jerk=(150.0,) * 3), *limits, objective=objective)
     program = stated.nlp()
     solution = Descent(program, IPOPT())(next(program.starts(np.random.default_rng(1))))
-    verdicts = stated.verify(program.trajectory(solution.x))
+    verdicts = stated.criteria.verify(program.trajectory(solution.x))
     names = [verdict.name for verdict in verdicts]
     assert ("jerk" if not limits else limits[0].name) in names
     broken = [v for v in verdicts if v.status is CertificateStatus.VIOLATED and v.worst > v.bound * (1.0 + BETWEEN)]
@@ -276,9 +276,9 @@ def test_ipopt_keeps_them(kind: str, limits: tuple[type[Limit], ...], objective:
 def test_the_time_scale_of_a_limit_without_closed_form() -> None:
     stated = with_limits("point to point", PLAIN)
     motion = stated.trajectory(np.mean(stated.bounds, axis=0))
-    limit = TipSpeed(stated.robot)
+    limit = TipSpeed(stated.criteria.robot)
     scaled = motion.time_scaled(exact_time_scale([limit], motion))
-    fastest = float(ca.mmax(limit.magnitudes(scaled.samples(scaled.times(5001), stated.robot))))
+    fastest = float(ca.mmax(limit.magnitudes(scaled.samples(scaled.times(5001), stated.criteria.robot))))
     assert fastest <= FASTEST
     assert fastest > FASTEST * 0.99
 

@@ -58,8 +58,9 @@ def test_own_links_that_touch_on_the_way_are_led_past_each_other(arm: SpatialArm
     assert not isinstance(limit, CoverClearance)
     times = line.times(50)
     assert limit.nearest(line.at(times), times).clearance.min() < -0.005
-    slowed = (motion.time_scaled(problem.safe_time_scale(motion)) for motion in problem.direct.polished(line))
+    slowed = (motion.time_scaled(problem.criteria.safe_time_scale(motion)) for motion in problem.direct.polished(line))
     proven = [
-        all(v.status is CertificateStatus.CERTIFIED for v in problem.verify(motion)) for motion in islice(slowed, 2)
+        all(v.status is CertificateStatus.CERTIFIED for v in problem.criteria.verify(motion))
+        for motion in islice(slowed, 2)
     ]
     assert proven == [False, True]

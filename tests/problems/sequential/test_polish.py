@@ -34,8 +34,8 @@ def case(*obstacles: Obstacle, **changes: Any) -> MoveProblem:
 
 
 def line(problem: MoveProblem) -> Trajectory:
-    first, last = (np.array(place.values) for place in (problem.task.start, problem.task.goals[0]))  # type: ignore[attr-defined]
-    return rest_to_rest(first, last, problem.robot.limits)
+    first, last = (np.array(place.values) for place in (problem.criteria.task.start, problem.criteria.task.goals[0]))  # type: ignore[attr-defined]
+    return rest_to_rest(first, last, problem.criteria.robot.limits)
 
 
 def pose_of(robot: SpatialArm, theta: tuple[float, ...]) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -44,8 +44,8 @@ def pose_of(robot: SpatialArm, theta: tuple[float, ...]) -> tuple[tuple[float, .
 
 
 def certified(problem: MoveProblem, trajectory: Trajectory) -> Trajectory | None:
-    slowed = trajectory.time_scaled(max(1.0, problem.safe_time_scale(trajectory)))
-    proven = all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.verify(slowed))
+    slowed = trajectory.time_scaled(max(1.0, problem.criteria.safe_time_scale(trajectory)))
+    proven = all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.criteria.verify(slowed))
     return slowed if proven else None
 
 
@@ -62,8 +62,8 @@ def test_a_line_through_an_obstacle_is_repaired_and_proven(jerk: tuple[float, ..
 
 
 def test_what_it_does_not_know_is_not_polished() -> None:
-    task = case(PILLAR).task
-    assert can_be_polished(task, case(PILLAR).limits)
+    task = case(PILLAR).criteria.task
+    assert can_be_polished(task, case(PILLAR).criteria.limits)
     assert not can_be_polished(replace(task, goal_velocity=(0.1,) * 7), ())
     assert not can_be_polished(replace(task, vias=(Joints(START),)), ())
     assert not can_be_polished(replace(task, total_time=(1.0, 2.0)), ())
@@ -73,14 +73,14 @@ def test_what_it_does_not_know_is_not_polished() -> None:
 
 def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
     joints = case(FAR)
-    assert isinstance(joints.robot, SpatialArm)
-    point, quaternion = pose_of(joints.robot, GOAL)
-    problem = replace(joints, task=replace(joints.task, goals=(Pose(point, quaternion, GOAL),)))
+    assert isinstance(joints.criteria.robot, SpatialArm)
+    point, quaternion = pose_of(joints.criteria.robot, GOAL)
+    problem = move(replace(joints.encoding.task, goals=(Pose(point, quaternion, GOAL),)), pieces=4)
     made = certified(problem, next(problem.direct.polished(line(joints))))
     assert made is not None
     last = tuple(made.at(made.breakpoints[-1:])[0])
     assert np.abs(np.array(last) - GOAL).max() > 0.01
-    found, turned = pose_of(joints.robot, last)
+    found, turned = pose_of(joints.criteria.robot, last)
     assert found == pytest.approx(point, abs=1e-9)
     assert abs(np.dot(turned, quaternion)) == pytest.approx(1.0, abs=1e-12)
     assert made.duration < 1.02 * line(joints).duration
@@ -133,15 +133,15 @@ def lifting(mass: float) -> MoveProblem:
 def test_a_payload_costs_far_less_than_running_more_slowly() -> None:
     problem = lifting(3.0)
     fastest = line(problem)
-    slowed = fastest.duration * problem.safe_time_scale(fastest)
+    slowed = fastest.duration * problem.criteria.safe_time_scale(fastest)
     made = next(problem.direct.polished(fastest))
-    made = made.time_scaled(max(1.0, problem.safe_time_scale(made)))
-    assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.verify(made))
+    made = made.time_scaled(max(1.0, problem.criteria.safe_time_scale(made)))
+    assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.criteria.verify(made))
     assert fastest.duration <= made.duration < 1.02 * fastest.duration
     assert slowed > 1.3 * fastest.duration
     assert made.at(made.breakpoints[[0, -1]]) == pytest.approx(np.array([PANDA_START, PANDA_GOAL]), abs=1e-9)
-    torques = problem.robot.dynamics
+    torques = problem.criteria.robot.dynamics
     times = np.linspace(0.0, made.duration, 2000)
     largest = np.abs(np.asarray(torques.torques(*(ca.DM(made.at(times, order)) for order in range(3)))))
-    shares = largest / np.array(problem.robot.limits.torque)
+    shares = largest / np.array(problem.criteria.robot.limits.torque)
     assert 0.95 < shares.max() <= 1.0

@@ -40,9 +40,9 @@ def test_the_closest_two_are_as_far_apart_as_verdicts_say() -> None:
     plan = plane_plan()
     times = np.linspace(0.0, plan.trajectory.duration, 9)
     theta = plan.trajectory.at(times)
-    closest = closest_of(plan.motion.problem, theta, times)
+    closest = closest_of(plan.motion.criteria, theta, times)
     assert closest is not None
-    limits = [limit for limit in plan.motion.problem.limits if isinstance(limit, Proximity)]
+    limits = [limit for limit in plan.motion.criteria.limits if isinstance(limit, Proximity)]
     pairs = [pair.without_growth() for limit in limits for pair in limit.pairs]
     for row, time in enumerate(times):
         frames = plan.criteria.robot.positions(ca.DM(theta[row : row + 1]))
@@ -59,7 +59,7 @@ def test_the_closest_points_lie_on_both_surfaces(solid) -> None:
     robot = plan.criteria.robot
     times = np.linspace(0.0, plan.trajectory.duration, 7)
     theta = plan.trajectory.at(times)
-    criteria = replace(plan.motion.problem, limits=(Clearance.for_robot(robot, (solid,)),))
+    criteria = replace(plan.motion.criteria, limits=(Clearance.for_robot(robot, (solid,)),))
     closest = closest_of(criteria, theta, times)
     assert closest is not None
     frames = [np.array(position) for position in robot.positions(ca.DM(theta))]
@@ -95,7 +95,7 @@ def test_the_closest_two_are_measured_at_their_time() -> None:
     plan = moving_space_plan()
     robot, ball = plan.criteria.robot, IN_SPACE[1]
     grown = MovingObstacle(ball.still, ball.motion, margin_rate=0.3)  # what is kept is no part of the distance
-    criteria = replace(plan.motion.problem, limits=(Clearance.for_robot(robot, (grown,)),))
+    criteria = replace(plan.motion.criteria, limits=(Clearance.for_robot(robot, (grown,)),))
     times = np.linspace(0.0, plan.trajectory.duration, 9)
     closest = closest_of(criteria, plan.trajectory.at(times), times)
     assert closest is not None

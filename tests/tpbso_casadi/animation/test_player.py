@@ -200,7 +200,7 @@ def test_the_script_holds_every_file_once_and_the_style_every_colour() -> None:
 
 
 def test_curves_have_units_limits_and_the_lines_of_the_figures(frames: Frames) -> None:
-    content, robot = shared_data(frames), frames.problem.robot
+    content, robot = shared_data(frames), frames.criteria.robot
     assert [line["colour"] for line in content["lines"]] == [colour_of(joint) for joint in range(robot.dof)]
     assert len({(line["colour"], *line["dashes"]) for line in content["lines"]}) == robot.dof
     position, *limited = content["curves"]
@@ -279,7 +279,7 @@ await note("listed", () => [...document.querySelectorAll("dt")].map((term) => te
 def test_frames_are_the_arm() -> None:
     motion = plane_plan().motion
     frames = frames_of(motion, 31)
-    arm = motion.problem.robot
+    arm = motion.criteria.robot
     assert frames.joints.shape == (31, arm.links + 1, 2)
     assert frames.times[0] == 0.0 and frames.duration == motion.trajectory.duration
     lengths = np.linalg.norm(np.diff(frames.joints, axis=1), axis=2)
@@ -327,10 +327,10 @@ def test_names_of_others_stay_text() -> None:
     robot = plan.criteria.robot
     joints = (replace(robot.chain.joints[0], name=hostile), *robot.chain.joints[1:])
     criteria = replace(
-        plan.motion.problem,
+        plan.motion.criteria,
         task=replace(plan.criteria.task, robot=replace(robot, chain=replace(robot.chain, joints=joints))),
     )
-    text = page("hostile", replace(frames_of(plan.motion, 5), problem=criteria))
+    text = page("hostile", replace(frames_of(plan.motion, 5), criteria=criteria))
     assert hostile not in text
     assert data_of(text)["joint_names"][0] == hostile
 
@@ -363,7 +363,7 @@ def test_the_player_of_space_moves_solids() -> None:
 def test_the_closest_distance_is_shown_as_it_is_at_the_end(tmp_path: Path) -> None:
     plan = moving_space_plan()
     frames = frames_of(plan.motion, 9)
-    closest = closest_of(plan.motion.problem, frames.theta, frames.times)
+    closest = closest_of(plan.motion.criteria, frames.theta, frames.times)
     assert closest is not None
     to_end = "const s = document.querySelector('.time'); s.value = 1000; s.dispatchEvent(new Event('input'));"
     document = after(to_end, page("end", frames), tmp_path)

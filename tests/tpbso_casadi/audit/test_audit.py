@@ -20,7 +20,7 @@ from helpers.slow import slow_except
 
 from benchmarks.certificates import check
 from problems import CertificateStatus, Constraint
-from problems.certify import freedom, structure_of
+from problems.certify import exact_time_scale, freedom, structure_of
 from tpbso_casadi import audit_report, builtin, parse_scenario
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.commands.audit import main
@@ -328,7 +328,7 @@ def rewritten(solution: PlannedMotion, folder: Path, factor: float) -> Path:
 
 def test_a_speed_a_thousandth_over_is_caught(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     solution = planned("time-3", retime=False)
-    tight = solution.problem.exact_time_scale(solution.trajectory)
+    tight = exact_time_scale(solution.problem.criteria.limits, solution.trajectory)
     status, result = audit(capfd, rewritten(solution, tmp_path / "run", 1.001 / tight))
     assert status == 1
     assert result["certificate"]["verdict"] == "violated"

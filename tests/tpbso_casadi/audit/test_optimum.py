@@ -89,14 +89,14 @@ def test_a_limit_that_a_motion_is_far_from_is_left_out(most: float, kept: bool) 
 def test_pairs_that_stay_apart_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(proximity, "NEAR", SHARE)
     motion = space_plan().motion
-    samples, counts = motion.trajectory.samples(motion.times, motion.problem.robot), list[int]()
-    for limit in motion.problem.limits:
+    samples, counts = motion.trajectory.samples(motion.times, motion.criteria.robot), list[int]()
+    for limit in motion.criteria.limits:
         near = limit.near(samples)
         if not isinstance(limit, Proximity):
             assert near is limit
             continue
         kept = set() if near is None else set(near.pairs)
-        reach = motion.problem.robot.reach()[1]
+        reach = motion.criteria.robot.reach()[1]
         apart = np.array(limit.clearances(samples)).min(axis=0) - float(limit.required_clearance(0.0))
         assert kept == {pair for pair, room in zip(limit.pairs, apart, strict=True) if room < SHARE * reach}
         assert len(kept) < len(limit.pairs)

@@ -175,7 +175,7 @@ def test_everything_may_be_of_numpy() -> None:
         arm, start=np.array([1.0, 0.0]), goal=np.array([0.5, 1.5]), obstacles=boxes,
         objective={"time": np.float64(1.0), "rotation": np.float32(0.5)}, evaluations=np.int64(50), seed=np.int32(2),
     )  # fmt: skip
-    assert scenario.problem().task.obstacles[1].center == (1.8, 0.9)
+    assert scenario.problem().criteria.task.obstacles[1].center == (1.8, 0.9)
     assert (scenario.solver.evaluations, scenario.solver.seed) == (50, 2)
     assert scenario.robot_table.build() == ARM.model
 
@@ -183,7 +183,7 @@ def test_everything_may_be_of_numpy() -> None:
 def test_a_file_of_points(tmp_path: Path) -> None:
     (tmp_path / "path.csv").write_text("x,y\n1.0,0.2\n1.2,0.6\n")
     scenario = tp.scenario_of(ARM, path=tmp_path / "path.csv", accuracy=0.1)
-    assert scenario.problem().task.path.points == ((1.0, 0.2), (1.2, 0.6))
+    assert scenario.problem().criteria.task.path.points == ((1.0, 0.2), (1.2, 0.6))
 
 
 @dataclass(frozen=True)
@@ -199,10 +199,10 @@ class MySwarm(tp.PSO):
 def test_ones_own_classes_are_given_as_objects_or_classes(tmp_path: Path) -> None:
     arm = MyArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, margin=0.01)
     plan = tp.plan(arm, **TASK, solver=MySwarm(population=7), evaluations=50, polish=False)
-    assert type(plan.motion.problem.robot) is MyArm
-    assert plan.motion.problem.robot.margin == 0.01
+    assert type(plan.motion.criteria.robot) is MyArm
+    assert plan.motion.criteria.robot.margin == 0.01
     assert plan.scenario.solver.build() == MySwarm(population=7)
-    assert tp.read_run(plan.save(tmp_path / "run", figures=())).motion.problem.robot == arm
+    assert tp.read_run(plan.save(tmp_path / "run", figures=())).motion.criteria.robot == arm
     assert type(tp.scenario_of(arm, **TASK, solver=MySwarm).solver.build()) is MySwarm
 
 

@@ -55,7 +55,7 @@ def test_a_plan_brings_its_robot_along() -> None:
     plan = tp.plan("time-3", solver="pso", evaluations=200, polish=False, retime=False)
     own = tp.retime(plan)
     assert own.duration < plan.duration
-    assert own.motion.problem.robot == plan.motion.problem.robot
+    assert own.motion.criteria.robot == plan.motion.criteria.robot
     plan.save("run", figures=())
     assert tp.retime("run").duration == pytest.approx(own.duration, rel=1e-12)
     faster = tp.robot([2.0 / 3.0] * 3, max_speed=8.0, max_acceleration=80.0)  # rates twice, their changes four times
@@ -65,8 +65,8 @@ def test_a_plan_brings_its_robot_along() -> None:
 def test_a_plan_brings_its_obstacles_along() -> None:
     far = tp.Rectangle((0.9, -0.9), (0.1, 0.1))
     plan = tp.plan("time-2", obstacles=[far], solver="pso", evaluations=100, polish=False, retime=False)
-    assert tp.retime(plan).motion.problem.obstacles == (far,)
-    assert tp.retime(plan, obstacles=[]).motion.problem.obstacles == ()
+    assert tp.retime(plan).motion.criteria.obstacles == (far,)
+    assert tp.retime(plan, obstacles=[]).motion.criteria.obstacles == ()
 
 
 def test_a_run_of_a_given_path_is_retimed_on_the_path_that_was_given() -> None:
@@ -83,7 +83,7 @@ def test_a_run_of_a_given_path_is_retimed_on_the_path_that_was_given() -> None:
 def test_what_is_asked_besides_is_kept() -> None:
     moving = tp.retime(ROWS, ARM, start_speed=0.5, total_time=(0.1, 9.0), margin=0.01)
     assert np.linalg.norm(moving.trajectory(0.0, 1)) == pytest.approx(0.5, rel=1e-9)
-    assert moving.motion.problem.robot.margin == 0.01
+    assert moving.motion.criteria.robot.margin == 0.01
     assert any(verdict.name == "total time" for verdict in moving.verdicts)
     wall = tp.retime(ROWS, ARM, obstacles=[tp.Rectangle((0.6, 0.6), (0.2, 0.2))])
     assert not wall.certified

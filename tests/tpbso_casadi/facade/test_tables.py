@@ -184,7 +184,7 @@ def test_every_kind_is_tried() -> None:
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: type(task).__name__)
 def test_the_scenario_has_the_task(task: Task) -> None:
-    assert tp.scenario_of(task).problem().task == task
+    assert tp.scenario_of(task).problem().criteria.task == task
 
 
 class MyTask(tp.PointToPoint):
@@ -221,4 +221,4 @@ def test_arguments_override_what_a_task_says() -> None:
     scenario = tp.scenario_of(TASKS[0], goal=np.array([0.6, 1.4]), motion="spline", obstacles=[OVAL], seed=np.int64(4))
     assert scenario.model.motion == "spline"
     assert scenario.solver.seed == 4
-    assert scenario.problem().task.obstacles == (OVAL,)
+    assert scenario.problem().criteria.task.obstacles == (OVAL,)

@@ -194,12 +194,12 @@ def test_a_path_offers_accuracy_and_redundancy(solver: str) -> None:
         "accuracy": "trajectory accuracy",
         "redundancy": "redundancy angle",
     }
-    [curve] = solution.problem.task.bounded_curves(solution.trajectory)
+    [curve] = solution.problem.criteria.task.bounded_curves(solution.trajectory)
     values = curve.value(curve.times)
     assert ((values >= curve.lower - 0.2) & (values <= curve.upper + 0.2)).all()
-    [marker] = solution.problem.task.markers()
+    [marker] = solution.problem.criteria.task.markers()
     assert (marker.kind, marker.points.shape) == (MarkerKind.POINTS, (50, 2))
-    assert solution.problem.milestones(solution.trajectory) == ()
+    assert solution.problem.criteria.milestones(solution.trajectory) == ()
 
 
 def test_a_path_with_four_links_has_a_panel_for_each_redundant_one() -> None:

@@ -80,7 +80,7 @@ def test_where_a_pose_leaves_the_posture_open_free_space_is_not_the_fastest() ->
     assert retiming.candidate == POLISHED
     assert retiming.chosen.feasible
     trajectory = retiming.chosen.trajectory
-    assert trajectory.duration < rest_to_rest(first, last, before.problem.robot.limits).duration
+    assert trajectory.duration < rest_to_rest(first, last, before.criteria.robot.limits).duration
     tool = retiming.chosen.joint_positions(trajectory.breakpoints[-1:])[0, -1]
     assert tool == pytest.approx(GOAL["position"], abs=1e-8)
 
@@ -96,7 +96,7 @@ def test_in_the_plane_torques_are_kept_by_another_path_and_speed() -> None:
     found = plan(parse_scenario(content))
     before, retiming = found.motion, timed_anew(found)
     first, last = before.trajectory.at(before.trajectory.breakpoints[[0, -1]])
-    free = rest_to_rest(first, last, before.problem.robot.limits)
+    free = rest_to_rest(first, last, before.criteria.robot.limits)
     slowed = free.duration * before.criteria.safe_time_scale(free)
     assert slowed > 1.2 * free.duration
     assert retiming.chosen.feasible

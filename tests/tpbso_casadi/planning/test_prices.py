@@ -88,7 +88,8 @@ def price_of(motion: JudgedMotion, problem: Problem[Any], limit: str, of: str) -
     own = ProgramPlanner(problem, False, FOREVER)
     ends = own.optimum(motion)
     assert ends is not None
-    stated = [*problem.task.relaxations, *(each for kept in problem.limits for each in kept.relaxations)]
+    criteria = problem.criteria
+    stated = [*criteria.task.relaxations, *(each for kept in criteria.limits for each in kept.relaxations)]
     [relaxation] = [each for each in stated if (each.limit, each.of) == (limit, of)]
     return Pricing(own, *ends, (motion,)).price(relaxation)
 

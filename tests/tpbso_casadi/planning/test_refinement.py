@@ -21,6 +21,7 @@ from helpers.space_scenarios import space_scenario
 from helpers.waiting import PATIENCE
 from oracles.csv_checker import check_run
 
+from problems.certify import exact_time_scale
 from problems.limits import reachable_pairs
 from solvers import IPOPT, Budget, DescentResult, StopReason
 from tpbso_casadi import Scenario, builtin, parse_scenario
@@ -52,7 +53,7 @@ def test_a_polish_is_feasible_and_never_worse(case: str) -> None:
     assert solution.objective <= polish.before.objective or not polish.before.feasible
     found = solution.motion if solution.retiming is None else solution.retiming.before
     assert found is (polish.after if polish.accepted else polish.before)
-    assert solution.problem.exact_time_scale(found.trajectory) <= 1.0
+    assert exact_time_scale(solution.problem.criteria.limits, found.trajectory) <= 1.0
     if polish.search.stop_reason is StopReason.CONVERGED:
         assert max(polish.search.solution.residuals.values()) < 1e-3
 
@@ -127,9 +128,10 @@ OBSTACLES = {
 
 
 def clear_at_20_000_times(solution: PlannedMotion) -> bool:
-    robot, times = solution.problem.robot, np.linspace(0.0, solution.trajectory.duration, 20_000)
-    positions = robot.positions(ca.DM(solution.trajectory.at(times)))
-    clearance = ca.horzcat(*(pair.clearance(positions) for pair in reachable_pairs(robot, solution.problem.obstacles)))
+    criteria, times = solution.problem.criteria, np.linspace(0.0, solution.trajectory.duration, 20_000)
+    positions = criteria.robot.positions(ca.DM(solution.trajectory.at(times)))
+    pairs = reachable_pairs(criteria.robot, criteria.obstacles)
+    clearance = ca.horzcat(*(pair.clearance(positions) for pair in pairs))
     proven = next(verdict for verdict in solution.verdicts if verdict.name == "clearance").worst
     return float(ca.mmin(clearance)) >= proven >= 1e-4
 

@@ -115,9 +115,9 @@ def test_in_the_plane_nothing_is_carried() -> None:
 def test_a_link_in_the_plane_may_touch_an_obstacle() -> None:
     content: dict[str, Any] = tp.builtin("obstacle-3").table()
     content["obstacles"][0]["name"] = "post"
-    (before,) = (limit for limit in parse_scenario(content).problem().limits if isinstance(limit, Clearance))
+    (before,) = (limit for limit in parse_scenario(content).problem().criteria.limits if isinstance(limit, Clearance))
     problem = parse_scenario(content | {"may_touch": [["link 2", "post"]]}).problem()
-    (limit,) = (limit for limit in problem.limits if isinstance(limit, Clearance))
+    (limit,) = (limit for limit in problem.criteria.limits if isinstance(limit, Clearance))
     seen = {(pair.body.name, pair.number) for pair in limit.pairs}
     assert {(pair.body.name, pair.number) for pair in before.pairs} - seen == {("link 2", 1)}
     assert any("post" in str(pair) for pair in limit.pairs)

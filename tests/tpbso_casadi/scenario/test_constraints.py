@@ -25,7 +25,7 @@ def scenario(**keys: Any) -> Scenario:
 
 def test_both_tables_are_one_and_are_stored_as_one() -> None:
     found = scenario(model={"constraints": [OWN]}, constraints=[SPEED])
-    assert [limit.name for limit in found.problem().limits[-2:]] == ["floor", "tool speed"]
+    assert [limit.name for limit in found.problem().criteria.limits[-2:]] == ["floor", "tool speed"]
     stored = found.table()
     assert "constraints" not in stored
     assert stored["model"]["constraints"] == [
@@ -38,7 +38,7 @@ def test_both_tables_are_one_and_are_stored_as_one() -> None:
 
 def test_angles_may_be_in_degrees() -> None:
     found = scenario(constraints=[UPRIGHT], unit="deg")
-    [limit] = [limit for limit in found.problem().limits if limit.name == "upright"]
+    [limit] = [limit for limit in found.problem().criteria.limits if limit.name == "upright"]
     assert isinstance(limit, ExpressionLimit) and limit.upper == pytest.approx((radians(30.0),))
 
 

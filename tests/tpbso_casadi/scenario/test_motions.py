@@ -131,13 +131,16 @@ def weighed(objective: Any, task: dict[str, Any] | None = None, **arm: Any) -> A
 def test_a_table_of_weights_is_a_sum(task: dict[str, Any], motion: str) -> None:
     stated = weighed({"time": 1.0, "energy": 0.02}, task)
     problem = stated.replaced(model=stated.model.replaced(motion=motion)).problem()
-    assert [(weight, each.name) for weight, each in problem.objective.terms] == [(1.0, "time"), (0.02, "energy")]
+    assert [(weight, each.name) for weight, each in problem.criteria.objective.terms] == [
+        (1.0, "time"),
+        (0.02, "energy"),
+    ]
     assert stated.table()["task"]["objective"] == {"time": 1.0, "energy": 0.02}
 
 
 def test_one_entry_of_weight_one_is_the_objective_itself() -> None:
-    assert weighed({"time": 1.0}).problem().objective.name == "time"
-    assert weighed({"time": 2.0}).problem().objective.name == "2 time"
+    assert weighed({"time": 1.0}).problem().criteria.objective.name == "time"
+    assert weighed({"time": 2.0}).problem().criteria.objective.name == "2 time"
     assert weighed({"rotation": 1.0, "length": 1.0}).model.retime
     assert not weighed({"time": 1.0, "energy": 1.0}, MASSIVE | {"segment_time": [0.1, 9.0]}).model.retime
 
@@ -155,5 +158,5 @@ def test_a_plugin_may_be_weighed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (tmp_path / "weighed_plugin.py").write_text(code)
     monkeypatch.syspath_prepend(tmp_path)
     stated = weighed({"time": 1.0, "weighed_plugin:Steps": 0.5})
-    assert stated.problem().objective.name == "time + 0.5 steps"
+    assert stated.problem().criteria.objective.name == "time + 0.5 steps"
     assert stated.plugins == ["weighed_plugin:Steps"]

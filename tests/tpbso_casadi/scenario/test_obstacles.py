@@ -55,7 +55,7 @@ def space(folder: Path, unit: str = "rad") -> Path:
 
 
 def moving(file: Path, number: int = -1) -> MovingObstacle:
-    obstacle = read_scenario(file).problem().obstacles[number]
+    obstacle = read_scenario(file).problem().criteria.obstacles[number]
     assert isinstance(obstacle, MovingObstacle)
     return obstacle
 
@@ -103,7 +103,7 @@ def test_what_is_stored_is_complete_without_files(tmp_path: Path) -> None:
     scenario = read_scenario(plane(tmp_path, "deg", motion="cart.csv", margin_rate=0.05))
     again = parse_scenario(json.loads(scenario.as_text()))
     assert again.obstacles == scenario.obstacles
-    assert again.problem().obstacles == scenario.problem().obstacles
+    assert again.problem().criteria.obstacles == scenario.problem().criteria.obstacles
     stored = scenario.table()["obstacles"]
     assert set(stored[0]) == {"shape", "center", "semi_axes", "angle"}  # which stands still: nothing of a motion
     assert stored[1]["motion_rows"][1] == [1.0, 0.5, 0.0, pi / 2.0]
@@ -217,7 +217,7 @@ def test_a_shape_of_a_plugin_moves_too(tmp_path: Path) -> None:
     content = read_scenario(plane(tmp_path)).table()
     shape = f"{__name__}:Round"
     content["obstacles"] = [{"shape": shape, "radius": 0.1, "velocity": [0.5, 0.0]}]
-    [obstacle] = parse_scenario(content).problem().obstacles
+    [obstacle] = parse_scenario(content).problem().criteria.obstacles
     assert isinstance(obstacle, MovingObstacle)
     assert obstacle.at(1.0).place == pytest.approx((2.0, 1.0))
 

@@ -133,7 +133,7 @@ def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pyte
     plan = tp.plan(ARM, **TASK, solver="bso", evaluations=100, retime=False)
     assert plan.certified
     assert [table.shape for table in plan.scenario.obstacles] == [name, name]
-    assert plan.scenario.problem().obstacles == (STILL, MOVING)
+    assert plan.scenario.problem().criteria.obstacles == (STILL, MOVING)
     plan.save(tmp_path / "run", figures=())
     again = tp.read_run(tmp_path / "run")
     assert again.scenario == plan.scenario
@@ -144,5 +144,5 @@ def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pyte
 def test_python_states_it_by_its_name_where_it_has_one() -> None:
     scenario = tp.scenario_of(ARM, **TASK)
     assert [table.shape for table in scenario.obstacles] == ["capsule", "capsule"]
-    assert scenario.problem().obstacles == (STILL, MOVING)
+    assert scenario.problem().criteria.obstacles == (STILL, MOVING)
     assert pickle.loads(pickle.dumps(scenario)) == scenario

@@ -56,7 +56,7 @@ def table(**changes: Any) -> dict[str, Any]:
 
 def built(folder: InputFolder | None, unit: str = "rad", **changes: Any) -> SpatialArm:
     scenario = parse_scenario({"unit": unit, "robot": table(**changes), "task": TASK}, folder)
-    robot = scenario.problem().robot
+    robot = scenario.problem().criteria.robot
     assert isinstance(robot, SpatialArm)
     return robot
 
@@ -74,7 +74,7 @@ def test_what_was_read_is_complete_without_files(folder: InputFolder) -> None:
     scenario = parse_scenario({"robot": table(), "task": TASK}, folder)
     again = parse_scenario(scenario.table())
     assert again == scenario
-    assert again.problem().robot == scenario.problem().robot
+    assert again.problem().criteria.robot == scenario.problem().criteria.robot
 
 
 def test_base_and_tool_are_poses(folder: InputFolder) -> None:
@@ -108,7 +108,7 @@ def test_a_start_of_three_numbers_is_told_how_to_write_it(folder: InputFolder) -
 def test_self_collision_is_looked_after_unless_the_scenario_says_otherwise(folder: InputFolder) -> None:
     assert built(folder).self_collision
     off = {"robot": table(), "task": TASK, "model": {"self_collision": False}}
-    assert not parse_scenario(off, folder).problem().robot.self_collision
+    assert not parse_scenario(off, folder).problem().criteria.robot.self_collision
 
 
 def test_links_may_touch_that_a_file_beside_the_scenario_names(folder: InputFolder) -> None:
@@ -199,7 +199,7 @@ def parsed(table: dict[str, Any], key: str, unit: str = "rad", scale: float = 1.
 
 
 def robot_of(table: dict[str, Any], key: str = "robot", unit: str = "rad", scale: float = 1.0) -> Robot:
-    return parsed(table, key, unit, scale).problem().robot
+    return parsed(table, key, unit, scale).problem().criteria.robot
 
 
 def test_an_arm_with_bodies() -> None:
@@ -242,7 +242,7 @@ def test_what_was_read_is_written_as_it_was(table: dict[str, Any], key: str) -> 
     scenario = parsed(table, key)
     again = parse_scenario(scenario.table())
     assert again == scenario
-    assert again.problem().robot == scenario.problem().robot
+    assert again.problem().criteria.robot == scenario.problem().criteria.robot
 
 
 @pytest.mark.parametrize(

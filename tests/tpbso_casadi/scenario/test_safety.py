@@ -14,6 +14,7 @@ from helpers.scenes import SWING, toml
 from oracles.outlines import skeletons
 
 from problems import PlanarArm
+from problems.certify import exact_time_scale
 from problems.limits import proximity_limits
 from tpbso_casadi import ScenarioError, parse_scenario
 from tpbso_casadi.scenario import read_scenario
@@ -43,13 +44,14 @@ def test_everything_arrives_in_the_problem() -> None:
     scenario = parse_scenario(EVERYTHING)
     assert parse_scenario(scenario.table()) == scenario
     problem = scenario.problem()
-    robot = problem.robot
+    robot = problem.criteria.robot
     assert isinstance(robot, PlanarArm)
     assert (robot.margin, robot.self_collision) == (0.02, True)
     assert (robot.base, robot.base_angle, robot.tool_offset) == ((0.1, -0.2), 0.3, (0.1, 0.05))
     assert (robot.link_radius, robot.limits.jerk) == ((0.04, 0.03, 0.02), (400.0, 500.0, 600.0))
-    assert [type(obstacle).__name__ for obstacle in problem.obstacles] == ["Ellipse", "Ellipse", "Rectangle", "Polygon"]
-    names = [limit.name for limit in problem.limits]
+    shapes = [type(obstacle).__name__ for obstacle in problem.criteria.obstacles]
+    assert shapes == ["Ellipse", "Ellipse", "Rectangle", "Polygon"]
+    names = [limit.name for limit in problem.criteria.limits]
     assert names == ["speed", "acceleration", "jerk", "clearance", "self clearance"]
 
 
@@ -57,14 +59,15 @@ def test_what_is_verified_is_where_the_arm_is() -> None:
     problem = parse_scenario(EVERYTHING).problem()
     x = np.mean(problem.bounds, axis=0)
     trajectory = problem.trajectory(x)
-    trajectory = trajectory.time_scaled(max(1.0, problem.exact_time_scale(trajectory)))
-    verdicts = {verdict.name: verdict for verdict in problem.verify(trajectory)}
+    trajectory = trajectory.time_scaled(max(1.0, exact_time_scale(problem.criteria.limits, trajectory)))
+    verdicts = {verdict.name: verdict for verdict in problem.criteria.verify(trajectory)}
     assert all(verdicts[name].satisfied for name in ("start", "goal", "speed", "acceleration", "jerk"))
-    tools = skeletons(problem.robot, trajectory.at(np.array([0.0, trajectory.duration])))[:, -1]
+    tools = skeletons(problem.criteria.robot, trajectory.at(np.array([0.0, trajectory.duration])))[:, -1]
     assert tools == pytest.approx(np.array([[1.2, 0.0], [0.2, 1.2]]), abs=1e-9)
     times = np.linspace(0.0, trajectory.duration, 20_001)
     assert (np.abs(trajectory.at(times, 3)) <= np.array([400.0, 500.0, 600.0]) * (1.0 + 1e-9)).all()
-    assert {limit.name for limit in proximity_limits(problem.robot, problem.obstacles)} <= set(verdicts)
+    kept = proximity_limits(problem.criteria.robot, problem.criteria.obstacles)
+    assert {limit.name for limit in kept} <= set(verdicts)
 
 
 def test_too_many_corners_are_named() -> None:
@@ -111,7 +114,7 @@ def flat(content: Any, key: str = "") -> dict[str, Any]:
 def test_degrees_of_a_robot_by_its_class() -> None:
     settings = {"link_lengths": [1.0, 1.0], "max_speed": [180.0, 180.0], "max_acceleration": 360.0, "base_angle": 90.0}
     content = {"unit": "deg", "robot": {"model": "planar", "settings": settings}, "task": EVERYTHING["task"]}
-    robot = parse_scenario(content | {"model": {"margin": 0.1}}).problem().robot
+    robot = parse_scenario(content | {"model": {"margin": 0.1}}).problem().criteria.robot
     assert robot.limits.speed == (np.pi, np.pi)
     assert robot.limits.acceleration == (2.0 * np.pi,) * 2
     assert (robot.base_angle, robot.margin) == (np.pi / 2.0, 0.1)

@@ -25,4 +25,4 @@ def test_defaults_are_filled_in() -> None:
     assert scenario.task.elbow == "free"
     assert (scenario.model.samples, scenario.model.motion, scenario.model.retime) == (50, "spline", True)
     assert (scenario.solver.name, scenario.solver.seed, scenario.solver.budget().evaluations) == ("bso", 1, 30_000)
-    assert scenario.problem().robot.limits.speed == (4.0,) * 4
+    assert scenario.problem().criteria.robot.limits.speed == (4.0,) * 4

@@ -56,7 +56,7 @@ def content(**task: Any) -> dict[str, Any]:
 
 
 def task_of(content: dict[str, Any]) -> SpaceTracing:
-    task = parse_scenario(content).problem().task
+    task = parse_scenario(content).problem().criteria.task
     assert isinstance(task, SpaceTracing)
     return task
 

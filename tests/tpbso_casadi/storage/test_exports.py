@@ -71,7 +71,7 @@ def test_every_export_holds_the_same_motion(
     motion: Callable[[], JudgedMotion], last: list[str], rate: float, tmp_path: Path
 ) -> None:
     whole = motion()
-    joints = range(1, whole.problem.robot.dof + 1)
+    joints = range(1, whole.criteria.robot.dof + 1)
     paths = {kind: export_plan(tmp_path, planned(whole), kind, rate) for kind in EXPORTS}
     header, rows = table(paths["csv"])
     arrays, message = np.load(paths["npz"]), json.loads(paths["ros-json"].read_text())
@@ -175,10 +175,12 @@ def test_friction_does_not_hang_on_the_rounding_of_a_joint_at_rest() -> None:
 @pytest.mark.parametrize("name", ["yes", "1e3", "a: b", '"quoted" \\ \t', "Gelenk ä", "- x"])
 def test_any_joint_name_survives_yaml(name: str) -> None:
     motion = space_plan().motion
-    robot = motion.problem.robot
+    robot = motion.criteria.robot
     joints = (replace(robot.chain.joints[0], name=name), *robot.chain.joints[1:])
-    task = replace(motion.problem.task, robot=replace(robot, chain=replace(robot.chain, joints=joints, base_link=name)))
-    named = replace(motion, problem=replace(motion.problem, task=task))
+    task = replace(
+        motion.criteria.task, robot=replace(robot, chain=replace(robot.chain, joints=joints, base_link=name))
+    )
+    named = replace(motion, criteria=replace(motion.criteria, task=task))
     message = yaml.safe_load("".join(message_yaml(ControllerRows(named, np.array([0.0, motion.trajectory.duration])))))
     assert message["joint_names"][0] == message["header"]["frame_id"] == name
     numbers = [value for point in message["points"] for key in ("positions", "velocities") for value in point[key]]

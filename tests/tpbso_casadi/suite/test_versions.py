@@ -120,7 +120,7 @@ def test_what_a_merit_of_the_second_suite_says_is_what_its_motion_takes() -> Non
         model = problem_of(each.scenario, each.suite)
         own = model.motion.trajectory(model.parameters_of(x))
         steps = (np.arange(20_000) + 0.5) / 20_000 * own.duration
-        torques = as_array(model.robot.dynamics.torques(*(ca.DM(own.at(steps, order)) for order in range(3))))
+        torques = as_array(model.criteria.robot.dynamics.torques(*(ca.DM(own.at(steps, order)) for order in range(3))))
         energies.append(own.duration * (torques**2).sum(axis=1).mean())
         counted.append((each.merit(x[None])[0] - own.duration) / 0.002)
     assert energies[0] == pytest.approx(energies[1], rel=1e-12)
