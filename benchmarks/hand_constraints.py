@@ -68,7 +68,7 @@ def tilts(trajectory: tp.Trajectory) -> FloatArray:
     theta = trajectory.at(np.linspace(0.0, trajectory.duration, LOOKS))
     turned = Rotation.from_matrix(np.tile(np.array(arm.base_frame.rotation), (LOOKS, 1, 1)))
     for joint, angle in zip(arm.chain.joints, theta.T, strict=True):
-        turned = turned * Rotation.from_matrix(np.array(joint.rotation))
+        turned = turned * Rotation.from_matrix(np.array(joint.pose.rotation))
         turned = turned * Rotation.from_rotvec(angle[:, None] * np.array(joint.axis))
     axis = (turned * Rotation.from_matrix(np.array(arm.tool_in_tip.rotation))).as_matrix()[:, :, 2]
     return np.asarray(np.arctan2(np.linalg.norm(axis[:, :2], axis=1), -axis[:, 2]))

@@ -76,7 +76,7 @@ class RobotNumbers:
         joints = [
             part
             for joint in robot.chain.joints
-            for part in (*(entry for row in joint.rotation for entry in row), *joint.translation, *joint.axis)
+            for part in (*(entry for row in joint.pose.rotation for entry in row), *joint.pose.translation, *joint.axis)
         ]
         groups, pairs = _own_pairs(robot, links, firsts)
         farthest = float(robot.chain.offsets.sum()) + max(

@@ -12,7 +12,7 @@ import numpy as np
 from problems.base import FRICTIONS, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
 from problems.robots.dynamics import RigidJoint, regrouped
 from problems.robots.inertia import Inertia
-from problems.robots.transform import IDENTITY, UNMOVED, FixedFrame, Matrix3, Point3, Transform, moved
+from problems.robots.transform import UNMOVED, FixedFrame, Point3, Transform, moved
 
 
 class JointKind(StrEnum):
@@ -31,8 +31,7 @@ class ChainJoint(Parametric):
         name: of the joint.
         link: name of the body that it moves, whose frame is the joint's own.
         kind: how it moves.
-        translation: of its frame in that of the joint before (the base's, for the first), at zero, m.
-        rotation: the same.
+        pose: of its frame in that of the joint before (the base's, for the first), at zero.
         axis: unit vector in its own frame.
         position: (lowest, highest), rad or m; None where it turns without end.
         speed: largest, rad/s or m/s; None where it is not stated.
@@ -46,8 +45,7 @@ class ChainJoint(Parametric):
     name: str
     link: str
     kind: JointKind = JointKind.REVOLUTE
-    translation: Point3 = (0.0, 0.0, 0.0)
-    rotation: Matrix3 = IDENTITY
+    pose: FixedFrame = UNMOVED
     axis: Point3 = (0.0, 0.0, 1.0)
     position: tuple[float, float] | None = None
     speed: float | None = None
@@ -59,14 +57,14 @@ class ChainJoint(Parametric):
 
     def moved(self, value: Operand) -> Transform:
         """The transform from its own frame to that of the joint before, at a value (n, 1) in rad or m."""
-        return moved(Transform(self.rotation, self.translation), self.axis, self.turns, value)
+        return moved(self.pose, self.axis, self.turns, value)
 
     @property
     def rigid(self) -> RigidJoint:
         """The joint with the mass that it moves, which has to be known."""
         assert self.inertia is not None
         return RigidJoint(
-            pose=Transform(self.rotation, self.translation),
+            pose=self.pose,
             axis=self.axis,
             turns=self.turns,
             moments=self.inertia.moments(),
@@ -160,7 +158,7 @@ class Chain(Parametric):
     @cached_property
     def offsets(self) -> FloatArray:
         """The largest distances of joint frames from those before, m; (dof,)."""
-        return np.array([float(np.linalg.norm(joint.translation)) + joint.travel for joint in self.joints])
+        return np.array([float(np.linalg.norm(joint.pose.translation)) + joint.travel for joint in self.joints])
 
     def levers(self, body: int, points: FloatArray) -> FloatArray:
         """The largest distances of points (n, 3) of a body from each joint's axis, (n, dof), m; 1 if it slides.
@@ -176,7 +174,7 @@ class Chain(Parametric):
             across = np.linalg.norm(nearest - np.outer(nearest @ axis, axis), axis=1) + travel
             farther = beyond - np.linalg.norm(nearest, axis=1) - travel
             found[:, number] = across + farther if joint.turns else 1.0
-            nearest, travel = np.tile(np.array(joint.translation, dtype=float), (len(points), 1)), joint.travel
+            nearest, travel = np.tile(np.array(joint.pose.translation, dtype=float), (len(points), 1)), joint.travel
             beyond = beyond + float(self.offsets[number])
         return found
 

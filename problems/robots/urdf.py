@@ -175,13 +175,11 @@ def _body(tree: Tree, first: LinkFrame, along: Collection[str], off_chain: Colle
 
 
 def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
-    pose = FixedFrame.of(carrier.pose @ joint.origin)
     return ChainJoint(
         name=joint.name,
         link=joint.child,
         kind=JointKind(joint.kind),
-        translation=pose.translation,
-        rotation=pose.rotation,
+        pose=FixedFrame.of(carrier.pose @ joint.origin),
         axis=joint.axis,
         position=joint.position if joint.has_range else None,
         speed=joint.speed,

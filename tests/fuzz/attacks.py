@@ -70,8 +70,8 @@ class Chain:
         place = np.broadcast_to(np.array(self.arm.base_frame.translation), (count, 3))
         yield turned, place
         for joint, angle in zip(self.arm.chain.joints, theta.T, strict=True):
-            place = place + turned.apply(np.array(joint.translation, float))
-            turned = turned * Rotation.from_matrix(np.array(joint.rotation, float))
+            place = place + turned.apply(np.array(joint.pose.translation))
+            turned = turned * Rotation.from_matrix(np.array(joint.pose.rotation))
             axis = np.array(joint.axis, float)
             turned, place = (
                 (turned * Rotation.from_rotvec(angle[:, None] * axis), place)

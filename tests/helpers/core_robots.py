@@ -59,12 +59,12 @@ def upright() -> SpatialArm:
 def sliding() -> SpatialArm:
     """Two of four joints slide, one of them between joints that turn; frames and axes are askew."""
     joints = (
-        ChainJoint(name="one", link="tower", translation=(0.1, 0.0, 0.2), axis=(0.0, 0.6, 0.8)),
+        ChainJoint(name="one", link="tower", pose=FixedFrame(translation=(0.1, 0.0, 0.2)), axis=(0.0, 0.6, 0.8)),
         ChainJoint(
-            name="two", link="boom", kind=JointKind.PRISMATIC, position=(-0.3, 0.4), rotation=rows(TILTED),
-            translation=(0.2, 0.1, 0.3), axis=(0.8, 0.0, 0.6),
+            name="two", link="boom", kind=JointKind.PRISMATIC, position=(-0.3, 0.4),
+            pose=FixedFrame(rows(TILTED), (0.2, 0.1, 0.3)), axis=(0.8, 0.0, 0.6),
         ),
-        ChainJoint(name="three", link="arm", rotation=rows(TILTED * BASE), translation=(0.3, 0.0, 0.1)),
+        ChainJoint(name="three", link="arm", pose=FixedFrame(rows(TILTED * BASE), (0.3, 0.0, 0.1))),
         ChainJoint(name="four", link="rod", kind=JointKind.PRISMATIC, position=(-0.2, 0.2), axis=(1.0, 0.0, 0.0)),
     )  # fmt: skip
     spheres = (
@@ -151,8 +151,8 @@ def placed(robot: SpatialArm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray
     place = np.broadcast_to(np.array(robot.base_frame.translation), (len(theta), 3))
     turns, places = [turn], [place]
     for joint, value in zip(robot.chain.joints, theta.T, strict=True):
-        place = place + turn @ np.array(joint.translation, dtype=float)
-        turn = turn @ np.array(joint.rotation, dtype=float)
+        place = place + turn @ np.array(joint.pose.translation)
+        turn = turn @ np.array(joint.pose.rotation)
         if joint.kind is JointKind.PRISMATIC:
             place = place + value[:, None] * (turn @ np.array(joint.axis, dtype=float))
         else:

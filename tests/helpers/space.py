@@ -9,16 +9,21 @@ LENGTHS = (0.3, 0.0, 0.4, 0.0, 0.35, 0.0, 0.0)  # m, to each joint from the one 
 TOOL = 0.15  # m, from the last joint to the tool
 
 
+def placed(x: float = 0.0, z: float = 0.0) -> FixedFrame:
+    """Ahead of the frame before, or above it, and turned as it is."""
+    return FixedFrame(translation=(x, 0.0, z))
+
+
 def small_arm(joints: int = 7, **changes: Any) -> SpatialArm:
     """The arm, 1.2 m long and upright at zero; fewer joints leave out those nearest the tool."""
     axes = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
     chain = Chain(
         name="small arm",
         joints=tuple(
-            ChainJoint(name=f"joint_{i}", link=f"link_{i}", translation=(0.0, 0.0, length), axis=axes[i % 2])
+            ChainJoint(name=f"joint_{i}", link=f"link_{i}", pose=placed(z=length), axis=axes[i % 2])
             for i, length in enumerate(LENGTHS[:joints])
         ),
-        tip=FixedFrame(translation=(0.0, 0.0, TOOL)),
+        tip=placed(z=TOOL),
     )
     settings: dict[str, Any] = {
         "chain": chain,
@@ -34,11 +39,11 @@ def sliding_arm() -> SpatialArm:
     joints = (
         ChainJoint(name="lift", link="carriage", kind=JointKind.PRISMATIC, position=(0.0, 0.5)),
         ChainJoint(name="shoulder", link="upper arm"),
-        ChainJoint(name="elbow", link="forearm", translation=(0.4, 0.0, 0.0)),
-        ChainJoint(name="wrist", link="hand", translation=(0.4, 0.0, 0.0), axis=(0.0, 1.0, 0.0)),
+        ChainJoint(name="elbow", link="forearm", pose=placed(x=0.4)),
+        ChainJoint(name="wrist", link="hand", pose=placed(x=0.4), axis=(0.0, 1.0, 0.0)),
     )
     return SpatialArm(
-        chain=Chain(name="lift", joints=joints, tip=FixedFrame(translation=(0.2, 0.0, 0.0))),
+        chain=Chain(name="lift", joints=joints, tip=placed(x=0.2)),
         max_speed=(0.5, 2.0, 2.0, 2.0),
         max_acceleration=(2.0, 10.0, 10.0, 10.0),
         position_limits=((0.0, 0.5), (-2.8, 2.8), (-2.8, 2.8), (-2.0, 2.0)),

@@ -20,7 +20,7 @@ from problems.certify import CertificateStatus, prove_clearance, prove_covers
 from problems.core import Proof, Separation, World
 from problems.limits import cover_limits, proximity_limits
 from problems.motions import Trajectory
-from problems.robots import ChainJoint, SpatialArm, Sphere
+from problems.robots import ChainJoint, FixedFrame, SpatialArm, Sphere
 from problems.robots.chain import JointKind
 from problems.scene import Ball, Ellipsoid, HalfSpace, Obstacle
 
@@ -291,11 +291,10 @@ def test_two_links_of_which_one_slides_to_the_other_while_both_are_whirled(
     at: float, steepness: float, wanted: float, whirl: float
 ) -> None:
     """Only the joints between the two count, and how fast the others turn does not."""
+    beside = FixedFrame(translation=(0.7, 0.3, 0.2))
     joints = (
         ChainJoint(name="whirl", link="plate", axis=(0.0, 0.6, 0.8)),
-        ChainJoint(
-            name="lift", link="ball", kind=JointKind.PRISMATIC, position=(-6.0, 6.0), translation=(0.7, 0.3, 0.2)
-        ),
+        ChainJoint(name="lift", link="ball", kind=JointKind.PRISMATIC, position=(-6.0, 6.0), pose=beside),
     )
     spheres = (Sphere(1, (0.7, 0.3, 0.2), 0.1, "plate"), Sphere(2, (0.0, 0.0, 0.0), 0.15, "ball"))
     robot = arm(*joints, spheres=spheres, kept_pairs=((0, 1),), self_collision=True)

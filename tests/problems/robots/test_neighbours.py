@@ -7,7 +7,7 @@ import pytest
 
 from problems import InvalidProblem
 from problems.geometry import Balls
-from problems.robots import SpatialArm, complete_arm, read_urdf
+from problems.robots import FixedFrame, SpatialArm, complete_arm, read_urdf
 from problems.robots.arm_cover import CoveredLink
 from problems.robots.chain import ChainJoint, JointKind, LinkFrame
 from problems.robots.neighbours import are_never_parted, connected_links
@@ -44,7 +44,7 @@ def balls(*places: tuple[float, float, float, float]) -> CoveredLink:
     return CoveredLink("link", 0, Balls(np.array(places)[:, :3], np.array(places)[:, 3]), 0.002)
 
 
-HINGE = ChainJoint(name="hinge", link="link", translation=(0.0, 0.0, 0.5), axis=(0.0, 0.0, 1.0))
+HINGE = ChainJoint(name="hinge", link="link", pose=FixedFrame(translation=(0.0, 0.0, 0.5)), axis=(0.0, 0.0, 1.0))
 RAIL = ChainJoint(name="rail", link="link", kind=JointKind.PRISMATIC, axis=(1.0, 0.0, 0.0))
 HALF_RING = balls(*((0.2 * np.cos(a), 0.2 * np.sin(a), 0.5, 0.05) for a in np.arange(0.0, 3.3, 0.3)))
 RING = balls(*((0.2 * np.cos(a), 0.2 * np.sin(a), 0.5, 0.05) for a in np.arange(0.0, 6.28, 0.3)))
@@ -156,7 +156,7 @@ def test_soft_limits_and_quaternions_are_read() -> None:
     zeros = CELL.replace('soft_lower_limit="-0.8"', 'soft_lower_limit="0" soft_upper_limit="0"')
     assert cell(zeros).position_limits == ((-1.0, 1.0),) * 2  # they state nothing
     turned = read_urdf(CELL.replace('<origin xyz="0 0 0.3"/>', '<origin quat_xyzw="0 0 2 2"/>'), "base", "l2")
-    np.testing.assert_allclose(turned.chain.joints[1].rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(turned.chain.joints[1].pose.rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
     assert any("soft limits bound j1" in note for note in turned.notes)
 
 

@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 from problems.base import Arguments
 from problems.robots import (
     BUILT_IN,
-    ChainJoint,
     FixedFrame,
     Payload,
     RobotDescription,
@@ -136,7 +135,7 @@ def arm_of(name: str, settings: dict[str, Any]) -> SpatialArm:
     return description.arm(**GIVEN, **settings)
 
 
-def placed(frame: FixedFrame | ChainJoint) -> Any:
+def placed(frame: FixedFrame) -> Any:
     return pin.SE3(np.array(frame.rotation), np.array(frame.translation))
 
 
@@ -149,7 +148,7 @@ class Oracle:
         place = placed(arm.base_frame)
         for joint in arm.chain.joints:
             kind = pin.JointModelRevoluteUnaligned if joint.turns else pin.JointModelPrismaticUnaligned
-            at_zero = placed(joint)
+            at_zero = placed(joint.pose)
             last = self.model.addJoint(last, kind(np.array(joint.axis)), place * at_zero, joint.name)
             place = pin.SE3.Identity()
             assert joint.inertia is not None

@@ -19,6 +19,7 @@ from problems.objectives import OBJECTIVES
 from problems.robots import (
     BUILT_IN,
     ChainJoint,
+    FixedFrame,
     OwnContacts,
     SpatialArm,
     Sphere,
@@ -145,8 +146,8 @@ def test_what_is_wrong_is_named(text: str, message: str) -> None:
 
 def arm(*spheres: Sphere, bend: float = 3.0) -> SpatialArm:
     """Three links of 1 m in a plane, whose joints bend by so much."""
-    places = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-    joints = tuple(ChainJoint(name=f"j{i}", link=f"l{i}", translation=place) for i, place in enumerate(places))
+    poses = (FixedFrame(), *[FixedFrame(translation=(1.0, 0.0, 0.0))] * 2)
+    joints = tuple(ChainJoint(name=f"j{i}", link=f"l{i}", pose=pose) for i, pose in enumerate(poses))
     return SpatialArm(
         chain=Chain(name="arm", joints=joints),
         max_speed=(1.0,) * 3,

@@ -35,9 +35,9 @@ def test_joints_have_the_limits_of_the_file() -> None:
 
 def test_fixed_joints_are_folded() -> None:
     turn, slide = crane().chain.joints
-    assert turn.translation == (0.0, 0.0, 1.5)  # the stand's 1 m and its own 0.5 m
-    assert slide.translation == (0.3, 0.1, 0.0)
-    assert slide.rotation == ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # exactly, despite the cosine's 6e-17
+    assert turn.pose.translation == (0.0, 0.0, 1.5)  # the stand's 1 m and its own 0.5 m
+    assert slide.pose.translation == (0.3, 0.1, 0.0)
+    assert slide.pose.rotation == ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # exactly: no cosine of 6e-17
 
 
 def test_the_tool_is_where_it_was_computed_by_hand() -> None:
@@ -73,7 +73,7 @@ def test_spheres_hold_the_collision_shapes() -> None:
 def test_a_chain_may_begin_and_end_inside() -> None:
     description = read_urdf(ARM, base_link="base", tip_link="mast")
     assert [joint.name for joint in description.chain.joints] == ["turn"]
-    assert description.chain.joints[0].translation == (0.0, 0.0, 0.5)
+    assert description.chain.joints[0].pose.translation == (0.0, 0.0, 0.5)
     assert "joint 'slide' is off the chain: locked at 0.45, its masses kept" in description.notes
 
 
