@@ -62,7 +62,7 @@ def run(checkout: Path, command: tuple[str, ...]) -> dict[str, object]:
     """
     plain = ("--no-plots",) if command[0] in WITHOUT_PLOTS else ()
     with TemporaryDirectory() as out:
-        line = [sys.executable, "-m", f"tpbso_casadi.{command[0]}", *command[1:], "--out", f"{out}/run", *plain]
+        line = [sys.executable, "-m", "tpbso_casadi", *command, "--out", f"{out}/run", *plain]
         environment = os.environ | {"PYTHONPATH": str(checkout)}
         done = subprocess.run(line, cwd=checkout / "examples", env=environment, capture_output=True, check=False)
         tables = {
