@@ -73,20 +73,8 @@ def attack(name: str, seed: int, kept: Path, counts: Counter[str]) -> bool:
 def hostile(seed: int) -> int:
     """The fuzzers of files and arguments, with another number of examples, which is their seed."""
     examples = EXAMPLES[0] + seed % (EXAMPLES[1] - EXAMPLES[0])
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        str(HERE),
-        "-q",
-        "-x",
-        "-p",
-        "no:cacheprovider",
-        "-m",
-        "not slow",
-        "-p",
-        "no:xdist",
-    ]
+    flags = ["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-m"]
+    command = [sys.executable, "-m", "pytest", str(HERE), *flags, "not slow"]
     environment = os.environ | {"TPBSO_FUZZ_EXAMPLES": str(examples)}
     done = subprocess.run(command, cwd=HERE.parent.parent, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:]

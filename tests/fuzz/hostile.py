@@ -119,17 +119,9 @@ class File(TaskSection):
 PLUGINS = [f"{module}:Any" for module in MODULES]
 CLASSES = ["Refuses", "Exits", "Leaves", "Wrong", "NoFile", "Held", "Nothing", "Costly", "Arm", "Lost", "Chore", "File"]
 PLUGINS += [f"hostile_classes:{name}" for name in (*CLASSES, "Own", "Missing")]
-FILES = [
-    "pipe.toml",
-    "folder.toml",
-    "circle.toml",
-    "socket.toml",
-    "gone.toml",
-    "binary.toml",
-    "empty.toml",
-    "pipe.html",
-]
-FILES += ["folder.html", "circle.html", "\udcff.toml", "[red].toml", "$a_b$.toml", "a\nb.toml", "huge.toml"]
+FILES = [f"{kind}.{suffix}" for kind in ("pipe", "folder", "circle") for suffix in ("toml", "html")]
+FILES += ["socket.toml", "gone.toml", "binary.toml", "empty.toml"]
+FILES += ["\udcff.toml", "[red].toml", "$a_b$.toml", "a\nb.toml", "huge.toml"]
 
 
 def write_modules(folder: Path) -> None:

@@ -84,10 +84,7 @@ ROWS = st.lists(st.lists(CELLS, min_size=2, max_size=4).map(",".join), max_size=
 HEADERS = st.sampled_from(["t,x,y\n", "t,x,y,angle\n", "t,x,y\n0,3,3\n"])
 PLANAR = "[arm]\nlink_lengths = [1.0, 1.0]\nmax_speed = 4.0\nmax_acceleration = 20.0\n[task]\n"
 TABLES = {  # what a scenario says of a file, and what the file holds
-    "points": (
-        'kind = "path"\naccuracy = 0.05\npoints = "table.csv"\n',
-        LINES | st.just("x,y\n1,0\n1.5,0.5\n1,1\n"),
-    ),
+    "points": ('kind = "path"\naccuracy = 0.05\npoints = "table.csv"\n', LINES | st.just("x,y\n1,0\n1.5,0.5\n1,1\n")),
     "motion": (
         'kind = "point-to-point"\nstart = [1.5, 0.0]\ngoal = [1.0, 1.0]\n'
         '[[obstacles]]\ncenter = [0.0, 0.0]\nsemi_axes = [0.1, 0.1]\nmotion = "table.csv"\n',

@@ -38,66 +38,24 @@ lists = st.lists(scalars, max_size=4) | st.tuples(numbers, st.integers(0, 3000))
 values = scalars | lists | st.dictionaries(st.sampled_from(["a", "lambda_", "population", "c1"]), scalars, max_size=2)
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
+MOVE = {"kind": "point-to-point", "start": [1.0, 0.0], "goal": [0.5, 1.0], "objective": "length", "elbow": "free"}
+OVAL = {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25], "angle": 0.1}
 POINT = {
     "arm": ARM | {"joint_limits": [[-3.0, 3.0]] * 3},
-    "task": {
-        "kind": "point-to-point",
-        "start": [1.0, 0.0],
-        "goal": [0.5, 1.0],
-        "objective": "length",
-        "elbow": "free",
-        "segment_time": [0.1, 4.0],
-    },
-    "obstacles": [{"center": [0.8, 0.8], "semi_axes": [0.15, 0.25], "angle": 0.1}],
+    "task": MOVE | {"segment_time": [0.1, 4.0]},
+    "obstacles": [OVAL],
     "model": {"samples": 10, "formulation": "reduced", "limits": [], "knots": 5, "redundancy_values": 3},
     "solver": {"name": "bso", "seed": 1, "population": 10, "polish_starts": 0, "settings": {"c1": 1.0}},
 }
-MOVING = POINT | {
-    "obstacles": [
-        {"center": [0.8, 0.8], "semi_axes": [0.15, 0.25], "angle": 0.1, "velocity": [-0.3, 0.1], "margin_rate": 0.01},
-        {
-            "shape": "box",
-            "center": [0.0, 0.0],
-            "size": [0.1, 0.1],
-            "motion_rows": [[0.0, 1.2, 1.2, 0.0], [1.0, 1.2, 0.9, 0.5], [2.0, 1.4, 0.9, 1.0]],
-        },
-        {"center": [1.9, 1.9], "semi_axes": [0.1, 0.1], "motion": "cart.csv"},
-    ]
-}
-PATH = POINT | {
-    "arm": ARM,
-    "task": {
-        "kind": "path",
-        "accuracy": 0.05,
-        "points": [[1.0, 0.0], [1.0, 0.5]],
-        "closed": True,
-        "count": 9,
-        "total_time": [0.1, 9.0],
-    },
-    "obstacles": [],
-}
-STAR = PATH | {
-    "task": {
-        "kind": "path",
-        "shape": "pentagram",
-        "radius": 0.7,
-        "accuracy": 0.1,
-        "center": [0.1, 0.0],
-        "angle": 0.0,
-        "count": 12,
-    }
-}
-CURVE = PATH | {
-    "task": {
-        "kind": "path",
-        "shape": "closed-curve",
-        "radius": 0.7,
-        "accuracy": 0.1,
-        "waves": 3,
-        "depth": 0.2,
-        "count": 12,
-    }
-}
+ROWS = [[0.0, 1.2, 1.2, 0.0], [1.0, 1.2, 0.9, 0.5], [2.0, 1.4, 0.9, 1.0]]
+CART = {"center": [1.9, 1.9], "semi_axes": [0.1, 0.1], "motion": "cart.csv"}
+CRATE = {"shape": "box", "center": [0.0, 0.0], "size": [0.1, 0.1], "motion_rows": ROWS}
+MOVING = POINT | {"obstacles": [OVAL | {"velocity": [-0.3, 0.1], "margin_rate": 0.01}, CRATE, CART]}
+LINES = {"kind": "path", "accuracy": 0.05, "points": [[1.0, 0.0], [1.0, 0.5]], "closed": True, "count": 9}
+SHAPED = {"kind": "path", "radius": 0.7, "accuracy": 0.1, "count": 12}
+PATH = POINT | {"arm": ARM, "task": LINES | {"total_time": [0.1, 9.0]}, "obstacles": []}
+STAR = PATH | {"task": SHAPED | {"shape": "pentagram", "center": [0.1, 0.0], "angle": 0.0}}
+CURVE = PATH | {"task": SHAPED | {"shape": "closed-curve", "waves": 3, "depth": 0.2}}
 ROBOT = {key: POINT[key] for key in ("task", "model", "solver")} | {"robot": {"model": "planar", "settings": ARM}}
 SOLVERS = ["bso", "abso", "pso", "ga", "lshade", "scipy-de", "annealing", "cma", "pymoo", "ipopt"]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -22,6 +23,7 @@ from problems.robots import SpatialArm
 from problems.scene import Box, ConstantVelocity, MovingObstacle, Obstacle
 from problems.tasks import Joints, Move
 
+Content = dict[str, Any]
 FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear
 CART = MovingObstacle(
     Box(center=(0.0, 0.0, 0.0), size=(0.2, 0.2, 0.2), name="cart"),
@@ -91,3 +93,13 @@ def accepted(content: dict[str, Any]) -> bool:
     except checker.RefusedError:
         return False
     return True
+
+
+def changed(content: Content, *path: Any, value: Any) -> Content:
+    """The content with another value at a place of its stage; a function makes it of the one that is there."""
+    new = deepcopy(content)
+    place, path = (new, path) if path[0] in ("format", "version", "stages") else (new["stages"][0], path)
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value(place[path[-1]]) if callable(value) else value
+    return new

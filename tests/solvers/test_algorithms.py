@@ -21,7 +21,7 @@ from solvers import (
     minimize,
 )
 from solvers.abso import AXES_KEPT, principal_axes
-from solvers.differential import Population, binomial_mask, initial_population, linear_size, midpoint_repair
+from solvers.differential import Population, binomial_mask, initial_population, midpoint_repair
 from solvers.driver import Archive
 from solvers.lshade import SuccessMemory
 
@@ -121,11 +121,6 @@ def test_a_beetle_as_printed_keeps_all_of_its_velocity() -> None:
         assert second == pytest.approx(BOX.clip(drawn.x + 0.6 * v + 0.4 * step))
 
 
-def test_beetle_evaluates_three_candidates_an_iteration() -> None:
-    sizes = [len(part) for part in drive(BSO(population=4), [1.0] * 4, [1.0] * 8, [1.0] * 4, [1.0] * 8)]
-    assert sizes == [4, 8, 4, 8, 4]
-
-
 def test_tournament_is_won_by_the_best() -> None:
     ga = GA(population=4, tournament=30)
     assert ga.select(np.random.default_rng(0), np.array([3.0, 1.0, 2.0, 4.0])).tolist() == [1, 1, 1, 1]
@@ -215,20 +210,6 @@ def test_adaptive_beetle_evaluates_right_then_left_and_moves_where_it_is_better(
     assert still == pytest.approx(drawn.x, abs=1e-6)
 
 
-def test_momentum_repeats_successful_steps_only() -> None:
-    costs = [1.0, 2.0, 3.0, 4.0]
-    drawn = DrawnBeetles(costs)
-    right, _ = drawn.antennae(0.5)
-    with_momentum, without = (
-        drive(adaptive(momentum=momentum), costs, [0.5, 1.5, 9.0, 9.0], [9.0, 9.0])[-1] for momentum in (1.0, 0.0)
-    )
-    moved, success = (with_momentum - without)[:2], (right - drawn.x)[:2]
-    free = moved != 0.0  # the other components left the box both times, and were repaired
-    assert free.sum() >= 3
-    assert moved[free] == pytest.approx(success[free])
-    assert with_momentum[2:] == pytest.approx(without[2:])
-
-
 def test_principal_axes_are_those_of_the_better_half() -> None:
     along = np.array([3.0, 4.0]) / 5.0
     x = np.outer(np.linspace(-1.0, 1.0, 8), along)
@@ -263,33 +244,6 @@ def test_initial_population_fits_the_budget() -> None:
     for solver in (LSHADE(effort=100), AdaptiveBeetleSwarm(effort=100)):
         search = solver.search(BOX, np.random.default_rng(SEED), Iterations([0.0], evaluations=3000))
         assert len(next(search)) == 30  # at once
-
-
-def test_a_shrinking_swarm() -> None:
-    assert [linear_size(100, 4, progress) for progress in (0.0, 0.5, 1.0)] == [100, 52, 4]
-    swarm = Population.of(np.arange(6.0)[:, None], np.array([3.0, 1.0, 2.0, 9.0, 5.0, 4.0]))
-    assert swarm.x.ravel().tolist() == [1.0, 2.0, 0.0, 5.0, 4.0, 3.0]
-    swarm.keep_best(3)
-    assert swarm.cost.tolist() == [1.0, 2.0, 3.0]
-
-
-def test_the_archive_of_replaced_members_has_a_size() -> None:
-    swarm = Population.of(np.arange(4.0)[:, None], np.arange(4.0))
-    rng, everywhere = np.random.default_rng(0), np.ones(4, dtype=bool)
-    swarm.replace(rng, np.array([False, True, False, True]), np.full((4, 1), -1.0), np.full(4, -1.0), 4)
-    assert swarm.x.ravel().tolist() == [0.0, -1.0, 2.0, -1.0]
-    assert swarm.archive.ravel().tolist() == [1.0, 3.0]
-    swarm.replace(rng, everywhere, np.zeros((4, 1)), np.zeros(4), 3)
-    assert len(swarm.archive) == 3
-
-
-def test_differences_are_of_two_others() -> None:
-    swarm = Population.of(2.0 ** np.arange(4)[:, None], np.arange(4.0))
-    for seed in range(50):
-        differences = swarm.differences(np.random.default_rng(seed)).ravel()
-        for own, difference in zip(swarm.x.ravel(), differences, strict=True):
-            others = [x for x in swarm.x.ravel() if x != own]
-            assert any(difference == a - b for a in others for b in others if a != b)
 
 
 def test_success_memory_learns_lehmer_means() -> None:

@@ -154,15 +154,12 @@ def test_what_solvers_state_about_themselves() -> None:
 BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({}, ValueError, "budget"),
     ({"evaluations": 0}, ValueError, "a budget of 0 evaluations is not positive"),
-    ({"iterations": -1}, ValueError, "a budget of -1 iterations is not positive"),
     ({"seconds": 0.0}, ValueError, "a budget of 0.0 seconds is not positive"),
     ({"target": 1.0}, ValueError, "budget"),
     ({"evaluations": 1, "stagnation": 0}, ValueError, "a budget of 0 stagnation is not positive"),
     ({"evaluations": 1.5}, TypeError, "a budget of 1.5 evaluations: a whole number is needed"),
-    ({"evaluations": "5"}, TypeError, "a budget of '5' evaluations: a whole number is needed"),
     ({"evaluations": True}, TypeError, "a budget of True evaluations: a whole number is needed"),
     ({"evaluations": 5, "seconds": "1"}, TypeError, "a budget of '1' seconds: a number is needed"),
-    ({"evaluations": 5, "target": "low"}, TypeError, "a budget of 'low' target: a number is needed"),
 ]
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -106,23 +104,6 @@ def test_many_starts_find_the_deeper_valley() -> None:
     assert result.solution.objective == result.cost
 
 
-@pytest.mark.parametrize(
-    ("budget", "reason"),
-    [
-        (Budget(evaluations=30), StopReason.EVALUATIONS),
-        (Budget(seconds=0.05), StopReason.SECONDS),
-        (Budget(iterations=50, target=0.5), StopReason.TARGET),
-        (Budget(iterations=50, stagnation=3), StopReason.STAGNATION),
-    ],
-)
-def test_every_budget_ends_the_starts(budget: Budget, reason: StopReason) -> None:
-    descent = Descent(toy("two valleys"), IPOPT())
-    statuses = []
-    result = descend(descent, descent.stop, starts(), valley, budget, callback=statuses.append)
-    assert result.stop_reason is reason
-    assert [status.iterations for status in statuses] == list(range(1, result.iterations + 1))
-
-
 def test_starts_may_run_out() -> None:
     descent = Descent(toy("line"), IPOPT())
     few = [np.zeros(2), np.ones(2)]
@@ -130,23 +111,6 @@ def test_starts_may_run_out() -> None:
     assert (result.stop_reason, result.iterations) == (StopReason.EXHAUSTED, 2)
     with pytest.raises(ValueError, match="no start"):
         descend(descent, descent.stop, [], valley, Budget(iterations=5))
-
-
-@pytest.mark.process
-def test_interruption_keeps_the_best() -> None:
-    before = signal.getsignal(signal.SIGINT)
-    descent, solutions = Descent(toy("two valleys"), IPOPT()), []
-
-    def merit(solution: Solution) -> float:
-        solutions.append(solution)
-        if len(solutions) == 3:
-            os.kill(os.getpid(), signal.SIGINT)
-        return solution.objective
-
-    result = descend(descent, descent.stop, starts(), merit, Budget(iterations=100))
-    assert result.stop_reason is StopReason.INTERRUPTED
-    assert result.iterations == 3
-    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_settings_out_of_range() -> None:

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
-from itertools import product
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.cases import BUILTIN, OVAL, THREE_METRES, builtin, changed, equal_links, following, moving
+from helpers.cases import OVAL, THREE_METRES, changed, equal_links, following, moving
 from helpers.searching import VM, sampled, source
-from helpers.slow import slow_except
 
 from problems import Ellipse, PlanarArm, Problem, pentagram
 from problems.base import FloatArray, as_array
 from problems.limits import Constraint, PenaltyKind
-from solvers import PSO, Budget, SearchBox, minimize
 
 START, GOAL = (1.0, 0.0), (0.5, 1.5)
 TURNED = Ellipse((0.8, 0.8), (0.15, 0.25), 0.4)
@@ -26,30 +21,6 @@ BEHIND = Ellipse((-0.4, 0.9), (0.3, 0.1), 0.7)
 LIMITED = equal_links(3, joint_limits=((-2.5, 3.0), (-2.0, 2.5), (-1.0, 5.0)))
 STAR = pentagram((0.1, 0.0), 0.8, 0.4, 30)
 BESIDE = Ellipse((1.2, 0.3), (0.1, 0.2), 0.3)
-
-OTHERS: dict[str, Callable[[], Problem[Any]]] = {
-    "free elbow": lambda: moving(equal_links(3), START, GOAL, "time", "free"),
-    "elbow down": lambda: moving(equal_links(4), START, GOAL, "rotation", "down"),
-    "joint limits": lambda: moving(LIMITED, START, GOAL, "rotation", "free"),
-    "turned ellipse": lambda: moving(equal_links(3), START, GOAL, "length", "up", obstacles=(TURNED,)),
-    "turned ellipse, least time": lambda: moving(equal_links(4), START, GOAL, "time", "free", obstacles=(TURNED,)),
-    "two obstacles": lambda: moving(equal_links(4), START, GOAL, "length", "down", obstacles=(OVAL, BEHIND)),
-    "five links": lambda: moving(equal_links(5), START, GOAL, "rotation", "free", obstacles=(OVAL,)),
-    "few samples": lambda: moving(equal_links(3), START, GOAL, "length", "up", samples=2),
-    "path, free elbow": lambda: following(THREE_METRES, STAR, 0.1, "length", "free"),
-    "path, joint limits": lambda: following(
-        replace(THREE_METRES, joint_limits=((-9.0, 9.0),) * 3), STAR, 0.3, "time", "up"
-    ),
-    "path, two obstacles": lambda: following(THREE_METRES, STAR, 0.3, "rotation", "free", obstacles=(BESIDE, BEHIND)),
-    "path, five links": lambda: following(
-        PlanarArm((0.6,) * 5, (100.0,) * 5, (3000.0,) * 5), STAR, 0.2, "length", "down", redundancy_values=3, knots=9
-    ),
-    "bounded segment times": lambda: moving(equal_links(3), START, GOAL, "rotation", "up", segment_time=(0.5, 0.7)),
-    "bounded total time": lambda: following(THREE_METRES, STAR, 0.3, "length", "up", total_time=(0.3, 0.4)),
-    "two points": lambda: following(THREE_METRES, STAR.resampled(6), 0.9, "time", "up", samples=2, knots=2),
-}
-QUICK = {("rotation-3", "reduced"), ("turned ellipse", "paper"), ("path, joint limits", "reduced")}
-EVERY = slow_except(product((*BUILTIN, *OTHERS), ("paper", "reduced")), QUICK)
 
 
 def penalty(constraint: Constraint, values: FloatArray, graded: bool) -> float:
@@ -82,20 +53,6 @@ def expected_cost(problem: Problem[Any], candidates: FloatArray) -> FloatArray:
         else:
             costs.append(problem.weights.reach * cosines.sum())
     return np.array(costs)
-
-
-@pytest.mark.parametrize(("name", "formulation"), EVERY)
-def test_steps_over_samples_cost_what_the_model_costs(name: str, formulation: str) -> None:
-    problem = changed(OTHERS[name](), formulation=formulation) if name in OTHERS else builtin(name, formulation)
-    rng = np.random.default_rng(5)
-    box, evaluate = SearchBox(*problem.bounds), problem.evaluator(VM)
-    best = minimize(evaluate, box, PSO(population=20), Budget(600), 5).x
-    around = best + 10.0 ** rng.uniform(-5.0, -1.0, (60, 1)) * rng.normal(size=(60, box.dimension))
-    candidates = np.concatenate([box.sample(rng, 60), box.clip(around), [best, box.lower, box.upper]])
-    costs = evaluate(candidates)
-    assert np.isfinite(costs).all()
-    assert len(np.unique(costs)) > 60
-    check_costs(costs, expected_cost(problem, candidates))
 
 
 def check_costs(costs: FloatArray, expected: FloatArray) -> None:

@@ -78,7 +78,7 @@ def stops_of(problem: MoveProblem, x: FloatArray) -> FloatArray:
 def test_paths_pass_all_stops_exactly(name: str) -> None:
     problem = problem_of(name)
     task = problem.criteria.task
-    for x in sampled(problem, 5):
+    for x in sampled(problem, 3):
         at_stops = stops_of(problem, x)
         places = [task.start, *task.vias, task.reached_goal(at_stops[-1])]
         for place, theta in zip(places, at_stops, strict=True):
@@ -167,14 +167,14 @@ def test_backends_agree_to_the_bit(name: str) -> None:
 
 def test_a_duration_that_is_too_short_is_made_longer_and_one_too_long_is_penalised() -> None:
     problem = problem_of("bounded time")
-    x = sampled(problem, 200)
-    durations = np.array([float(problem.parameters_of(row).duration) for row in x[:30]])
+    x = sampled(problem, 100)
+    durations = np.array([float(problem.parameters_of(row).duration) for row in x[:12]])
     assert durations.min() == 2.0
     assert (problem.cost(x) < problem.objective_upper_bound).all()
     slow = move(replace(problem.criteria.task, total_time=(1e-3, 0.9)))
     costs = slow.cost(x)
-    scanned = np.array([float(slow.parameters_of(row).duration) for row in x[:30]])
-    assert ((costs[:30] > slow.objective_upper_bound) == (scanned > 0.9 * (1.0 - 1e-3))).all()
+    scanned = np.array([float(slow.parameters_of(row).duration) for row in x[:12]])
+    assert ((costs[:12] > slow.objective_upper_bound) == (scanned > 0.9 * (1.0 - 1e-3))).all()
     assert (costs > slow.objective_upper_bound).any()
 
 
@@ -185,7 +185,7 @@ def test_a_duration_that_is_too_short_is_made_longer_and_one_too_long_is_penalis
 def test_motions_keep_every_limit_for_all_t(name: str) -> None:
     problem = problem_of(name)
     box = SearchBox(*problem.bounds)
-    best = minimize(problem.evaluator(VM), box, LSHADE(), Budget(3000), 0)
+    best = minimize(problem.evaluator(VM), box, LSHADE(), Budget(1500), 0)
     assert best.cost < problem.objective_upper_bound
     trajectory = problem.trajectory(best.x)
     scale = max(1.0, problem.criteria.safe_time_scale(trajectory))
@@ -222,7 +222,7 @@ def test_a_move_to_where_it_stands() -> None:
 def test_in_free_space_the_search_finds_the_least_time_there_is() -> None:
     robot = THREE
     problem = move(Move(robot, HOME, (AWAY,)))
-    best = minimize(problem.evaluator(), SearchBox(*problem.bounds), LSHADE(), Budget(10_000), 0)
+    best = minimize(problem.evaluator(), SearchBox(*problem.bounds), LSHADE(), Budget(5000), 0)
     ways = np.array(AWAY.values) - np.array(HOME.values)
     least = least_durations(ways, robot.limits).max()
     assert problem.trajectory(best.x).duration == pytest.approx(least, rel=0.01)

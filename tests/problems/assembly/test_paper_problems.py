@@ -77,14 +77,14 @@ each_move = pytest.mark.parametrize("problem", cases(POINT_CASES))
 def around_the_best(problem: PointToPointProblem, count: int) -> FloatArray:
     """Half of them all over the box, half around the best of a short search, where the feasible ones are."""
     box, rng = SearchBox(*problem.bounds), np.random.default_rng(3)
-    best = minimize(problem.cost, box, PSO(), Budget(6000), 3).x
+    best = minimize(problem.cost, box, PSO(), Budget(3000), 3).x
     near = best + 10.0 ** rng.uniform(-4.0, -0.5, (count // 2, 1)) * rng.normal(size=(count // 2, box.dimension))
     return np.concatenate([box.sample(rng, count // 2), box.clip(near)])
 
 
 @each_move
 def test_agrees_with_numpy_and_keeps_the_order(problem: PointToPointProblem) -> None:
-    points, oracle = around_the_best(problem, 2000), PointToPointOracle(problem)
+    points, oracle = around_the_best(problem, 1000), PointToPointOracle(problem)
     costs, expected = problem.cost(points), oracle.cost(points)
     # A limit met within rounding may count on one side only; that is rare and changes the cost by one jump.
     agrees = np.abs(costs - expected) <= 1e-8 * np.abs(expected)
@@ -104,7 +104,7 @@ def test_reduced_form_evaluates_the_same_motions(problem: PointToPointProblem) -
     """What the reduced form finds feasible costs the same in the paper form, whose vector is rebuilt from it."""
     reduced, paper = changed(problem, formulation="reduced"), problem
     lower, upper = reduced.bounds  # at the very edge of x_phi the arm is time_scaled, and rounding puts it out of reach
-    points = np.clip(around_the_best(reduced, 1200)[600:], lower + 1e-6, upper - 1e-6)
+    points = np.clip(around_the_best(reduced, 400)[200:], lower + 1e-6, upper - 1e-6)
     cost = reduced.cost(points)
     feasible = cost <= reduced.objective_upper_bound
     assert feasible.any()
@@ -149,7 +149,7 @@ def test_costs_agree_with_numpy_and_what_breaks_a_limit_costs_more(
 
 @each_path
 def test_trajectory_meets_every_knot_and_rests_at_both_ends(problem: PathFollowingProblem) -> None:
-    for x in sampled(problem, 20):
+    for x in sampled(problem, 8):
         trajectory = problem.trajectory(x)
         times = problem.criteria.task.point_times(trajectory)
         tip = np.asarray(problem.criteria.robot.tool.position(trajectory.samples(times).theta))
@@ -168,7 +168,7 @@ def test_corners_are_knots() -> None:
 @each_path
 def test_reduced_time_is_the_least_for_all_t(problem: PathFollowingProblem) -> None:
     reduced = changed(problem, formulation="reduced", total_time=(1e-6, 1.0))
-    for x in sampled(reduced, 20):
+    for x in sampled(reduced, 8):
         assert exact_time_scale(reduced.criteria.limits, reduced.trajectory(x)) == pytest.approx(1.0, abs=1e-9)
 
 
@@ -195,7 +195,7 @@ def test_accuracy_is_that_of_the_verified_trajectory(problem: PathFollowingProbl
 
 def test_search_follows_the_star_between_samples_too() -> None:
     problem = following(ARM, STAR, 0.1, "time", "up", "reduced")
-    result = minimize(problem.cost, SearchBox(*problem.bounds), BSO(), Budget(4000), 1)
+    result = minimize(problem.cost, SearchBox(*problem.bounds), BSO(), Budget(2000), 1)
     verdicts = problem.criteria.verify(problem.trajectory(result.x))
     assert [verdict.name for verdict in verdicts if not verdict.satisfied] == []
     assert result.cost == pytest.approx(problem.trajectory(result.x).duration)

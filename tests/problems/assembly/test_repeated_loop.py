@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -14,8 +13,7 @@ from helpers.space import small_arm
 
 from problems import Ball, Box, Cylinder, HalfSpace, Joints, Move, MoveProblem, Obstacle, move
 from problems.evaluation import EvaluationOptions
-from problems.limits import SAMPLING_MARGIN, Clearance
-from problems.limits.proximity import MOST_BALLS, SelfClearance, clusters_of
+from problems.limits import SAMPLING_MARGIN
 from problems.robots import SpatialArm, Sphere
 
 pytestmark = pytest.mark.usefixtures("cache_folder")
@@ -85,31 +83,5 @@ def test_another_number_of_obstacles_of_the_same_make_compiles_nothing() -> None
     first = source(problem_of(SCENE))
     more = (*SCENE, Box(center=(0.1, 0.9, 0.4), size=(0.1, 0.2, 0.3), quaternion=TURNED))
     assert source(problem_of(more)) == first
-    assert source(problem_of(SCENE[1:])) == first
     cylinder = Cylinder(center=(0.1, 0.9, 0.4), radius=0.1, length=0.2)
     assert source(problem_of((*SCENE, cylinder))) != first
-
-
-def test_clusters_hold_all_balls_that_move_as_one() -> None:
-    robot = arm()
-    clusters = clusters_of(robot, robot.bodies.each[1:])
-    assert sorted(body.start for cluster in clusters for body in cluster.bodies) == [
-        b.start for b in robot.bodies.each[1:]
-    ]
-    assert [len(cluster.bodies) for cluster in clusters] == [4, 4, 5, 5]
-    assert max(len(cluster.bodies) for cluster in clusters) <= MOST_BALLS
-    for cluster in clusters:
-        assert len({robot.bodies.moved_by(body) for body in cluster.bodies}) == 1
-        for theta in np.random.default_rng(1).uniform(-2.0, 2.0, (5, 7)):
-            places = [np.array(place).ravel() for place in robot.positions(ca.DM(theta).T)]
-            middle = places[cluster.bodies[0].start]
-            reach = [np.linalg.norm(places[body.start] - middle) + float(body.radius) for body in cluster.bodies]
-            assert max(reach) <= cluster.radius + 1e-12
-            assert max(reach) == pytest.approx(cluster.radius, abs=1e-8)
-
-
-def test_a_robot_without_balls_has_no_repetitions() -> None:
-    problem = problem_of(SCENE, replace(arm(), self_collision=False))
-    kinds = {type(limit): limit for limit in problem.criteria.limits}
-    assert SelfClearance not in kinds
-    assert len(kinds[Clearance].repetitions(kinds[Clearance])) == 3  # boxes, a ball, a half-space

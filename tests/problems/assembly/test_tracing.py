@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from helpers.searching import VM
 from helpers.slow import slow_except
 
 from problems import Ellipse, InvalidProblem, Path, PlanarArm, Trajectory
@@ -38,15 +37,6 @@ def problem_of(name: str) -> TracingProblem:
 def best(problem: TracingProblem, count: int = 200) -> FloatArray:
     x = np.random.default_rng(4).uniform(*problem.bounds, (count, len(problem.variables)))
     return np.asarray(x[int(np.argmin(problem.cost(x)))])
-
-
-@pytest.mark.parametrize("name", ["jerk", "obstacle"])
-def test_the_steps_are_the_inlined_cost(name: str) -> None:
-    problem = problem_of(name)
-    x = np.random.default_rng(4).uniform(*problem.bounds, (8, len(problem.variables)))
-    stepped = problem.evaluator(VM)(x)
-    inlined = problem.program.inlined()
-    assert stepped == pytest.approx([float(inlined(candidate)) for candidate in x], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["two links", "jerk"])
@@ -91,16 +81,6 @@ def test_the_motion_stops_at_corners() -> None:
     stops = np.array(problem.motion.stops)
     assert (squared[[*stops, *(stops + 1), 0, -1]] == 0.0).all()
     assert (np.delete(squared, [*stops, *(stops + 1), 0, squared.size - 1]) > 0.0).all()
-
-
-def test_knots_lie_on_the_path_and_hold_its_points() -> None:
-    path = Path.through(SQUARE)
-    knots = knots_of(path, 0.01, 1.2)
-    assert knots.points[knots.vertices] == pytest.approx(SQUARE)
-    starts, ends = path.array[knots.segments], path.array[knots.segments + 1]
-    assert distance_from_segments(knots.points[:-1], starts, ends).max() < 1e-15
-    assert (np.diff(knots.u) > 0.0).all()
-    assert knots.u[[0, -1]].tolist() == [0.0, 1.0]
 
 
 def test_gentle_bends_are_no_corners() -> None:

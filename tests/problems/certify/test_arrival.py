@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -16,7 +15,7 @@ from problems import CertificateStatus, ConstantVelocity, InvalidProblem, MovePr
 from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, StaySettings, at_goal, stay_verdicts, verification
 from problems.families.splines import move
-from problems.limits import clearances, limits_of, stay_shares
+from problems.limits import clearances, limits_of
 from problems.robots import PlanarArm
 from problems.scene import Ellipse, Obstacle, Rectangle, Tabulated
 from problems.tasks import Joints, Move
@@ -148,15 +147,6 @@ def test_the_verdict_is_about_the_posture_at_the_end() -> None:
     assert broken.worst < 0.0
 
 
-@pytest.mark.parametrize("seconds", [0.0, 0.3, 10.0, 1e9])
-def test_looks(seconds: float) -> None:
-    shares = stay_shares(seconds)
-    assert shares[0] == 0.0
-    assert shares[-1] == 1.0
-    assert all(before < later for before, later in pairwise(shares))
-    assert 21 <= shares.size <= 600
-
-
 @pytest.fixture(scope="module")
 def problems() -> tuple[MoveProblem, MoveProblem]:
     """Without and with a stay."""
@@ -181,14 +171,6 @@ def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProble
             assert (cost <= staying.objective_upper_bound) == verdict.satisfied
     assert decided > 10
     assert 0 < kept.sum() < feasible.sum()
-
-
-def test_the_model_says_the_same_as_the_program(problems: tuple[MoveProblem, MoveProblem]) -> None:
-    names = [constraint.name for constraint in problems[1].model.constraints]
-    assert names.count("clearance at the goal") == 1
-    assert "clearance at the goal" not in [constraint.name for constraint in problems[0].model.constraints]
-    program = problems[1].nlp()
-    assert "clearance at the goal" in [constraint.name for constraint in program.constraints(0.0)]
 
 
 def test_what_comes_after_a_doubtful_moment_is_not_promised(monkeypatch: pytest.MonkeyPatch) -> None:

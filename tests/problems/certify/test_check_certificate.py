@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import suppress
-from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.certificates import accepted, case, criteria_of, draw, scene_of, straight
+from helpers.certificates import Content, accepted, case, changed, criteria_of, draw, scene_of, straight
 from helpers.core_robots import EXAMPLES, ROBOTS, distances, margins, placed, robot_of
 from helpers.slow import slow_except
 
@@ -25,23 +24,11 @@ from problems.certify.division import direction_from
 from problems.motions import Trajectory
 from problems.robots import FixedFrame, Payload, SpatialArm, TrackingError, built_in
 
-Content = dict[str, Any]
-
 
 def refusal(content: Content) -> str:
     with pytest.raises(checker.RefusedError) as refused:
         checker.check(json.loads(json.dumps(content)))
     return str(refused.value)
-
-
-def changed(content: Content, *path: Any, value: Any) -> Content:
-    """The content with another value at a place of its only stage; a function makes it of the one that is there."""
-    new = deepcopy(content)
-    place = new["stages"][0]
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = value(place[path[-1]]) if callable(value) else value
-    return new
 
 
 def stage_of(content: Content, number: int = 0) -> checker.Stage:

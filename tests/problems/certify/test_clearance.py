@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 
-import casadi as ca
 import numpy as np
 import pytest
-from helpers.space import LENGTHS, TOOL, small_arm
-from oracles.moving import KINDS, Table, random_motion
+from helpers.space import LENGTHS, small_arm
+from oracles.moving import KINDS, random_motion
 from oracles.outlines import dense, inside, skeletons, to_segment
 from scipy.spatial.transform import Rotation
 
@@ -71,14 +70,6 @@ def sphere_centers(theta: np.ndarray) -> np.ndarray:
         frames.append((turn, place))
     each = [frames[sphere.link][1] + frames[sphere.link][0].apply(sphere.center) for sphere in SPHERES]
     return np.stack(each, axis=1)
-
-
-def test_the_second_kinematics_are_the_arms() -> None:
-    theta = np.random.default_rng(0).uniform(-2.0, 2.0, (20, 7))
-    first = len(LENGTHS) + 1
-    frames = np.stack([np.array(place) for place in SPATIAL.positions(ca.DM(theta))], axis=1)
-    assert frames[:, first:-1] == pytest.approx(sphere_centers(theta), abs=1e-12)
-    assert frames[0, -1, 2] <= sum(LENGTHS) + TOOL
 
 
 SAMPLES = 2000
@@ -254,17 +245,6 @@ def test_by_hand_a_disc_that_comes_down_onto_the_arm() -> None:
         assert closest.pair == "link 2, obstacle 1"
 
 
-def test_by_hand_a_disc_that_passes() -> None:
-    """From (3, 0.5) to the left: nearest to the tip at (1.5, 0) where it is above it, and from then on to the links."""
-    passing = MovingObstacle(Ellipse((3.0, 0.5), (0.1, 0.1)), ConstantVelocity((-1.0, 0.1)))
-    closest = closest_approach(limit_of(passing), still_arm(2.0))
-    assert closest is not None
-    t = (1.5 - 0.05) / 1.01  # of the line from the tip: (1.5 - t)^2 + (0.5 + 0.1 t)^2 is least
-    assert closest.time == pytest.approx(t, abs=1e-4)
-    assert closest.distance == pytest.approx(np.hypot(1.5 - t, 0.5 + 0.1 * t) - 0.1, abs=1e-7)
-    assert closest.pair == "link 3, obstacle 1"
-
-
 def test_the_end_of_the_motion_is_covered_and_a_table_may_end_in_between() -> None:
     """It reaches the arm at t = 1 exactly, where its table ends; until then all is well."""
     table = Tabulated.through([0.0, 0.5, 1.0], np.array([[0.0, 0.0], [0.0, -0.5], [0.0, -1.0]]))
@@ -275,21 +255,6 @@ def test_the_end_of_the_motion_is_covered_and_a_table_may_end_in_between() -> No
         CertificateStatus.VIOLATED,
         CertificateStatus.VIOLATED,
     ]
-
-
-def test_a_half_space_without_end_may_turn() -> None:
-    """A wall far below that swings up about the origin by a quarter turn: how far it is, the sphere's place says."""
-    turns = np.array([[np.sin(a / 2.0), 0.0, 0.0, np.cos(a / 2.0)] for a in np.linspace(0.0, 1.2, 4)])
-    swinging = Tabulated.through([0.0, 1.0, 2.0, 3.0], np.zeros((4, 3)), turns)
-    limit = Clearance(SPATIAL, reachable_pairs(SPATIAL, [MovingObstacle(HalfSpace(center=(0.0, 0.0, -0.9)), swinging)]))
-    still = Trajectory(np.array([0.0, 3.0]), np.zeros((1, 1, 7)))
-    proof = prove_clearance(limit, still)
-    assert proof is not None and proof.status is CertificateStatus.CERTIFIED
-    times = np.linspace(0.0, 3.0, 2000)
-    _, axes = Table(np.arange(4.0), np.zeros((4, 3)), turns).frames(times)
-    heights = np.einsum("ni,mi->nm", axes[:, :, 2], sphere_centers(np.zeros((1, 7)))[0, 1:]) + 0.9
-    sampled = (heights - [sphere.radius for sphere in SPHERES[1:]]).min()
-    assert 0.85 * sampled < proof.proven <= sampled
 
 
 def test_bodies_farther_out_than_the_tool_count() -> None:

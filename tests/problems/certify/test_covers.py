@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems.certify import CertificateStatus, at_goal, closest_cover, limit_verdicts, prove_covers
-from problems.limits import CoverClearance, CoverLimit, cover_limits, touching_links
+from problems.limits import CoverClearance, CoverLimit, cover_limits
 from problems.motions import Trajectory
 from problems.robots import SpatialArm
 from problems.scene import ConstantVelocity, MovingObstacle, Obstacle
@@ -146,7 +146,3 @@ def test_an_obstacle_that_comes_near_is_seen_when_it_does(arm: SpatialArm) -> No
     until = at_goal([near], near.obstacles, Trajectory.standing(np.zeros(3), 0.5))
     assert until is not None and until.touched
     assert until.clear_until == pytest.approx((0.4 - 0.05 - 0.03) / 0.2, abs=0.03)
-
-
-def test_links_that_touch_nowhere_are_not_listed(arm: SpatialArm) -> None:
-    assert touching_links(arm) == []

@@ -123,10 +123,3 @@ def test_what_is_walled_in_has_no_way_out_and_the_search_ends() -> None:
     world, began = world_of(robot, walls), time.perf_counter()
     assert world.connect(START, GOAL, ranges(robot), 0, SPARE, extensions=300) is None
     assert time.perf_counter() - began < 5.0
-
-
-def test_so_many_extensions_and_no_more() -> None:
-    robot = reaching()
-    world = world_of(robot, (WALL,))
-    assert world.connect(START, GOAL, ranges(robot), 0, SPARE, extensions=0) is None
-    assert world.connect(START, GOAL, ranges(robot), 0, SPARE, extensions=1) is None

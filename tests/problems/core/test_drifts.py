@@ -12,9 +12,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from problems.base import FloatArray
-from problems.certify import CertificateStatus, prove_among, prove_clearance
+from problems.certify import CertificateStatus, prove_among
 from problems.core import Separation, World, drifts_of
-from problems.limits import Clearance
 from problems.motions import Trajectory
 from problems.robots import SpatialArm
 from problems.scene import Ball, ConstantVelocity, HalfSpace, MovingObstacle, Obstacle, Tabulated
@@ -66,21 +65,6 @@ def test_no_proof_is_false_and_what_is_clear_is_proven(name: str) -> None:
     assert statuses[CertificateStatus.CERTIFIED] and statuses[CertificateStatus.VIOLATED]
 
 
-@pytest.mark.parametrize("name", ["upright", "sliding"])
-def test_it_is_proven_as_by_the_proof_in_numpy(name: str) -> None:
-    robot, known = robot_of(name), {CertificateStatus.CERTIFIED, CertificateStatus.VIOLATED}
-    for seed in range(100, 106):
-        rng = np.random.default_rng(seed)
-        obstacles, motion = moving(rng), motion_of(robot, rng)
-        limit = Clearance.for_robot(robot, tuple(obstacles.values()))
-        other = None if limit is None else prove_clearance(limit, motion)
-        proof = prove_among(robot, obstacles, motion, Separation.FROM_OBSTACLES, 0.1)
-        assert proof is not None
-        if other is not None:
-            assert {proof.status, other.status} != known
-            assert proof.time == pytest.approx(other.time, abs=0.1 * motion.duration) or not proof.broken
-
-
 @settings(max_examples=80)
 @given(
     st.floats(-1.0, 1.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(0.0, 0.5),
@@ -100,20 +84,6 @@ def test_a_floor_that_follows_a_ball(start: float, speed: float, rising: float, 
     assert proof is not None
     assert (proof.status is CertificateStatus.CERTIFIED) == (wanted > 0.0)
     assert proof.where == "ball, obstacle 1"
-
-
-def test_what_moves_and_rests_is_proven_as_what_stands_there() -> None:
-    robot, rng = robot_of("upright"), np.random.default_rng(7)
-    still = Ball(center=(0.7, 0.2, 0.4), radius=0.2)
-    at_rest = MovingObstacle(replace(still, center=(0.0, 0.0, 0.0)), ConstantVelocity((0.0,) * 3, still.center))
-    for _ in range(6):
-        motion = motion_of(robot, rng)
-        one, other = (
-            prove_among(robot, {1: each}, motion, Separation.FROM_OBSTACLES, 0.1) for each in (still, at_rest)
-        )
-        assert one is not None and other is not None
-        assert one.status is other.status
-        assert one.smallest == pytest.approx(other.smallest, abs=1e-12)
 
 
 def drift(obstacle: Obstacle) -> FloatArray | None:

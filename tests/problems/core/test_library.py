@@ -14,6 +14,7 @@ from helpers.compilers import each_compiler
 from helpers.core_answers import answers
 from helpers.slow import slow_except
 
+from problems.core import core_account
 from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, VARIANTS, loaded_core, source
 from problems.evaluation import THIS_PROCESSOR, usable_compiler
 
@@ -56,6 +57,11 @@ def test_functions_that_python_calls_are_defined(library: ctypes.CDLL) -> None:
 
 def test_this_processor_has_a_variant(library: ctypes.CDLL) -> None:
     assert library.core_variant() in (0, 1, 2)
+
+
+def test_a_compiled_core_says_by_what_and_for_what(library: ctypes.CDLL) -> None:
+    made = r"compiled by (GCC|Clang|Apple Clang) \d+\.\d+\.\d+ for (AVX-512|AVX2|any processor of its kind)"
+    assert re.fullmatch(made, core_account())
 
 
 def flags_of_variants() -> dict[str, list[str]]:

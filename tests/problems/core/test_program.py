@@ -160,29 +160,6 @@ def test_nothing_costs_less_where_squares_count(shape: Shape) -> None:
     check_curved(program, program.solved())
 
 
-def test_a_square_by_hand() -> None:
-    """tau + 8 (tau - 0.5)^2 / 2 is least at tau = 0.375; 2 (x_1 - 1)^2 at the bound of x_1, 0.5."""
-    squares = WholeRows(
-        first=np.array([0, 0]),
-        weights=np.array([np.zeros((WIDTH, 2)), [[0.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]]]),
-        by_time=np.array([1.0, 0.0]),
-        bound=np.array([0.5, 1.0]),
-        price=np.array([8.0, 4.0]),
-    )
-    program = replace(nothing(2, 5), squares=squares)
-    found = program.solved()
-    assert found is not None
-    assert found[1] == pytest.approx(0.375, abs=1e-6)
-    assert found[0][1, 1] == pytest.approx(0.5, abs=1e-6)
-
-
-def test_a_time_that_costs_nothing_is_where_squares_are_least() -> None:
-    squares = WholeRows(np.array([0]), np.zeros((1, WIDTH, 3)), np.ones(1), np.array([0.2]), np.ones(1))
-    program = replace(nothing(3, 4), squares=squares, time_cost=0.0)
-    found = program.solved()
-    assert found is not None and found[1] == pytest.approx(0.2, abs=1e-6)
-
-
 def test_what_contradicts_itself_has_no_solution_with_squares_either() -> None:
     rows = [(0, 0, (1.0, 0.0, 0.0, 0.0), 0.0, -0.2), (0, 0, (-1.0, 0.0, 0.0, 0.0), 0.0, -0.2)]
     assert replace(with_single(nothing(2, 6), rows), squares=curved(Shape(2, 9, 2, 5, 1)).squares).solved() is None
@@ -231,23 +208,6 @@ def test_without_rows_the_time_is_as_short_as_it_may_be(k: int, n: int) -> None:
 def with_single(program: LinearProgram, rows: list[tuple[int, int, tuple[float, ...], float, float]]) -> LinearProgram:
     joint, first, weights, by_time, bound = (np.array(column) for column in zip(*rows, strict=True))
     return replace(program, single=SingleRows(joint, first, weights.astype(float), by_time.astype(float), bound))
-
-
-def test_by_hand_a_point_that_has_to_move_takes_the_time_that_it_needs() -> None:
-    """0.5 tau >= x_1 >= 0.2, and so tau = 0.4."""
-    rows = [(1, 0, (0.0, 1.0, 0.0, 0.0), -0.5, 0.0), (1, 0, (0.0, -1.0, 0.0, 0.0), 0.0, -0.2)]
-    found = with_single(nothing(3, 5), rows).solved()
-    assert found is not None
-    assert found[1] == pytest.approx(0.4, abs=1e-6)
-    assert found[0][1, 1] == pytest.approx(0.2, abs=1e-6)
-
-
-def test_weights_of_points_that_are_not_free_count_for_nothing() -> None:
-    rows = [(0, -2, (9.0, 9.0, -1.0, 0.0), 0.0, -0.2), (0, 3, (0.0, 1.0, 9.0, 9.0), -1.0, 0.3)]
-    found = with_single(nothing(1, 5), [*rows, (0, 4, (-1.0, 9.0, 9.0, 9.0), 0.0, -0.4)]).solved()
-    assert found is not None  # x_0 >= 0.2, 0.4 <= x_4 <= 0.3 + tau
-    assert found[0][0, 0] >= 0.2 - HARD and found[0][4, 0] >= 0.4 - HARD
-    assert found[1] == pytest.approx(0.1, abs=1e-6)
 
 
 @pytest.mark.parametrize(

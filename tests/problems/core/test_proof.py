@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise, product
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +14,7 @@ from helpers.slow import slow_except
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from problems.certify import CertificateStatus, prove_clearance, prove_covers
-from problems.core import Proof, Separation, World
-from problems.limits import cover_limits, proximity_limits
+from problems.core import Separation, World
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, FixedFrame, SpatialArm, Sphere
 from problems.robots.chain import JointKind
@@ -95,25 +91,6 @@ def test_a_proof_of_all_is_that_of_both_sides(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_what_is_proven_is_as_near_to_what_was_seen_as_was_asked_for(name: str) -> None:
-    """What was seen is no less than the least room there is, so that this is known as sharply."""
-    world, rng, robot = world_of(robot_of(name), scene_of(name)), np.random.default_rng(4), robot_of(name)
-    asked = 0
-    while asked < 3:
-        stops = postures(robot, rng, 2)
-        motion = through(np.stack([stops[0], stops[0] + 0.1 * (stops[1] - stops[0])]), 5, rng)
-        if world.prove(motion).status is not True:
-            continue
-        dense = np.min(sampled(name, motion, 2_000))
-        for gap in (0.5, 0.1, 0.01):
-            proof = world.prove(motion, gap=gap)
-            assert proof.status is True
-            assert (1.0 - gap) * proof.smallest - 1e-15 <= proof.proven <= dense + ROUNDING
-            assert (1.0 - gap) * dense - ROUNDING <= proof.proven
-        asked += 1
-
-
-@pytest.mark.parametrize("name", ROBOTS)
 def test_of_standing_still_the_whole_room_is_proven(name: str) -> None:
     robot = robot_of(name)
     world, theta = world_of(robot, scene_of(name)), postures(robot, np.random.default_rng(7), 30)
@@ -143,39 +120,6 @@ def test_pieces_of_any_lengths_are_proven_alike() -> None:
 
 
 # The slower proofs
-
-
-def same(proof: Proof, status: CertificateStatus) -> bool:
-    """Whether both say the same; what is undecided by either says nothing."""
-    ours = {True: CertificateStatus.CERTIFIED, False: CertificateStatus.VIOLATED, None: CertificateStatus.UNDECIDED}
-    return CertificateStatus.UNDECIDED in (status, ours[proof.status]) or status is ours[proof.status]
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_the_proofs_in_numpy_say_the_same(name: str) -> None:
-    robot, scene, statuses = robot_of(name), scene_of(name), Counter[CertificateStatus]()
-    world = world_of(robot, scene)
-    for seed in range(20, 32):
-        motion = random_motion(name, (1, 3, 5)[seed % 3], seed)
-        for side, status, proven in verdicts_in_numpy(robot, scene, motion):
-            proof = world.prove(motion, side)
-            assert same(proof, status), (seed, side)
-            if robot.cover is not None and proof.status and status is CertificateStatus.CERTIFIED:
-                assert proof.smallest + world.margins[side] >= proven
-            statuses[status] += 1
-    assert statuses[CertificateStatus.CERTIFIED] and statuses[CertificateStatus.VIOLATED]
-
-
-def verdicts_in_numpy(
-    robot: SpatialArm, scene: tuple[Obstacle, ...], motion: Trajectory
-) -> Iterator[tuple[Separation, CertificateStatus, float]]:
-    if robot.cover is not None:
-        proofs: list[Any] = [prove_covers(limit, motion) for limit in cover_limits(robot, scene)]
-    else:
-        among, own = proximity_limits(robot, scene)
-        proofs = [prove_clearance(among, motion), prove_clearance(own.complete(()), motion)]
-    for side, proof in zip(SIDES, proofs, strict=True):
-        yield side, proof.status, proof.proven
 
 
 # By a hair
@@ -228,13 +172,6 @@ def test_a_ball_that_is_at_the_floor_when_the_motion_ends(powers: list[float], w
     judged(world_of(slider(0.125), (FLOOR,)), motion, float(exact))
 
 
-@settings(max_examples=20)
-@given(st.floats(0.1, 5.0), st.sampled_from([-HAIR, HAIR]))
-def test_a_ball_that_is_at_the_floor_when_the_motion_begins(speed: float, wanted: float) -> None:
-    motion = Trajectory(np.array([0.0, 1.0]), np.array([[[speed]], [[0.125 + wanted]]]))
-    judged(world_of(slider(0.125), (FLOOR,)), motion, wanted)
-
-
 @settings(max_examples=40)
 @given(
     st.floats(0.1, 5.0), st.floats(0.1, 5.0), st.floats(0.1, 2.0), st.floats(0.1, 2.0), st.sampled_from([-HAIR, HAIR])
@@ -257,17 +194,6 @@ def test_a_ball_that_swings_through_its_lowest_point_above_the_floor(
     floor = HalfSpace(center=(0.0, 0.0, -(length + radius + wanted)))
     motion = Trajectory(np.array([0.0, 1.0]), np.array([[[speed]], [[np.pi / 2.0 - speed * at]]]))
     judged(world_of(pendulum(length, radius), (floor,)), motion, wanted)
-
-
-@settings(max_examples=60)
-@given(st.floats(0.3, 1.5), st.floats(0.2, 1.2), instants, st.floats(0.01, 2.0), st.sampled_from([-HAIR, HAIR]))
-def test_a_ball_that_swings_down_to_the_floor_and_back(
-    length: float, deepest: float, at: float, steepness: float, wanted: float
-) -> None:
-    motion, exact = parabola(-deepest, at, steepness)
-    mirrored = Trajectory(motion.breakpoints, -motion.coefficients)  # downwards is positive
-    floor = HalfSpace(center=(0.0, 0.0, -(length * float(np.sin(-float(exact))) + 0.05 + wanted)))
-    judged(world_of(pendulum(length, 0.05), (floor,)), mirrored, wanted)
 
 
 @settings(max_examples=40)

@@ -78,15 +78,6 @@ def test_no_joint_leaves_its_bounds_and_others_do_its_part() -> None:
     assert (missing <= SOLVED).mean() > 0.9
 
 
-def test_a_posture_that_is_there_stays() -> None:
-    robot = built_in("ur5e").arm()
-    theta = np.array([[0.4, -1.2, 1.4, -0.8, 1.1, 0.3]])
-    position, rotation = (part[0] for part in robot.tool.at(theta))
-    found, missing = steps_of(robot)(theta, position, rotation, wide(robot), 10)
-    np.testing.assert_allclose(found, theta, rtol=0.0, atol=1e-12)
-    assert missing[0] <= 1e-12
-
-
 def test_a_tool_upside_down_is_turned_and_a_place_out_of_reach_is_not_reached() -> None:
     robot = built_in("panda").arm()
     theta = np.array([[0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5]])
@@ -97,14 +88,6 @@ def test_a_tool_upside_down_is_turned_and_a_place_out_of_reach_is_not_reached() 
     assert (missing <= SOLVED).any()
     found, missing = steps_of(robot)(starts, np.array([9.0, 0.0, 0.0]), None, wide(robot), 80)
     assert np.isfinite(found).all() and (missing > 7.0).all()
-
-
-def test_a_tool_turned_by_exactly_half_a_turn_is_not_there() -> None:
-    robot = built_in("panda").arm()
-    theta = np.array([[0.3, 0.4, -0.2, -1.9, 0.3, 2.0, 0.5]])
-    position, rotation = (part[0] for part in robot.tool.at(theta))
-    _, missing = steps_of(robot)(theta, position, rotation @ np.diag([1.0, -1.0, -1.0]), wide(robot), 0)
-    assert missing[0] >= 1.0
 
 
 def test_what_counts_is_the_arm_and_its_tool_alone() -> None:

@@ -59,7 +59,7 @@ def test_every_shape_that_scenarios_have_is_known_as_it_is_or_not_at_all(shape: 
 def test_no_room_of_a_thin_ellipsoid_is_less_than_its_balls_say_nor_more_than_there_is() -> None:
     """What is known of its distance is a bound, which need not change as slowly as points move."""
     needle, robot = Ellipsoid(center=(0.4, 0.3, 0.6), semi_axes=(0.6, 0.01, 0.3)), robot_of("bars")
-    theta = postures(robot, np.random.default_rng(3), 60)
+    theta = postures(robot, np.random.default_rng(3), 15)
     found, low = (
         world_of(robot, (needle,)).clearance_margins(theta, which=Separation.FROM_OBSTACLES),
         margins(robot, (needle,), theta)[0],
@@ -88,14 +88,6 @@ def test_what_may_touch_an_obstacle_keeps_nothing_of_it() -> None:
         atol=TOLERANCE,
     )
     assert (expected > margins(robot, (box, ball), theta)[0] + 0.01).any()
-
-
-def test_margins_are_kept_from_obstacles_and_from_links_each_its_own() -> None:
-    robot, theta = robot_of("bars"), postures(robot_of("bars"), np.random.default_rng(6), 20)
-    more = replace(robot, margin=robot.margin + 0.03, self_margin=robot.self_margin + 0.005)
-    for which, extra in ((Separation.FROM_OBSTACLES, 0.03), (Separation.FROM_EACH_OTHER, 0.005)):
-        found = [world_of(each, SCENE).clearance_margins(theta, which=which) for each in (robot, more)]
-        np.testing.assert_allclose(found[0] - found[1], extra, rtol=0.0, atol=1e-12)
 
 
 @each_robot
@@ -143,23 +135,11 @@ def test_the_least_of_what_comes_near_is_the_room(name: str) -> None:
 
 
 @each_robot
-def test_of_each_link_and_each_obstacle_two_balls_at_most_are_told(name: str) -> None:
-    robot = robot_of(name)
-    theta, world = postures(robot, np.random.default_rng(11), 17), world_of(robot, SCENE)
-    near, links = world.nearby(theta, np.inf), {link.name for link in links_and_pairs(robot)[0]}
-    per_posture = np.bincount(near.samples[~near.is_link], minlength=len(theta))
-    assert (per_posture <= 2 * len(links) * len(SCENE)).all() and (per_posture >= len(SCENE)).all()
-
-
-@each_robot
 def test_gradients_are_those_of_differences(name: str) -> None:
     """Where centres are outside: in an ellipsoid, what is said of the depth changes faster than points move."""
     robot, step, compared = robot_of(name), 1e-5, 0
     theta = postures(robot, np.random.default_rng(12), 40 if name != "bars" else 20)
-    for obstacles, which, own in (
-        (SCENE, Separation.FROM_OBSTACLES, False),
-        ((), Separation.FROM_EACH_OTHER, True),
-    ):
+    for obstacles, which, own in ((SCENE, Separation.FROM_OBSTACLES, False), ((), Separation.FROM_EACH_OTHER, True)):
         world = world_of(robot, obstacles)
         near = world.nearby(theta, 0.5)
         for posture in range(len(theta)):

@@ -110,11 +110,3 @@ def test_a_mark_of_the_future_holds_nobody_up(cache_folder: Path) -> None:
     os.utime(cache_folder / f".{KEY}", (4e9, 4e9))
     assert cache.claim(KEY)
     assert not cache.claim(KEY)
-
-
-def test_a_lock_keeps_what_its_file_holds(cache_folder: Path) -> None:
-    cache_folder.mkdir(mode=0o700)
-    (cache_folder / ".turn").write_text("kept")
-    with cache.compile_lock() as ours:
-        assert ours
-    assert (cache_folder / ".turn").read_text() == "kept"

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import casadi as ca
-import numpy as np
 import pytest
 
-from problems.base import FloatArray
-from problems.evaluation import EvaluationOptions, Loop, PopulationFunction, Program, Step, structure
+from problems.evaluation import EvaluationOptions, PopulationFunction, Program, structure
 from problems.evaluation.codegen import cpp
 from problems.evaluation.kernel import kernels
 from problems.evaluation.native import name_of
@@ -20,21 +17,6 @@ from tpbso_casadi.scenario.cases import TITLES
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 pytestmark = pytest.mark.usefixtures("cache_folder")
-
-
-def scene(parameters: FloatArray, rows: FloatArray, factor: float = 1.0) -> Program:
-    x, p, row = (ca.SX.sym(name, 1) for name in ("x", "p", "row"))
-    cost = {"cost": factor * x * ca.exp(p) + ca.exp(row * p)}
-    step = Step.of("cost", {"x": x, "p": p, "row": row}, cost, Loop(rows=rows))
-    return Program(steps=(step,), parameters=parameters)
-
-
-def test_another_scene_or_more_rows_are_the_same_structure() -> None:
-    one = ProgramStructure(scene(np.array([1.0]), np.ones((2, 1))))
-    other = ProgramStructure(scene(np.array([2.0]), np.zeros((5, 1))))
-    assert one.key == other.key is not None
-    assert one.source == other.source
-    assert ProgramStructure(scene(np.array([1.0]), np.ones((2, 1)), 2.0)).key != one.key
 
 
 def programs() -> dict[str, Program]:

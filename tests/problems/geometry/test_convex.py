@@ -127,6 +127,7 @@ def test_a_speck_or_a_line_is_a_part_of_its_own(end: tuple[float, float, float])
     assert len(parts) == 2 and inside(parts, thin.reshape(-1, 3)).all()
 
 
+@pytest.mark.slow
 def test_a_mirrored_mesh_is_divided_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("coacd")
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))

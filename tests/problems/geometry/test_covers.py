@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems.base import InvalidProblem
-from problems.geometry import Balls, BallTree, Cover, box_corners, cover_of, cylinder_corners, unheld
+from problems.geometry import Balls, Cover, box_corners, cover_of, cylinder_corners, unheld
 from problems.geometry.cover import new_cover_of
 from problems.geometry.surface import Surface, pieces_of
 
@@ -60,20 +58,6 @@ def test_what_is_inside_counts_as_solid() -> None:
     assert cover.balls.radii.max() > 0.03
 
 
-@pytest.mark.parametrize("overhang", OVERHANGS)
-def test_a_smaller_ball_is_found_out_wherever_points_say_so(overhang: float) -> None:
-    balls, points = cover_of(BOX, overhang).balls, points_on(BOX, 10_000)
-    found = 0
-    for number in range(0, len(balls), max(1, len(balls) // 6)):
-        smaller = replace(balls, radii=balls.radii - np.where(np.arange(len(balls)) == number, 0.2 * overhang, 0.0))
-        if (depths(points, smaller) < 0.0).any():
-            bare = unheld(BOX, smaller)
-            assert len(bare)
-            assert (np.linalg.norm(bare - balls.centers[number], axis=1) <= balls.radii[number] + 1e-5).all()
-            found += 1
-    assert found > 0
-
-
 def test_a_hole_of_a_hundredth_of_a_millimetre_is_found() -> None:
     """Two balls that meet on a segment, then not any more."""
     line = np.array([[[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 1e-9, 0.0]]])
@@ -113,25 +97,6 @@ def test_what_is_no_stored_cover_is_refused(text: str) -> None:
 def test_a_body_too_large_for_its_overhang_is_refused() -> None:
     with pytest.raises(InvalidProblem, match="mesh: it is too large to be covered: 9 x 9 x 9 m make more than"):
         cover_of(box_corners((9.0, 9.0, 9.0)), 0.002)
-
-
-def test_a_tree_holds_its_balls_and_each_is_a_leaf_once() -> None:
-    balls = cover_of(BOX, 0.004).balls
-    tree = BallTree.of(balls)
-    nodes, parents = tree.children(np.arange(len(tree.count)))
-    leaves = np.flatnonzero(tree.count == 0)
-    assert sorted(map(tuple, tree.nodes.centers[leaves])) == sorted(map(tuple, balls.centers))
-    below: dict[int, list[int]] = {int(parent): [] for parent in parents}
-    for node, parent in zip(nodes, parents, strict=True):
-        below[int(parent)].append(int(node))
-
-    def balls_of(node: int) -> list[int]:
-        return [node] if node not in below else [leaf for child in below[node] for leaf in balls_of(child)]
-
-    for node in below:
-        own = balls_of(node)
-        gaps = np.linalg.norm(tree.nodes.centers[own] - tree.nodes.centers[node], axis=1) + tree.nodes.radii[own]
-        assert (gaps <= tree.nodes.radii[node]).all()
 
 
 def test_distances_from_triangles_are_those_of_many_points() -> None:

@@ -25,20 +25,6 @@ def to_triangles(hull: Hull, points: np.ndarray) -> np.ndarray:
     return np.asarray(trimesh.proximity.closest_point_naive(surface, points)[1])
 
 
-@pytest.mark.parametrize(
-    ("point", "distance"),
-    [
-        ((0.5, 0.5, 2.0), 1.0),
-        ((0.5, 0.5, 0.75), -0.25),
-        ((2.0, 0.5, 2.0), np.sqrt(2.0)),
-        ((2.0, 2.0, 2.0), np.sqrt(3.0)),
-        ((1.0, 1.0, 1.0), 0.0),
-    ],
-)
-def test_a_cube(point: tuple[float, float, float], distance: float) -> None:
-    assert Hull.of(CUBE).distances(np.array([point]))[0] == pytest.approx(distance, abs=2.0 * ON_FACE)
-
-
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**31), st.integers(4, 40))
 def test_distances_are_those_from_the_surface(seed: int, count: int) -> None:

@@ -13,7 +13,6 @@ from problems.geometry import read_mesh, read_parts
 from problems.geometry.mesh_files.faces import MOST_CUT
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
 
 def area(name: str, text: str | bytes) -> float:
@@ -144,16 +143,11 @@ def test_lines_and_points_are_left_out_and_that_is_said() -> None:
     [
         (SQUARE + "f 1 2 3 5", "line 5: a corner is none of the 4 vertices"),
         (SQUARE + "f 1 2 0", "line 5: '0' is no corner of f"),
-        (SQUARE + "f 1 2 -5", "line 5: '-5' is no corner of f"),
-        (SQUARE + "f 1 2 3.0", "line 5: '3.0' is no corner of f"),
         (SQUARE + "f 1 2 3/4/5/6", "line 5: '3/4/5/6' is no corner of f"),
         (SQUARE + "f 1 2", "line 5: f needs three corners"),
         (SQUARE + "F 1 2 3", "line 5: the element 'F' is not read"),
         (SQUARE + "f 1 2 3\nsurf 0 1 0 1 1 2 3", "line 6: the element 'surf' is not read"),
-        (SQUARE + "curv 0 1 1 2", "line 5: the element 'curv' is not read"),
-        (SQUARE + "call other.obj", "line 5: the element 'call' is not read"),
         ("v 1 2\n", "line 1: v needs three numbers, and may have a weight of 1 or a colour"),
-        ("v 1 2 3,5\n", "line 1: v needs three numbers, and may have a weight of 1 or a colour"),
         ("v 1_0 2 3\n", "line 1: v needs three numbers, and may have a weight of 1 or a colour"),
         ("v 1 2 3 0.5\n", "line 1: v needs three numbers, and may have a weight of 1 or a colour"),
         (SQUARE + "f 1 2\\\n3 4", "line 5: its last word may end at the backslash, or go on after it"),
@@ -204,20 +198,17 @@ def test_stl_is_read_whole(content: bytes, facets: int) -> None:
     ("content", "reason"),
     [
         (binary_stl(counted=2), "its head counts 2 facets, 184 bytes; it has 134"),
-        (binary_stl(facets=2, counted=1), "its head counts 1 facets, 134 bytes; it has 184"),
         (binary_stl(more=b"\0"), "its head counts 1 facets, 134 bytes; it has 135"),
         (binary_stl(b"solid a", counted=3), "its head counts 3 facets, 234 bytes; it has 134"),
         (binary_stl()[:60], "it begins neither with 'solid' nor with the head of a binary file"),
         (b"facet normal 0 0 1", "it begins neither with 'solid' nor with the head of a binary file"),
         (text_stl()[:40].encode(), "the solid in line 1 does not end: the file is cut off"),
-        (text_stl()[:-12].encode(), "the solid in line 1 does not end: the file is cut off"),
         (text_stl().encode() + b"solid\n", "the solid in line 10 does not end: the file is cut off"),
         (text_stl().replace("endsolid", "solid").encode(), "line 9: a solid begins in another"),
         (text_stl().encode() + b"facet", "line 10: it is in no solid"),
         (b"solid facet normal 0 0 1\nendsolid", "line 1: a facet stands in the line of its solid"),
         (text_stl().replace("endloop", "vertex 1 1 0\nendloop").encode(), "the solid in line 1: its facet 1 is not"),
         (text_stl("", 3).replace("endfacet", "", 1).encode(), "the solid in line 1: its facet 1 is not read"),
-        (text_stl().replace("vertex 1 0 0", "vertex 1 0 x").encode(), "the solid in line 1: a coordinate is no number"),
         (text_stl().replace("vertex 1 0 0", "vertex 1 0 1_0").encode(), "the solid in line 1: a coordinate is no n"),
         (text_stl().replace("vertex 1 0 0", "vertex 1 0 0 0").encode(), "the solid in line 1: its facet 1 is not"),
         (text_stl().replace("vertex 1", "vertex " + 50 * "1").encode(), "the solid in line 1: a word of more than 40"),
@@ -327,9 +318,7 @@ def deep(count: int) -> str:
     ("text", "reason"),
     [
         (dae(transforms="<lookat>0 0 0 1 0 0 0 0 1</lookat>"), '<instance_geometry url="#g">: <lookat> above it is n'),
-        (dae(transforms="<skew>45 0 1 0 1 0 0</skew>"), '<instance_geometry url="#g">: <skew> above it is not read'),
         (dae(instance='<instance_controller url="#c"/>'), '<node id="n">: <instance_controller url="#c"> is not read'),
-        (dae(instance="<warp/>"), '<node id="n">: <warp> is not read'),
         (dae(instance='<instance_geometry url="o.dae#g"/>'), '<instance_geometry url="o.dae#g">: url=\'o.dae'),
         (dae(instance='<instance_geometry url="#h"/>'), "<instance_geometry url=\"#h\">: no <geometry> has the id 'h'"),
         (dae(more='<geometry id="g"/>'), "<instance_geometry url=\"#g\">: more than one <geometry> has the id 'g'"),
@@ -338,36 +327,26 @@ def deep(count: int) -> str:
         (dae(transforms="<matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1</matrix>"), "<matrix>: its last row is not 0 0 0 1"),
         (dae(transforms="<rotate>0 0 0 9</rotate>"), "<rotate>: its axis has no length, or its angle is none"),
         (dae(transforms="<scale>1 1</scale>"), "<scale>: 3 numbers are needed, not 2"),
-        (dae(transforms="<scale>1 1 x</scale>"), "<scale>: could not convert string to float: 'x'"),
         (dae(transforms="<scale>nan 1 1</scale>"), "a coordinate is no finite number"),
         (dae(asset='<unit meter="0"/>'), "<asset>: the unit '0' or the axis 'Y_UP' is none"),
-        (dae(asset="<up_axis>UP</up_axis>"), "<asset>: the unit '1' or the axis 'UP' is none"),
         (dae(transforms='<asset><unit meter="2"/></asset>'), "<asset>: parts of it state another unit or another axis"),
-        (
-            dae().replace('<instance_visual_scene url="#s"/>', ""),
-            "<scene>: one <instance_visual_scene> is needed",
-        ),
+        (dae().replace('<instance_visual_scene url="#s"/>', ""), "<scene>: one <instance_visual_scene> is needed"),
         (dae().replace("</scene>", "<instance_physics_scene/></scene>"), "<scene>: <instance_physics_scene> is not"),
         (dae().replace("mesh>", "convex_mesh>"), '<geometry id="g">: <convex_mesh> is not read'),
-        (dae().replace("mesh>", "spline>"), '<geometry id="g">: <spline> is not read'),
         (dae("<patches/>"), "<mesh>: <patches> is not read"),
         (dae(dae_primitive("polygons", 1, "<ph><p>0 1 2 3</p><h>0 1 2</h></ph>")), "<polygons>: <ph> is not read"),
         (dae(dae_primitive("triangles", 2, "<p>0 1 2</p>")), "<triangles>: it counts 2, but has 1"),
         (dae(dae_primitive("triangles", 1, "<p>0 1 2 3</p>")), "<triangles>: its corners are not those of whole pol"),
         (dae(dae_primitive("triangles", 1, "<p>0 1 4</p>")), '<geometry id="g">: polygon 0: a corner is none of the'),
-        (dae(dae_primitive("triangles", 1, "<p>0 1 -1</p>")), '<geometry id="g">: polygon 0: a corner is none of the'),
         (dae(dae_primitive("triangles", 1, "<p>0 1 2.</p>")), "<p>: invalid literal for int() with base 10: '2.'"),
         (dae(dae_primitive("triangles", 1, "<p>0 1 2<p/></p>")), "<p>: there is more in it than numbers"),
         (dae(dae_primitive("polylist", 1, "<p>0 1 2</p>")), "<polylist>: it counts 1, but has 0"),
         (dae(dae_primitive("polylist", 1, "<vcount>2</vcount><p>0 1</p>")), "<polylist>: its corners are not those of"),
-        (dae(dae_primitive("polylist", 1, "<vcount>4</vcount><p>0 1 2</p>")), "<polylist>: its corners are not those"),
         (dae(dae_primitive("tristrips", 1, "<p>0 1</p>")), "<tristrips>: three corners are needed"),
-        (dae(dae_primitive("tristrips", 2, "<p>0 1 2</p>")), "<tristrips>: it counts 2, but has 1"),
         (dae(HALF.replace("VERTEX", "NORMAL")), "<triangles>: one input VERTEX is needed, not 0"),
         (dae(HALF.replace("<p>", '<input semantic="NORMAL" source="#p" offset="1"/><p>')), "<triangles>: 3 indices"),
         (dae(HALF.replace('offset="0"', "")), "<input>: offset='' is no whole number"),
         (dae(HALF.replace("<p>", "<p>99999999999999999999 ")), "<p>: a number in it is too large"),
-        (dae().replace("POSITION", "NORMAL"), '<vertices id="v">: one input POSITION is needed, not 0'),
         (dae().replace('count="12"', 'count="15"'), '<float_array id="a">: 15 numbers are needed, not 12'),
         (dae().replace('"4" stride', '"5" stride'), '<source id="p">: 12 numbers, too few for 5 places'),
         (dae().replace('name="Z"', ""), '<source id="p">: its parameters are not X, Y, Z'),
@@ -417,9 +396,3 @@ def test_a_quad_far_from_the_origin_is_no_flatter() -> None:
     """Both ways to cut it are held, as near the origin: only rounding is forgiven, and no more of it than a little."""
     far = "\n".join(f"v {5e6 + x} {y} {z}" for x, y, z in ((0, 0, 0), (1, 0, 0.5), (1, 1, 0), (0, 1, 0.5)))
     assert len(read_mesh("a.obj", f"{far}\nf 1 2 3 4\n".encode()).corners) == 4
-
-
-def test_many_broken_lines_are_one_statement() -> None:
-    corners = " \\\n".join(str(1 + number % 4) for number in range(4))
-    square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-    assert len(read_mesh("a.obj", f"{square}f {corners}\n".encode()).corners) == 2

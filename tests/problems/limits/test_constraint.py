@@ -12,9 +12,9 @@ from helpers.cases import equal_links
 from scipy.spatial.transform import Rotation, Slerp
 
 from problems import Constraint, Ellipse, Limit, PenaltyKind
-from problems.base import Arguments, as_array
+from problems.base import as_array
 from problems.certify import verdict
-from problems.limits import AngularAccuracy, Clearance, TaperedMargin, limits_of, shares_along
+from problems.limits import AngularAccuracy, Clearance, TaperedMargin, shares_along
 from problems.limits.joint_limits import JointRange, SpeedLimit
 from problems.limits.staying import TAPER
 from problems.motions import Samples
@@ -29,37 +29,6 @@ def limit(values: list[list[float]], penalty: PenaltyKind = PenaltyKind.COUNT, *
 
 def single(values: list[float], **more: Any) -> Constraint:
     return Constraint(**({"name": "c", "unit": "1", "expression": ca.DM(values), "columns": ("x",)} | more))
-
-
-def test_excess_counts_and_magnitudes() -> None:
-    broken = [[1.0, -5.0], [3.0, 4.0]]
-    assert np.asarray(limit(broken).excess()).tolist() == [[0.0, 1.0], [1.0, 0.0]]
-    assert np.asarray(limit(broken).broken()).tolist() == [[0.0, 1.0], [1.0, 0.0]]
-    assert float(limit(broken).paper_penalty()) == 2.0
-    assert float(limit(broken, PenaltyKind.MAGNITUDE).paper_penalty()) == 8.0
-    assert float(limit(broken).graded_penalty()) == pytest.approx(1.0 / 2.0 + 1.0 / 4.0)
-    assert limit(broken).smallest_violation() == 1.0
-    assert limit(broken, PenaltyKind.MAGNITUDE).smallest_violation() == 2.0
-
-
-def test_a_limit_that_is_met_exactly_holds() -> None:
-    satisfied = limit([[2.0, -4.0]], PenaltyKind.MAGNITUDE)
-    assert float(satisfied.paper_penalty()) == 0.0
-    assert float(satisfied.graded_penalty()) == 0.0
-
-
-@pytest.mark.parametrize(("lower", "upper", "broken"), [(None, 1.0, [0, 1]), (0.5, None, [1, 0]), (0.5, 1.0, [1, 1])])
-def test_one_sided_bounds(lower: float | None, upper: float | None, broken: list[float]) -> None:
-    low, high = (None if bound is None else ca.DM(bound) for bound in (lower, upper))
-    constraint = single([0.0, 2.0], lower=low, upper=high)
-    assert [bound.tolist() for bound in constraint.bounds] == [
-        [-np.inf if lower is None else lower],
-        [np.inf if upper is None else upper],
-    ]
-    assert constraint.scales.tolist() == [1.0]
-    assert float(constraint.paper_penalty()) == sum(broken)
-    assert float(constraint.graded_penalty()) == (0.0 if lower is None else 0.5) + (0.0 if upper is None else 1.0)
-    assert np.asarray(constraint.broken()).ravel().tolist() == broken
 
 
 def test_rows_of_a_program_are_scaled_column_after_column() -> None:
@@ -122,26 +91,6 @@ def test_postures_keep_a_margin_in_the_middle(share: float, part: float) -> None
     lower, upper = at(clearance, share)
     assert lower == pytest.approx([part * TAPER.place_share * ARM.radius] * len(clearance.pairs))
     assert not upper.size
-
-
-def test_steps_keep_it_too() -> None:
-    clearance = Clearance.for_robot(ARM, (OBSTACLE,))
-    assert clearance is not None
-    before, after = (
-        Samples(robot=ARM, derivatives=(ca.DM.zeros(1, 2),), duration=ca.DM(2.0), times=ca.DM(t)) for t in (0.9, 1.0)
-    )
-    [swept] = TaperedMargin(clearance).between(before, after)
-    assert swept.lower is not None
-    assert as_array(swept.lower) == pytest.approx(np.full((1, len(clearance.pairs)), TAPER.place_share * ARM.radius))
-
-
-def test_the_twin_has_the_numbers_of_the_limit() -> None:
-    for limit in limits_of(ARM, (OBSTACLE,)):
-        own, eased = Arguments(), Arguments()
-        own.symbolic_copy(limit)
-        eased.symbolic_copy(TaperedMargin(limit))
-        assert own.values.tolist() == eased.values.tolist()
-        assert TaperedMargin(limit).robot_or_none is limit.robot_or_none
 
 
 def test_angles_are_those_of_spherical_interpolation() -> None:

@@ -90,7 +90,6 @@ def test_names_are_those_of_the_kinds() -> None:
 
 REFUSED: list[tuple[type[HandConstraint], dict[str, Any], str]] = [
     (Upright, {"tolerance": 0.0}, "tolerance: 0 is not within 1e-06 and 3 rad"),
-    (Upright, {"tolerance": 3.2}, "tolerance: 3.2 is not within"),
     (Upright, {"tolerance": 0.1, "axis": (0.0, 0.0, 0.0)}, "axis: a direction is needed, not zero"),
     (Upright, {"tolerance": 0.1, "axis": (1.0,)}, "axis: 1 coordinates are not within 2 and 3"),
     (Upright, {"tolerance": 0.1, "toward": (1.0, 0.0)}, "toward: 2 coordinates, the axis has 3"),
@@ -100,7 +99,6 @@ REFUSED: list[tuple[type[HandConstraint], dict[str, Any], str]] = [
     (ToolRegion, {"size": (1.0, 1.0)}, "center: missing beside size"),
     (ToolRegion, {"point": (0.0, 0.0)}, "normal: missing beside point"),
     (ToolRegion, {"normal": (0.0, 1.0)}, "point: missing beside normal"),
-    (ToolRegion, {"point": (0.0, 0.0), "normal": (0.0, 0.0)}, "normal: a direction is needed"),
     (ToolRegion, {"center": (0.0, 0.0), "size": (1.0, 1.0, 1.0)}, "size: 3 numbers, center has 2"),
     (ToolRegion, {"center": (0.0, 0.0), "size": (1.0, 0.0)}, "size: 0 is not within"),
     (ToolRegion, {"point": (0.0, 0.0), "normal": (0.0, 1.0), "angle": 0.1}, "angle: only a box is turned"),
@@ -111,7 +109,6 @@ REFUSED: list[tuple[type[HandConstraint], dict[str, Any], str]] = [
         "quaternion: of a box in space",
     ),
     (ToolSpeed, {"max": 0.0}, "max: 0 is not within 1e-06 and 1e[+]06 m/s"),
-    (ToolSpeed, {"max": "fast"}, "max: a number is needed"),
 ]
 
 

@@ -21,7 +21,6 @@ from problems.limits import (
     LIMITS,
     MAX_STEP_SHARE,
     SAMPLING_MARGIN,
-    Accuracy,
     Clearance,
     Constraint,
     Limit,
@@ -29,18 +28,13 @@ from problems.limits import (
     StepLimit,
     TorqueLimit,
     can_hold,
-    end_point,
     holding_torques,
     limits_of,
-    minimum_time_scale,
-    peaks_of,
-    reach_limit,
     reachable_pairs,
     scaling,
 )
 from problems.limits.joint_limits import (
     AccelerationLimit,
-    DerivativeLimit,
     JerkLimit,
     JointRange,
     SpeedLimit,
@@ -111,16 +105,6 @@ def test_one_row_says_what_many_say(limit: Limit, margin: float) -> None:
             assert float(getattr(constraint, penalty)()) == pytest.approx(summed)
 
 
-@pytest.mark.parametrize("limit", EVERY.values(), ids=EVERY)
-def test_symbols_say_what_numbers_say(limit: Limit) -> None:
-    samples = some_samples()
-    symbols = [ca.SX.sym("d", ROWS, 3) for _ in samples.derivatives]
-    written = limit.constraints(Samples(robot=ARM, derivatives=tuple(symbols), duration=ca.SX(1)))
-    function = ca.Function("rows", symbols, [ca.densify(c.expression) for c in written])
-    for rows, constraint in zip(function.call(list(samples.derivatives)), limit.constraints(samples), strict=True):
-        assert as_array(rows) == pytest.approx(rows_of(constraint), abs=1e-12)
-
-
 def test_a_single_sample_has_no_steps() -> None:
     single = some_samples(1)
     assert [c.name for c in EVERY["clearance"].constraints(single)] == ["clearance"]
@@ -128,30 +112,6 @@ def test_a_single_sample_has_no_steps() -> None:
 
 
 # Each by hand
-
-
-@pytest.mark.parametrize(
-    ("limit", "order", "bound", "unit"),
-    [
-        (SpeedLimit(ARM), 1, [4.0, 3.0, 2.0], "rad/s"),
-        (AccelerationLimit(ARM), 2, [20.0, 10.0, 30.0], "rad/s^2"),
-        (JerkLimit(SMOOTH), 3, [200.0] * 3, "rad/s^3"),
-    ],
-    ids=["speed", "acceleration", "jerk"],
-)
-def test_derivatives(limit: DerivativeLimit, order: int, bound: list[float], unit: str) -> None:
-    samples = some_samples()
-    [constraint] = limit.constraints(samples, 0.5)  # a margin is not theirs
-    values = as_array(samples.derivatives[order])
-    assert (rows_of(constraint) == values).all()
-    assert [b.tolist() for b in constraint.bounds] == [[-b for b in bound], bound]
-    assert constraint.scales.tolist() == bound
-    assert (constraint.unit, constraint.symmetric, constraint.penalty) == (unit, True, PenaltyKind.MAGNITUDE)
-    assert constraint.columns == ("joint 1", "joint 2", "joint 3")
-    broken = np.abs(values) > bound
-    assert 0 < broken.sum() < broken.size
-    assert float(constraint.paper_penalty()) == pytest.approx(np.abs(values)[broken].sum())
-    assert float(constraint.graded_penalty()) == pytest.approx(np.maximum(0.0, np.abs(values) / bound - 1.0).sum())
 
 
 def test_joint_range_keeps_a_share_of_each_range() -> None:
@@ -201,24 +161,6 @@ def test_steps_as_a_moving_obstacle_sees_them_by_hand(beside: float, left: float
     assert rows_of(found)[0, 0] == pytest.approx((longest / max(longest, left)) ** 2, rel=1e-9)
 
 
-def test_accuracy_by_hand() -> None:
-    tool, points = ca.DM([[1.0, 0.0], [3.0, 4.0]]), ca.DM([[1.0, 0.0], [0.0, 0.0]])
-    constraint = Accuracy(0.5).at(tool, points)
-    assert rows_of(constraint).ravel() == pytest.approx([0.0, 5.0], abs=1e-14)
-    assert float(constraint.paper_penalty()) == pytest.approx(5.0)
-    assert float(constraint.graded_penalty()) == pytest.approx(9.0)
-    assert as_array(constraint.row_values()).ravel() == pytest.approx([0.0, 100.0])
-    assert constraint.row_bounds()[1].tolist() == [1.0, 1.0]
-
-
-def test_points_by_hand() -> None:
-    reach = reach_limit(ca.DM([[0.5, -1.5]]))
-    assert as_array(reach.broken()).tolist() == [[0.0, 1.0]]
-    end = end_point("goal", ca.DM([[3.0, 4.0]]), (0.0, 0.0), 2.0)
-    assert (end.name, float(end.expression), end.for_all_t) == ("goal", 5.0, False)
-    assert end.bounds[1] == pytest.approx([2e-9])
-
-
 # Which of them hold
 
 
@@ -240,17 +182,6 @@ def test_limits_of_a_robot_among_obstacles() -> None:
 
 
 # How slowly a shape has to be run
-
-
-def test_time_scales_by_hand() -> None:
-    speed, acceleration, jerk = SpeedLimit(ARM), AccelerationLimit(ARM), JerkLimit(SMOOTH)
-    assert float(speed.time_scale(ca.DM([[2.0, 6.0, 1.0]]))) == pytest.approx(2.0)
-    assert float(acceleration.time_scale(ca.DM([[20.0, 10.0, 270.0]]))) == pytest.approx(3.0)
-    assert float(jerk.time_scale(ca.DM([[25.0, 1600.0, 200.0]]))) == pytest.approx(2.0)
-    samples = some_samples()
-    assert as_array(peaks_of(speed, samples))[0].tolist() == np.abs(as_array(samples.speed)).max(axis=0).tolist()
-    peaks = [ca.DM([[2.0, 6.0, 1.0]]), ca.DM([[20.0, 10.0, 270.0]])]
-    assert float(minimum_time_scale([speed, acceleration], peaks)) == pytest.approx(3.0)
 
 
 def a_motion(seed: int) -> Trajectory:
@@ -303,26 +234,6 @@ def test_rods_stretched_out_by_hand() -> None:
     assert as_array(constraint.expression) == pytest.approx(np.array([[2.0 * WEIGHT, 0.5 * WEIGHT]]))
     assert constraint.unit == "N m"
     assert float(constraint.graded_penalty()) == 0.0
-
-
-def test_how_much_more_slowly_a_rod_has_to_be_lifted_by_hand() -> None:
-    """The first joint turns two rods as one of 2 m, 2 l: (2 m)(2 l)^2 / 3 a; what is left of its motor is m g l."""
-    a = 40.0
-    inertia = 2.0 * MASS * (2.0 * LENGTH) ** 2 / 3.0
-    factors = as_array(TorqueLimit(RODS).magnitudes(at_rest(RODS, [0.0, 0.0], [a, 0.0])))
-    assert factors[0, 0] == pytest.approx(np.sqrt(inertia * a / WEIGHT))
-    lowered = as_array(TorqueLimit(RODS).magnitudes(at_rest(RODS, [0.0, 0.0], [-a, 0.0])))
-    assert lowered[0, 0] == pytest.approx(np.sqrt(inertia * a / (5.0 * WEIGHT)))
-
-
-def test_viscous_friction_takes_its_share_by_hand() -> None:
-    """Without gravity or inertia: d v / s is the limit."""
-    robot = PlanarArm(
-        (1.0, 1.0), (4.0,) * 2, (40.0,) * 2, link_masses=(1.0,) * 2, viscous_friction=(3.0, 0.0), max_torque=(2.0, 2.0),
-        gravity=(0.0, 0.0),
-    )  # fmt: skip
-    factors = TorqueLimit(robot).magnitudes(samples_of(robot, *np.array([[[0.3, 0.0]], [[4.0, 0.0]], [[0.0, 0.0]]])))
-    assert as_array(factors) == pytest.approx(np.array([[6.0, 0.0]]))
 
 
 def test_a_posture_that_cannot_be_held_breaks_the_static_limit_by_how_much() -> None:

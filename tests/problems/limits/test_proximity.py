@@ -123,14 +123,6 @@ def test_clearances_are_what_capsules_keep() -> None:
                     assert value + radii >= 0.85 * (true + radii) - 0.005
 
 
-def test_the_program_takes_an_increasing_function_of_the_clearance() -> None:
-    limit = Clearance.for_robot(ARM, OBSTACLES)
-    assert limit is not None
-    values = np.linspace(-0.12, 0.5, 200)
-    smooth = as_array(limit._smooth(ca.repmat(ca.DM(values), 1, len(limit.pairs))))
-    assert (np.diff(smooth, axis=0) > 0.0).all()
-
-
 def test_what_stands_too_near_is_kept_in_mind_as_a_pair() -> None:
     beyond = Ellipse((ARM.base[0] + ARM.reach()[1] + 0.13, ARM.base[1]), (0.1, 0.1))
     assert Clearance.for_robot(ARM, [beyond]) is not None

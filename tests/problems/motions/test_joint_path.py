@@ -18,21 +18,6 @@ def largest_jump(path: JointPath, derivative: int) -> float:
     return float(np.abs(before - path.at(inner, derivative)).max(initial=0.0))
 
 
-def away_from_lines(points: FloatArray, waypoints: FloatArray) -> FloatArray:
-    """How far points (n, k) are from the nearest of the lines, in the joint where it is most; by ternary search."""
-    starts, ways = waypoints[:-1], np.diff(waypoints, axis=0)
-
-    def away(share: FloatArray) -> FloatArray:
-        return np.asarray(np.abs(starts + share[..., None] * ways - points[:, None]).max(axis=2))
-
-    low, high = np.zeros((len(points), len(ways))), np.ones((len(points), len(ways)))
-    for _ in range(80):
-        left, right = (2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0
-        nearer_left = away(left) < away(right)
-        low, high = np.where(nearer_left, low, left), np.where(nearer_left, right, high)
-    return np.asarray(away(low).min(axis=1))
-
-
 def test_spline_passes_the_waypoints_smoothly() -> None:
     path = JointPath.through(WAYPOINTS)
     np.testing.assert_allclose(path.at(path.breakpoints), WAYPOINTS, atol=1e-13)
@@ -56,15 +41,6 @@ def test_two_waypoints_are_a_line() -> None:
         np.testing.assert_allclose(middle, WAYPOINTS[:2].mean(axis=0, keepdims=True), atol=1e-14)
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 0.02, 10.0])
-def test_blends_stay_within_their_tolerance(tolerance: float) -> None:
-    path = JointPath.blended(WAYPOINTS, tolerance)
-    away = away_from_lines(path.at(np.linspace(0.0, path.breakpoints[-1], 2000)), WAYPOINTS)
-    assert away.max() <= tolerance + 1e-12
-    np.testing.assert_allclose(path.at(path.breakpoints[[0, -1]]), WAYPOINTS[[0, -1]], atol=1e-14)
-    assert [largest_jump(path, n) < 1e-6 for n in range(3)] == [True] * 3
-
-
 def test_a_right_angle_uses_its_whole_tolerance() -> None:
     path = JointPath.blended(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]), 0.03)
     middle = path.at(np.array([path.breakpoints.mean()]))
@@ -76,11 +52,6 @@ def test_a_line_between_blends_may_vanish_and_waypoints_on_it_need_none() -> Non
     path = JointPath.blended(zigzag, 5.0)
     assert path.breakpoints.size - 1 == 6  # two lines at the start, four pieces: blend, blend, blend, line
     assert [largest_jump(path, n) < 1e-6 for n in range(3)] == [True] * 3
-
-
-def test_no_tolerance_leaves_the_corners() -> None:
-    path = JointPath.blended(WAYPOINTS, 0.0)
-    np.testing.assert_allclose(path.at(path.breakpoints), WAYPOINTS, atol=1e-14)
 
 
 def test_path_of_a_motion_is_its_curve() -> None:

@@ -101,18 +101,6 @@ def test_a_path_that_stands_still_takes_next_to_no_time() -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_limits_hold_at_both_ends_of_each_interval(seed: int) -> None:
-    motion, points = random_path(seed)
-    timed, (first, second) = motion.timed(ca.DM(points), AT_REST), slopes(motion, points)
-    squared, limits = as_array(timed.squared), motion.robot.limits
-    c = np.diff(squared, axis=0) / motion.double_steps[:, None]
-    assert (np.abs(first) * np.sqrt(squared) <= np.array(limits.speed) * (1 + 1e-9)).all()
-    for end in (slice(None, -1), slice(1, None)):
-        reached = np.abs(second[end] * squared[end] + first[end] * c) / np.array(limits.acceleration)
-        assert reached.max() <= 1.0 + 1e-6
-
-
-@pytest.mark.parametrize("seed", SEEDS)
 def test_the_scan_solves_the_linear_program_of_each_grid_point(seed: int) -> None:
     motion, points = random_path(seed)
     first, second = slopes(motion, points)

@@ -72,7 +72,6 @@ WRONG = [
     ({"positions": POSITIONS[:3]}, "positions: 4 rows of joints are needed, not an array (3, 2)"),
     ({"positions": with_gaps(POSITIONS, 1)}, "positions: row 2 has a number that is none"),
     ({"velocities": VELOCITIES[:, :1]}, "velocities: rows (4, 2) are needed, not (4, 1)"),
-    ({"velocities": VELOCITIES * [[np.inf, 1.0]]}, "velocities: row 1 has a number that is none"),
     ({"velocities": None, "accelerations": ACCELERATIONS}, "velocities: row 1 states accelerations without velocities"),
     ({"interpolation": "cubic", "velocities": None}, "velocities: row 1 states none; cubic pieces need them in every"),
     (

@@ -145,14 +145,3 @@ def test_rows_of_a_table_hold_the_samples(motion: Motion[Any], parameters: Any) 
     assert rows.size >= 201
     assert (np.diff(rows) > 0.0).all()
     assert np.abs(rows[:, None] - times).min(axis=0).max() <= 1e-12 * trajectory.duration
-
-
-def test_symbols_and_numbers_give_the_same_rows() -> None:
-    for motion, parameters in MOTIONS.values():
-        numbers = motion.as_matrices(parameters)
-        symbols = [ca.SX.sym("p", *value.shape) for value in numbers]
-        samples = motion.samples(motion.from_matrices(symbols))
-        results = ca.Function("samples", symbols, list(samples.derivatives)).call(numbers)
-        for result, expected in zip(results, motion.samples(parameters).derivatives, strict=True):
-            scale = max(1.0, np.abs(as_array(expected)).max())
-            assert as_array(result) == pytest.approx(as_array(expected), abs=1e-12 * scale)

@@ -109,13 +109,6 @@ seconds = st.floats(0.2, 20.0)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def test_one_piece_is_the_quintic_by_hand() -> None:
-    points = TimeSpline(ROBOT, 1, 4).quintic @ np.eye(4)
-    # Bernstein coefficients: q, q + v/5, q + 2v/5 + a/20, and three times the goal
-    expected = [[1, 0, 0, 0], [1, 1 / 5, 0, 0], [1, 2 / 5, 1 / 20, 0], *[[0, 0, 0, 1]] * 3]
-    assert points == pytest.approx(np.array(expected), abs=1e-14)
-
-
 @settings(max_examples=25)
 @given(pieces, seeds)
 def test_any_number_of_pieces_gives_the_same_quintic(count: int, seed: int) -> None:
@@ -141,13 +134,3 @@ def test_inner_control_points_change_nothing_at_the_ends(count: int, duration: f
     assert start == pytest.approx(np.array([q, v, a]), abs=1e-7)
     assert end == pytest.approx(np.array([goal, 0.0 * goal, 0.0 * goal]), abs=1e-7)
     assert motion.inner == count - 1
-
-
-def test_four_derivatives_are_continuous() -> None:
-    motion = TimeSpline(ROBOT, 5, 10)
-    points = np.random.default_rng(3).normal(size=(motion.spline.size, 2))
-    trajectory = motion.trajectory(SplineShape(ca.DM(points), ca.DM(1.7)))
-    for order in range(5):
-        curve = trajectory.derivative(order)
-        before = [curve(np.nextafter(t, 0.0)) for t in trajectory.breakpoints[1:-1]]
-        assert np.array(before) == pytest.approx(curve(trajectory.breakpoints[1:-1]), rel=1e-6, abs=1e-6)

@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from problems import CertificateStatus, PlanarArm, Trajectory
-from problems.certify import exact_time_scale, limit_verdicts
+from problems.certify import limit_verdicts
 from problems.families.two_segments import Quantities
-from problems.families.two_segments.motion import QUARTIC, QUINTIC, middle_acceleration
-from problems.limits.joint_limits import AccelerationLimit, JerkLimit, SpeedLimit
+from problems.families.two_segments.motion import middle_acceleration
+from problems.limits.joint_limits import JerkLimit
 from solvers import SearchBox
 
 ALLOWED = 1e-9  # what an audit accepts
@@ -159,14 +159,6 @@ def smooth_motion(pieces: int, joints: int = 2, seed: int = 8) -> Trajectory:
     return Trajectory(np.concatenate([[0.0], np.cumsum(durations)]), np.array(coefficients).transpose(1, 0, 2))
 
 
-def test_a_part_by_hand() -> None:
-    """t^3 from 1 to 2: (1 + s)^3 = 1 + 3 s + 3 s^2 + s^3."""
-    cubic = Trajectory(np.array([0.0, 3.0]), np.array([1.0, 0.0, 0.0, 0.0])[:, None, None])
-    part = cubic.part(1.0, 2.0)
-    assert part.coefficients.ravel() == pytest.approx([1.0, 3.0, 3.0, 1.0])
-    assert part.breakpoints == pytest.approx([0.0, 1.0])
-
-
 @settings(max_examples=15, deadline=None)
 @given(cuts=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)), seed=st.integers(0, 5))
 def test_parts_joined_are_the_motion_itself(cuts: tuple[float, float], seed: int) -> None:
@@ -249,23 +241,6 @@ def test_boundary_conditions_and_continuity(
     assert np.asarray(at.theta)[:, 1] == pytest.approx(2.0 * theta, abs=1e-9 * scale)
 
 
-def test_coefficients_are_those_printed_in_the_paper() -> None:
-    s, m, v, f, t1, t2 = 0.3, -0.8, 1.7, 2.1, 0.6, 1.3
-    a = QUARTIC @ [s, m - s, v * t1] / t1 ** np.arange(5)
-    assert a == pytest.approx([s, 0.0, 0.0, (4 * (m - s) - v * t1) / t1**3, (v * t1 - 3 * (m - s)) / t1**4])
-    bend = 2 * 3 * a[3] * t1 + 3 * 4 * a[4] * t1**2
-    b = QUINTIC @ [m, f - m, v * t2, bend * t2**2] / t2 ** np.arange(6)
-    printed = [
-        m,
-        v,
-        bend / 2,
-        (20 * f - 20 * m - 12 * v * t2 - 3 * bend * t2**2) / (2 * t2**3),
-        (30 * m - 30 * f + 16 * v * t2 + 3 * bend * t2**2) / (2 * t2**4),
-        (12 * f - 12 * m - 6 * v * t2 - bend * t2**2) / (2 * t2**5),
-    ]
-    assert b == pytest.approx(printed)
-
-
 def some_motion() -> Trajectory:
     return quantities(0.2, 1.4, 2.5, -0.7, 0.5, 0.8).trajectory()
 
@@ -288,16 +263,3 @@ def test_times_hold_every_breakpoint_and_are_even_in_each_piece() -> None:
     for low, high in zip(motion.breakpoints[:-1], motion.breakpoints[1:], strict=True):
         steps = np.diff(t[(t >= low) & (t <= high)])
         assert steps == pytest.approx(steps[0])
-
-
-def test_least_stretch_just_keeps_the_limits() -> None:
-    arm, motion = PlanarArm((1.0, 1.0), (2.0, 3.0), (10.0, 30.0)), some_motion()
-    limits = [SpeedLimit(arm), AccelerationLimit(arm)]
-    for factor, broken in ((1.0 + 1e-9, False), (1.0 - 1e-6, True)):
-        slower = motion.time_scaled(exact_time_scale(limits, motion) * factor)
-        t = np.linspace(0.0, slower.duration, 50_001)
-        motion_at = slower.samples(t)
-        too_fast = np.abs(np.asarray(motion_at.speed)) > arm.max_speed
-        too_sharp = np.abs(np.asarray(motion_at.acceleration)) > arm.max_acceleration
-        assert (too_fast.any() or too_sharp.any()) == broken
-    assert slower.samples(np.array([0.0])).theta[0] == motion.samples(np.array([0.0])).theta[0]

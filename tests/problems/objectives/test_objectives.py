@@ -10,7 +10,6 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import BUILTIN, builtin, equal_links, moving
-from helpers.massive import massive_motion
 from helpers.slow import slow_except
 
 from problems import OBJECTIVES, InvalidProblem, PlanarArm, PointToPoint, Robot, Trajectory, point_to_point
@@ -128,8 +127,7 @@ QUICK = {("time-2", "paper", "free"), ("obstacle-3", "reduced", "up"), ("pentagr
 
 
 @pytest.mark.parametrize(
-    ("name", "formulation", "elbow"),
-    slow_except(product(BUILTIN, ("paper", "reduced"), ("up", "free")), QUICK),
+    ("name", "formulation", "elbow"), slow_except(product(BUILTIN, ("paper", "reduced"), ("up", "free")), QUICK)
 )
 def test_no_candidate_exceeds_the_upper_bound(name: str, formulation: str, elbow: str) -> None:
     check_bound(builtin(name, formulation, elbow))
@@ -180,12 +178,10 @@ def test_integrals_by_hand() -> None:
 
 
 def test_of_torques_it_is_the_energy() -> None:
-    motion = massive_motion()
-    robot, trajectory = motion.criteria.robot, motion.trajectory
-    own = cost(lambda m: ca.sumsqr(m.torque), robot=robot)
+    own, motion = cost(lambda m: ca.sumsqr(m.torque), robot=HEAVY), some_motion()
     assert own.needs_masses
-    expected = OBJECTIVES["energy"].of_motion(trajectory, robot, motion.times)
-    assert own.of_motion(trajectory, robot, motion.times) == pytest.approx(expected, rel=1e-12)
+    expected = OBJECTIVES["energy"].of_motion(motion, HEAVY, motion.times(3))
+    assert own.of_motion(motion, HEAVY, motion.times(3)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_search_sees_the_same_objective_as_the_model() -> None:
@@ -248,28 +244,6 @@ def test_everything_adds_up(pair: tuple[Objective, Objective]) -> None:
     assert both.sooner_is_better == (pair[0].sooner_is_better and pair[1].sooner_is_better)
     assert both.is_time_dependent == (pair[0].is_time_dependent or pair[1].is_time_dependent)
     assert both.unit == "1"
-
-
-@each_pair
-def test_slacks_stay_with_their_objectives(pair: tuple[Objective, Objective]) -> None:
-    both, motion = WeightedSum((2.0, 0.5), pair), some_motion()
-    samples = motion.samples(motion.times(12), HEAVY)
-    theta, steps = as_array(samples.theta), samples.count - 1
-
-    def slacks(objective: Objective) -> ca.DM:
-        values = objective.slack_values(theta)
-        assert values.size == objective.slack_count(HEAVY, steps)
-        return ca.reshape(ca.DM(values), -1, 3) if values.size else ca.DM(0, 3)
-
-    alone = [float(ca.evalf(o.smooth(samples, slacks(o)))) for o in pair]
-    assert float(ca.evalf(both.smooth(samples, slacks(both)))) == pytest.approx(2.0 * alone[0] + 0.5 * alone[1])
-    found, expected = (
-        both.slack_rows(samples, slacks(both)),
-        [r for o in pair for r in o.slack_rows(samples, slacks(o))],
-    )
-    assert [row[:2] for row in found] == [row[:2] for row in expected]
-    for (_, _, row), (_, _, single) in zip(found, expected, strict=True):
-        assert (as_array(row) == as_array(single)).all()
 
 
 def test_two_objectives_with_slacks_of_their_own() -> None:

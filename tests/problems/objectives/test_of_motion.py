@@ -71,21 +71,6 @@ def test_the_length_agrees_with_scipy(seed: int) -> None:
     assert value("length", trajectory) == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["obstacle-3", "pentagram-time"])
-def test_chords_grow_towards_it(name: str) -> None:
-    problem = builtin(name, "reduced")
-    trajectory = problem.trajectory(np.mean(problem.bounds, axis=0))
-    for objective in ("length", "rotation"):
-        exact = OBJECTIVES[objective].of_motion(trajectory, problem.criteria.robot, TWO_ROWS)
-        coarse, fine = (
-            float(OBJECTIVES[objective].value(trajectory.samples(trajectory.times(n), problem.criteria.robot)))
-            for n in (500, 50_000)
-        )
-        assert coarse <= fine * (1.0 + 1e-12)
-        assert fine <= exact * (1.0 + 1e-12)
-        assert fine == pytest.approx(exact, rel=1e-6)
-
-
 def test_a_reported_objective_does_not_depend_on_the_rows() -> None:
     problem = builtin("obstacle-3")
     trajectory = problem.trajectory(np.mean(problem.bounds, axis=0))

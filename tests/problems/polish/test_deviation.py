@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from problems.motions import JointPath, Trajectory
 from problems.polish import Deviations
 from problems.polish.deviation import smoothed
-from problems.polish.spline import DeviationSpline
 from problems.robots import JointLimits
 from problems.timing import retime
 
@@ -18,7 +17,6 @@ LIMITS = {
     "jerk": JointLimits(speed=(2.0, 1.0, 3.0), acceleration=(10.0, 5.0, 8.0), jerk=(100.0, 80.0, 300.0)),
     "no jerk": JointLimits(speed=(2.0, 1.0, 3.0), acceleration=(10.0, 5.0, 8.0)),
 }
-SPLINE = DeviationSpline()
 START, GOAL = np.array([0.0, 0.5, 1.0]), np.array([2.0, 0.6, 1.0])  # the last joint is not needed
 
 
@@ -29,15 +27,6 @@ def motions(request: pytest.FixtureRequest) -> Deviations:
 
 def deviation(motions: Deviations, seed: int, size: float = 0.3) -> np.ndarray:
     return np.random.default_rng(seed).normal(0.0, size, (motions.free, motions.dof))
-
-
-def test_without_a_deviation_it_is_the_direct_motion(motions: Deviations) -> None:
-    still = np.zeros((motions.free, motions.dof))
-    found = motions.trajectory(still, motions.bound)
-    assert found.duration == pytest.approx(motions.bound, rel=1e-12)
-    assert motions.time_scale(motions.padded(still)) == pytest.approx(motions.bound, rel=1e-9)
-    shares = np.linspace(0.0, 1.0, 50)
-    np.testing.assert_allclose(found.at(shares * found.duration), motions.direct.at(shares * motions.bound), atol=1e-12)
 
 
 @given(seed=st.integers(0, 1000))
@@ -63,22 +52,6 @@ def test_postures_are_those_of_the_motion(motions: Deviations) -> None:
     for order in range(3):
         expected = found.at(u * found.duration, order) * found.duration**order
         np.testing.assert_allclose(motions.postures(u, order).values(motions.padded(x)), expected, atol=1e-8)
-
-
-def test_angles_are_those_of_the_motion(motions: Deviations) -> None:
-    x, more = deviation(motions, 2), np.array([0.0123, 0.777])
-    found, rows = motions.trajectory(x, 3.0), motions.angles(more)
-    at = found.at(more * found.duration)
-    values = rows.values(motions.padded(x))[-more.size * motions.dof :].reshape(motions.dof, -1).T
-    np.testing.assert_allclose(values, at, atol=1e-9)
-
-
-def test_functions_of_the_spline_add_up_to_one() -> None:
-    u = np.linspace(0.0, 1.0, 301)
-    np.testing.assert_allclose(SPLINE.weights(u, 0)[0].sum(axis=1), 1.0, atol=1e-12)
-    for order in (1, 2, 3):
-        np.testing.assert_allclose(SPLINE.weights(u, order)[0].sum(axis=1), 0.0, atol=1e-6)
-    assert (np.diff(SPLINE.edges) > 0.0).all() and SPLINE.edges[[0, -1]].tolist() == [0.0, 1.0]
 
 
 def test_a_way_is_followed(motions: Deviations) -> None:

@@ -87,13 +87,6 @@ def test_programs_know_a_small_ball_by_planes_that_touch_it(components: int) -> 
     assert kept.any() and (away[kept] <= 1.0).all()
 
 
-def test_large_balls_and_speeds_have_no_planes() -> None:
-    large = traced(lambda m: ca.norm_2(m.q[:3]), ARM, "large")
-    limit = StatedExpression("large", "rad", large, None, (2.0 * SMALL_LENGTH,)).for_robot(ARM, ())
-    slow = ToolSpeed(max=0.5 * SMALL_LENGTH).for_robot(ARM, ())
-    assert ExpressionLimits.of((limit, slow)).at_rest(np.zeros((1, ARM.dof))).shape == (1, 2)
-
-
 def test_what_depends_on_the_time_is_left_to_a_search() -> None:
     late = StatedExpression("late", "1", traced(lambda m: m.q[0] * m.time, ARM, "late"), None, (1.0,))
     assert ExpressionLimits.supports(UPRIGHT) and not ExpressionLimits.supports(late.for_robot(ARM, ()))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.core_robots import robot_of
-from helpers.polish_objective import polish_objective
+from helpers.polish_objective import ASIDE, GOAL, START, WALL, polish_objective
 from helpers.slow import slow_except
 
 import tpbso_casadi as tp
@@ -19,11 +19,8 @@ from problems.robots import JointLimits, Robot, built_in
 from problems.scene import Box, Obstacle
 from problems.timing import MotionState, fastest_move
 
-START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
 LEAVING, ARRIVING = np.array([0.3, 0.1, -0.1, 0.0, 0.2, 0.0, 0.1]), np.array([0.2, -0.1, 0.0, 0.1, 0.0, 0.0, 0.0])
-ASIDE = np.array([0.1, 0.9, 0.2, 0.7, 0.1, 0.4, 0.3])
 LOW = np.array([0.0, 0.0, 0.0, 2.5, 0.0, -1.5, 0.0])  # off these, postures of a Panda
-WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 
 
 def limits() -> JointLimits:

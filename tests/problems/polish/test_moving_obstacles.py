@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from helpers.core_robots import robot_of
-from helpers.polish_objective import polish_objective
+from helpers.polish_objective import GOAL, START, WALL, polish_objective
 
 from problems import Joints, Move, move
 from problems.core import World
@@ -13,8 +13,6 @@ from problems.polish import Deviations, PathRefinement, joint_box
 from problems.robots import SpatialArm
 from problems.scene import Box, ConstantVelocity, MovingObstacle, Obstacle
 
-START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
-WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 LIFTED = MovingObstacle(WALL, ConstantVelocity((0.0, 0.0, 0.8)))  # gone after a while
 CRATE = Box(center=(0.2, 1.2, 1.1), size=(0.3, 0.1, 0.3))
 COMING = MovingObstacle(CRATE, ConstantVelocity((0.0, -0.4, 0.0)))  # at the goal from 2.2 s to 3.8 s

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
 from helpers.polish_objective import polish_objective
-from scipy.integrate import quad
 
 import tpbso_casadi as tp
-from problems.base import FloatArray, as_array
+from problems.base import FloatArray
 from problems.families.splines import move
 from problems.motions import MotionView, traced
 from problems.objectives import OBJECTIVES, ExpressionObjective, Objective, WeightedSum
@@ -72,23 +70,6 @@ def test_what_a_motion_is_worth_is_the_objective_of_the_finished_motion(name: st
     assert value == pytest.approx(objective.of_motion(trajectory, arm, trajectory.breakpoints), rel=5e-3)
 
 
-def test_energy_is_the_integral_of_squared_torques(motions: Deviations) -> None:
-    """By SciPy's quadrature of torques of the equations of motion, one instant after the other."""
-    arm, worth = panda(), polish_objective(motions, panda(), OBJECTIVES["energy"])
-    duration = 1.2 * motions.least_duration(drawn(motions, 2), 1.0)
-    assert worth.in_time(duration)
-    trajectory = motions.trajectory(drawn(motions, 2), duration, duration)
-    state = [ca.SX.sym("state", 1, arm.dof) for _ in range(3)]
-    torques = ca.Function("torques", state, [arm.dynamics.torques(*state)])
-
-    def power(t: float) -> float:
-        return float(np.square(as_array(torques(*(trajectory.at(np.array([t]), order) for order in range(3))))).sum())
-
-    nodes = trajectory.breakpoints
-    expected = sum(quad(power, a, b, epsrel=1e-9)[0] for a, b in pairwise(nodes))
-    assert worth.value(drawn(motions, 2), duration) / worth.scale == pytest.approx(expected, rel=2e-3)
-
-
 @pytest.mark.parametrize("name", EVERY)
 def test_slopes_are_those_of_differences(name: str, motions: Deviations) -> None:
     sharp = ObjectiveSettings(corner=1e-6)  # absolute values are not rounded off
@@ -102,18 +83,6 @@ def test_slopes_are_those_of_differences(name: str, motions: Deviations) -> None
         found = model.change(motions.padded(step * way), step * longer)
         found -= model.change(motions.padded(-step * way), -step * longer)
         assert found == pytest.approx(expected, rel=2e-3, abs=1e-9)
-
-
-@pytest.mark.parametrize("name", EVERY)
-def test_they_are_convex(name: str, motions: Deviations) -> None:
-    model, way = (
-        polish_objective(motions, panda(), EVERY[name]).quadratic_model(drawn(motions, 3), 2.5),
-        drawn(motions, 7, 0.3),
-    )
-    there, back = model.change(motions.padded(way), 0.3), model.change(motions.padded(-way), -0.3)
-    assert there + back >= -1e-12
-    if model.squares is not None:
-        assert (model.squares.price >= 0.0).all()
 
 
 def test_rotation_is_never_less_than_it_is_held_to_be(motions: Deviations) -> None:

@@ -5,21 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from helpers.core_robots import robot_of
-from helpers.polish_objective import polish_objective
+from helpers.polish_objective import ASIDE, GOAL, START, WALL, polish_objective
 from scipy.optimize import minimize_scalar
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import World
 from problems.polish import Deviations, Passages, PathRefinement, joint_box
-from problems.scene import Box
 from problems.tasks import Joints, Pose
 from problems.tasks.place import Place
 
-START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
-ASIDE = np.array([0.1, 0.9, 0.2, 0.7, 0.1, 0.4, 0.3])
 LIFTED = np.array([0.0, 0.0, 0.0, 2.5, 0.0, -1.5, 0.0])
-WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 
 
 def passages(*places: Place) -> Passages:
@@ -56,9 +52,12 @@ def test_places_are_passed_in_their_order() -> None:
     assert found[0].u <= found[1].u
 
 
-@pytest.mark.parametrize(
+each_place = pytest.mark.parametrize(
     "place", [Joints(tuple(ASIDE)), Pose((0.5, 0.1, 0.5)), Pose((0.5, 0.1, 0.5), (1.0, 0.0, 0.0, 0.0))]
 )
+
+
+@each_place
 def test_rows_say_what_a_small_change_leaves_missing(place: Place) -> None:
     passed = passages(place)
     x = some(passed.motions)
@@ -74,9 +73,7 @@ def test_rows_say_what_a_small_change_leaves_missing(place: Place) -> None:
     assert passed.left(rows, passed.motions.padded(change)) == pytest.approx(np.maximum(promised, 0.0).sum())
 
 
-@pytest.mark.parametrize(
-    "place", [Joints(tuple(ASIDE)), Pose((0.5, 0.1, 0.5)), Pose((0.5, 0.1, 0.5), (1.0, 0.0, 0.0, 0.0))]
-)
+@each_place
 def test_the_last_correction_passes_a_place_to_rounding(place: Place) -> None:
     passed = passages(place)
     x = passed.exact(some(passed.motions))

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-import pytest
 from helpers.core_robots import robot_of
-from helpers.polish_objective import polish_objective
+from helpers.polish_objective import GOAL, START, WALL, polish_objective
 
 from problems.core import World
 from problems.limits import TorqueLimit, limits_of
 from problems.polish import (
-    DeviationPolish,
     Deviations,
     PathRefinement,
-    PolishSamples,
-    PolishSettings,
     RefinementSettings,
     gentler_limits,
     joint_box,
@@ -26,9 +21,6 @@ from problems.robots import SpatialArm
 from problems.scene import Box
 from problems.sequential import JointTorques
 from tpbso_casadi.facade.robots import robot
-
-START, GOAL = np.array([-0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0]), np.array([0.8, 0.6, 0.0, 0.9, 0.0, 0.5, 0.0])
-WALL = Box(center=(0.65, -0.2, 0.35), size=(0.4, 0.04, 1.2))
 
 
 def refinement(arm: SpatialArm, *obstacles: Box) -> PathRefinement:
@@ -61,19 +53,6 @@ def test_without_obstacles_it_is_at_the_bound() -> None:
 def test_what_is_slower_than_a_known_motion_is_not_returned() -> None:
     found = refinement(robot_of("upright"), WALL)
     assert found.best_motion(1, to_beat=found.motions.bound) is None
-
-
-def polish_of(found: PathRefinement, **settings: Any) -> DeviationPolish:
-    samples = PolishSamples(motions=found.motions, world=found.world, u=found.motions.parameters())
-    return DeviationPolish(samples=samples, objective=found.objective, proof_margin=np.full(2, 1e-3), **settings)
-
-
-@pytest.mark.parametrize("ended", [{"running_out": lambda: True}, {"settings": PolishSettings(programs=0)}])
-def test_without_time_or_programs_the_beginning_is_all(ended: dict[str, Any]) -> None:
-    found = refinement(robot_of("upright"), WALL)
-    x = np.zeros((found.motions.free, found.motions.dof))
-    np.testing.assert_array_equal(polish_of(found, **ended)(x).x, x)
-    assert not np.array_equal(polish_of(found)(x).x, x)
 
 
 def test_joints_are_kept_in_their_ranges() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from helpers.core_robots import robot_of
 
 from problems.polish import at_the_bound
-from problems.polish.rephasing import EXAMINED_POSTURES, Rephased, examined_shares, random_phases
+from problems.polish.rephasing import Rephased, random_phases
 from problems.robots import JointLimits
 from problems.scene import Ball
 from problems.tasks import Surroundings
@@ -24,12 +24,6 @@ def test_postures_are_those_of_the_motions_that_are_made() -> None:
             made = motion.made(stretch, wait)
             assert made.duration == motion.direct.duration
             np.testing.assert_allclose(row, made.at(np.array([share * made.duration]))[0], atol=1e-9)
-
-
-def test_all_postures_are_examined_the_middle_first() -> None:
-    found = examined_shares()
-    assert found[0] == 0.5 and len(found) == EXAMINED_POSTURES - 1
-    np.testing.assert_allclose(np.sort(found), np.arange(1, EXAMINED_POSTURES) / EXAMINED_POSTURES)
 
 
 def test_what_is_found_is_clear_and_as_fast_as_the_slowest_joint() -> None:

@@ -17,14 +17,12 @@ from scipy.optimize import lsq_linear
 from problems import OBJECTIVES, Ellipse, PlanarArm, Trajectory
 from problems.certify import limit_verdicts, verdict
 from problems.families.splines import MoveNlp
-from problems.families.splines.starts import WaypointPostures
 from problems.limits import limits_of
 from problems.programs import optimality
 from problems.programs.optimality import least_squares_multipliers
-from problems.programs.starts import LONGEST
 from problems.scene.moving import ConstantVelocity, MovingObstacle
 from problems.tasks import Joints, Move, Position
-from problems.timing.free_space import least_durations, least_time_move, rest_to_rest
+from problems.timing.free_space import least_time_move, rest_to_rest
 from solvers import IPOPT, Descent, StopReason
 
 ARM = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3)
@@ -148,9 +146,10 @@ def links_clear(motion: Trajectory, arm: PlanarArm, oval: Ellipse) -> bool:
     ("robot", "objective"),
     [
         (ARM, "time"),
-        (SMOOTH, "length"),
-        *(pytest.param(SMOOTH, name, marks=pytest.mark.slow) for name in ("time", "rotation")),
-        *(pytest.param(ARM, name, marks=pytest.mark.slow) for name in ("length", "rotation")),
+        *(
+            pytest.param(robot, name, marks=pytest.mark.slow)
+            for robot, name in ((SMOOTH, "time"), (SMOOTH, "length"), (ARM, "rotation"))
+        ),
     ],
 )
 def test_around_an_obstacle(robot: PlanarArm, objective: str) -> None:
@@ -216,9 +215,8 @@ def test_a_descent_keeps_to_the_goal_that_its_start_misses_least() -> None:
         assert end.at(end.breakpoints[-1:])[0] == pytest.approx(goal.values, abs=1e-9)
 
 
-@pytest.mark.parametrize("velocity", [None, (-0.3, 0.1)])
-def test_derivatives_around_obstacles_are_those_of_casadi(velocity: tuple[float, float] | None) -> None:
-    obstacle = OVAL if velocity is None else MovingObstacle(OVAL, ConstantVelocity(velocity))
+def test_derivatives_around_obstacles_are_those_of_casadi() -> None:
+    obstacle = MovingObstacle(OVAL, ConstantVelocity((-0.3, 0.1)))
     robot = joints(2, 4.0, 20.0, None)
     program = nlp(Move(robot, Joints((0.1, 0.2)), (GOAL,), obstacles=(obstacle,)), 2)
     x = next(program.starts(np.random.default_rng(3)))
@@ -237,18 +235,6 @@ def test_the_fastest_turn_meets_the_conditions_of_an_optimum() -> None:
     slow = program.from_trajectory(solved(program).time_scaled(1.5))
     assert optimality(program, fastest).stationarity < 1e-5
     assert optimality(program, slow).stationarity > 0.1
-
-
-def test_postures_turn_least() -> None:
-    """Two links have two postures at a point; the program finds the one that is sooner reached."""
-    arm, start = joints(2, 4.0, 20.0, None), np.array([0.2, -0.4])
-    elbows = np.array([1.0, -1.0]) * np.arccos((0.5**2 + 1.2**2 - 2.0) / 2.0)  # law of cosines, links of 1 m
-    shoulders = np.arctan2(1.2, 0.5) - np.arctan2(np.sin(elbows), 1.0 + np.cos(elbows))
-    both = np.column_stack([shoulders, elbows])
-    best = both[np.argmin(least_durations(both - start, arm.limits).max(axis=1))]
-    task = Move(arm, Joints(tuple(start)), (Position((0.5, 1.2)),))
-    found = WaypointPostures(task, LONGEST, ()).best(np.random.default_rng(0), 8, 4, 1)
-    assert found[0] == pytest.approx(np.array([start, best]), abs=1e-6)
 
 
 def test_multipliers_are_those_of_bounded_least_squares() -> None:

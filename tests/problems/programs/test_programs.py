@@ -12,13 +12,10 @@ import numpy as np
 import pytest
 from helpers.cases import builtin, changed, equal_links, following, moving
 from helpers.own_limits import FASTEST, NotTooSoon, TipSpeed
-from scipy.optimize import NonlinearConstraint
-from scipy.optimize import minimize as scipy_minimize
 
 from problems import (
     CertificateStatus,
     Ellipse,
-    InvalidProblem,
     Limit,
     PathFollowing,
     PlanarArm,
@@ -31,8 +28,7 @@ from problems import (
 )
 from problems.base import FloatArray, as_array
 from problems.certify import exact_time_scale
-from problems.limits import SAMPLING_MARGIN, depends_on_speed, limits_of
-from problems.limits.joint_limits import SpeedLimit
+from problems.limits import SAMPLING_MARGIN
 from problems.programs import NonlinearProgram, composed_hessian
 from solvers import IPOPT, Descent, SearchBox, StopReason
 
@@ -145,38 +141,6 @@ def test_a_margin_moves_bounds_alone_and_may_be_zero(name: str) -> None:
     assert (none != usual).any()  # all of these arms have joint limits
 
 
-def test_scipy_stays_at_the_same_optimum() -> None:
-    program = changed(builtin("time-2"), samples=15).nlp()
-    ours = Descent(program, IPOPT(tolerance=1e-9))(next(program.starts(np.random.default_rng(4))))
-    symbols = program.x
-    f, df, g, dg = (
-        ca.Function("f", [symbols], [ca.densify(part)])
-        for part in (program.f, ca.gradient(program.f, symbols), program.g, ca.jacobian(program.g, symbols))
-    )
-    low, high = program.row_bounds()
-    rows = [
-        NonlinearConstraint(
-            lambda z, kind=kind: np.asarray(g(z)).ravel()[kind],
-            low[kind],
-            high[kind],
-            jac=lambda z, kind=kind: np.asarray(dg(z))[kind],
-        )
-        for kind in (low == high, low != high)
-    ]
-    theirs = scipy_minimize(
-        lambda z: float(f(z)),
-        ours.x + 0.02 * np.random.default_rng(0).normal(size=ours.x.size),
-        jac=lambda z: np.asarray(df(z)).ravel(),
-        bounds=list(zip(*program.bounds_near(ours.x), strict=True)),
-        constraints=rows,
-        method="SLSQP",
-        options={"maxiter": 500, "ftol": 1e-10},
-    )
-    assert theirs.success
-    assert ours.stop_reason is StopReason.CONVERGED
-    assert ours.objective == pytest.approx(theirs.fun, rel=1e-6)
-
-
 @pytest.mark.parametrize(
     ("start", "goal", "links", "objective"),
     [
@@ -198,6 +162,7 @@ def test_moves_at_the_edge_do_not_break_anything(
     assert np.isfinite(motion.coefficients).all()
 
 
+@pytest.mark.slow
 def test_pentagram_may_be_followed_with_a_value_at_every_knot_or_with_few() -> None:
     arm = PlanarArm((1.0, 1.0, 1.0), (40.0,) * 3, (2000.0,) * 3)
     free = following(arm, pentagram((0.0, 0.0), 0.9, 0.4, 30), 0.1, "rotation", "up")
@@ -225,13 +190,6 @@ def test_hessian_of_a_program(objective: str) -> None:
     assert program.hessian is not None
     composed = program.hessian(x, [], 1.3, forces)
     assert np.asarray(composed.full()) == pytest.approx(np.asarray(expected.full()), rel=1e-9, abs=1e-8)
-
-
-def test_a_composed_hessian_by_hand() -> None:
-    """f = y^2 with y = x^3: (x^6)'' = 30 x^4; g = x^2 + y: 2 + 6 x."""
-    x, y = ca.SX.sym("x"), ca.SX.sym("y")
-    composed = composed_hessian(x, y, x**3, y**2, x**2 + y)(2.0, [], 1.0, 10.0)
-    assert float(composed) == pytest.approx(30.0 * 16.0 + 10.0 * (2.0 + 12.0))
 
 
 def test_a_term_of_both_is_refused() -> None:
@@ -281,16 +239,3 @@ def test_the_time_scale_of_a_limit_without_closed_form() -> None:
     fastest = float(ca.mmax(limit.magnitudes(scaled.samples(scaled.times(5001), stated.criteria.robot))))
     assert fastest <= FASTEST
     assert fastest > FASTEST * 0.99
-
-
-def test_which_limits_hold_time() -> None:
-    kinds: list[tuple[type[Limit], bool]] = [(NotTooSoon, True), (TipSpeed, False), (SpeedLimit, False)]
-    for limit, expected in kinds:
-        built = limit.for_robot(PLAIN, ())
-        assert built is not None
-        assert depends_on_speed([built]) is expected
-
-
-def test_no_limit_is_there_twice() -> None:
-    with pytest.raises(InvalidProblem, match="'tip speed' is there twice"):
-        limits_of(PLAIN, (), (TipSpeed, TipSpeed))

@@ -9,15 +9,16 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import following, moving
+from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from problems import OBJECTIVES, Ellipse, PlanarArm, PointToPoint, Problem, closed_curve
-from problems.base import FloatArray, as_array
+from problems.base import FloatArray
 from problems.certify import exact_time_scale
 from problems.families.knots import starts
-from problems.families.knots.starts import RedundancyGrid, evenly_spread
+from problems.families.knots.starts import RedundancyGrid
 from problems.families.two_segments.starts import PROFILES, SKEWED, EndPostures, Ends, PointToPointStarts, Profile
 from problems.limits import limits_of
 from problems.programs.starts import LONGEST, SUM, Displacement, PointPostures
@@ -37,18 +38,12 @@ def first_starts(problem: Problem[Any], seed: int, count: int = 7) -> FloatArray
     return np.array(list(islice(problem.nlp().starts(np.random.default_rng(seed)), count)))
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", slow_except(CASES, ("time", "path")))
 def test_a_seed_says_which(case: str) -> None:
     first, again, other = (first_starts(CASES[case], seed) for seed in (1, 1, 2))
     assert (first == again).all()
     assert not np.array_equal(first, other)
     assert np.isfinite(first).all()
-
-
-def test_points_of_the_square_fall_into_every_cell() -> None:
-    points = np.array(list(islice(evenly_spread(np.array([0.2, 0.7])), 64)))
-    cells = {tuple(cell) for cell in (4.0 * points).astype(int).tolist()}
-    assert len(cells) == 16
 
 
 def test_starts_of_few_values_meet_the_rows_that_tie_the_knots_to_them() -> None:
@@ -110,17 +105,6 @@ def test_no_other_solver_finds_a_shorter_way(displacement: Displacement, elbow: 
     assert best.value <= min(theirs) * (1.0 + 1e-3)
 
 
-def test_two_links_have_no_choice() -> None:
-    """Elbow up at both ends: theta_2 from the law of cosines, theta_1 from the triangle."""
-    solutions = ends(SUM, links=2).best(np.random.default_rng(0), 2, 2)
-    theta = []
-    for x, y in (START, GOAL):
-        second = np.arccos((x * x + y * y) / 2.0 - 1.0)
-        theta.append([np.arctan2(y, x) - second / 2.0, second])
-    assert len(solutions) == 1
-    assert solutions[0].value == pytest.approx(np.abs(np.subtract(*theta)).sum(), abs=1e-6)
-
-
 def test_joint_limits_hold_at_both_ends() -> None:
     arm = PlanarArm((0.7, 0.7, 0.6), SPEED, ACCELERATION, ((-0.5, 1.2), (0.2, 2.8), (-2.0, 2.0)))
     low, high = np.array(arm.joint_limits).T
@@ -132,44 +116,8 @@ def test_joint_limits_hold_at_both_ends() -> None:
 
 # Postures at points: on their points by independent kinematics, nearest as the arm itself says
 
-FOUR_LINKS = PlanarArm((0.7, 0.5, 0.6, 0.2), (4.0,) * 4, (20.0,) * 4)
-PLACES = [(1.0, 0.0), (0.5, 1.5), (-0.3, -0.8)]
-POSTURES = PointPostures(FOUR_LINKS, PLACES)
-RNG = np.random.default_rng(0)
-
-
-def tips(theta: FloatArray) -> FloatArray:
-    """Complex forward kinematics."""
-    return (np.array(FOUR_LINKS.link_lengths) * np.exp(1j * np.cumsum(theta, axis=-1))).sum(axis=-1)
-
-
-@pytest.mark.parametrize("elbow", [1.0, -1.0])
-def test_shares_give_postures_on_the_points(elbow: float) -> None:
-    theta = POSTURES.at_shares(RNG.random((3, 2)), np.full(3, elbow))
-    assert tips(theta) == pytest.approx(np.array(PLACES) @ [1.0, 1j], abs=1e-12)
-    assert (np.sign(theta[:, 1]) == elbow).all()
-    assert (np.abs(theta) <= np.pi).all()
-
-
-def test_nearest_is_the_projection_of_the_arm() -> None:
-    theta = POSTURES.at_shares(RNG.random((3, 2)), np.array([1.0, -1.0, 1.0])) + 0.05 * RNG.normal(size=(3, 4)) + 7.0
-    pairs = zip(theta, PLACES, strict=True)
-    expected = [as_array(FOUR_LINKS.closed_form.project_to_point(ca.DM(row).T, ca.DM(point))) for row, point in pairs]
-    assert POSTURES.nearest(theta) == pytest.approx(np.vstack(expected), abs=1e-12)
-
 
 # Profiles keep the limits, and no more than that
-
-
-@pytest.mark.parametrize("profile", PROFILES)
-def test_peaks_are_those_of_a_fine_grid(profile: Profile) -> None:
-    arm = PlanarArm((1.0, 1.0), (1e3, 1e3), (1e6, 1e6))
-    starts = PointToPointStarts(PointToPoint(arm, (1.0, 0.0), (0.0, 1.0)), OBJECTIVES["time"])
-    motion = starts.along(Ends(np.zeros(2), np.ones(2), 0.0), profile).trajectory()
-    at = motion.samples(np.linspace(0.0, motion.duration, 20_001))
-    scale = motion.duration
-    peak_values = [float(np.abs(np.asarray(v)).max()) for v in (at.speed * scale, at.acceleration * scale**2)]
-    assert profile.peaks == pytest.approx(peak_values, rel=1e-6)
 
 
 POSITIVE = st.floats(0.1, 10.0)

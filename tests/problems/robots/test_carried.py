@@ -13,7 +13,6 @@ from problems.robots import (
     Carried,
     CylinderShape,
     HullShape,
-    MeshShape,
     Payload,
     Shape,
     SphereShape,
@@ -25,7 +24,6 @@ from problems.robots import (
 from problems.robots.inertia import Moments
 from problems.robots.transform import FixedFrame, as_point
 
-CUBE = tuple((float(x), float(y), float(z)) for x in (0, 1) for y in (0, 1) for z in (0, 1))
 WEDGE = ((0.1, 0.0, 0.0), (0.5, 0.1, 0.0), (0.0, 0.4, 0.1), (0.1, 0.1, 0.6))
 SHAPES: dict[str, Shape] = {
     "box": BoxShape(sizes=(0.2, 0.4, 0.6)),
@@ -60,18 +58,6 @@ def test_bulk_is_what_samples_say(name: str) -> None:
     assert bulk.volume == pytest.approx(len(held) / len(points) * np.prod(high - low), rel=0.04)
     np.testing.assert_allclose(bulk.center, held.mean(axis=0), atol=0.006)
     np.testing.assert_allclose(bulk.second, held.T @ held / len(held), atol=0.001)
-
-
-def test_bulk_of_a_cube_by_its_corners() -> None:
-    bulk = HullShape(points=CUBE).bulk
-    assert bulk.volume == pytest.approx(1.0)
-    np.testing.assert_allclose(bulk.center, [0.5] * 3)
-    np.testing.assert_allclose(bulk.second, np.full((3, 3), 0.25) + np.eye(3) / 12.0)
-
-
-def test_a_mesh_has_none() -> None:
-    with pytest.raises(NotImplementedError):
-        _ = MeshShape(file="a.stl").bulk
 
 
 def test_a_box_of_two_halves_is_one_box() -> None:

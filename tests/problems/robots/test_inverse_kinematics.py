@@ -9,10 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.urdf import ARM
-from scipy.spatial.transform import Rotation as Turn
 
 from problems.robots import FixedFrame, SpatialArm, built_in, postures, project, read_urdf
-from problems.robots.inverse_kinematics import jacobian_columns, pose_error
 from tests.helpers.space import sliding_arm, small_arm
 
 BENT = np.array([0.4, -1.2, 1.4, -0.8, 1.1, 0.3])  # of a UR5e
@@ -56,14 +54,6 @@ def ur5e() -> SpatialArm:
 @pytest.fixture(scope="module")
 def panda() -> SpatialArm:
     return built_in("panda").arm()
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_a_ur5e_has_eight_postures_at_most_and_the_one_it_came_from_is_among_them(seed: int, ur5e: SpatialArm) -> None:
-    theta = inside(ur5e, seed)
-    found = solved(ur5e, theta, near=theta)
-    assert len(found) in {2, 4, 6, 8}
-    assert np.abs(found - theta).max(axis=1).min() < 1e-7
 
 
 def test_all_eight_of_a_ur5e_are_found(ur5e: SpatialArm) -> None:
@@ -135,18 +125,6 @@ def test_a_joint_that_slides() -> None:
 ARMS = [small_arm(), small_arm(6), sliding_arm()]
 
 
-@pytest.mark.parametrize("robot", ARMS)
-def test_jacobian_is_the_derivative_of_the_tool_pose(robot: SpatialArm) -> None:
-    theta = np.random.default_rng(1).uniform(-1.0, 1.0, robot.dof)
-    h = 1e-6
-    _, columns = jacobian_columns(robot, ca.DM(theta).T, turning=True)
-    for joint, column in enumerate(columns):
-        moved = [pose(robot, theta + sign * h * np.eye(robot.dof)[joint]) for sign in (1, -1)]
-        velocity = (moved[0][0] - moved[1][0]) / (2 * h)
-        spin = Turn.from_matrix(moved[0][1] @ moved[1][1].T).as_rotvec() / (2 * h)
-        assert [float(part) for part in column] == pytest.approx([*velocity, *spin], abs=1e-8)
-
-
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("robot", ARMS[:2])
 def test_five_steps_reach_what_is_near(robot: SpatialArm, turned: bool) -> None:
@@ -159,39 +137,6 @@ def test_five_steps_reach_what_is_near(robot: SpatialArm, turned: bool) -> None:
         position_found, rotation_found = pose(robot, found)
         assert position_found == pytest.approx(position, abs=1e-9)
         assert not turned or rotation_found == pytest.approx(rotation, abs=1e-9)
-
-
-def test_symbols_and_numbers_agree_and_a_posture_that_is_there_stays() -> None:
-    robot = small_arm()
-    theta, there = np.full(7, 0.5), np.full(7, 0.6)
-    x, p, r = ca.SX.sym("x", 1, 7), ca.SX.sym("p", 3), ca.SX.sym("r", 3, 3)
-    function = ca.Function("project", [x, p, r], [project(robot, x, p, r, 4)])
-    position, rotation = pose(robot, there)
-    symbolic = function(theta[None], position, rotation).full()
-    numeric = project(robot, ca.DM(theta).T, ca.DM(position), ca.DM(rotation), 4).full()
-    assert symbolic == pytest.approx(numeric, abs=1e-12)
-    assert function(there[None], position, rotation).full().ravel() == pytest.approx(there, abs=1e-9)
-
-
-def test_step_in_a_position_is_the_shortest_one() -> None:
-    """The change that leads to a near position has no part that leaves the tool where it is."""
-    robot, theta = small_arm(), np.full(7, 0.5)
-    position = pose(robot, theta)[0] + np.array([1e-5, -2e-5, 1e-5])
-    change = project(robot, ca.DM(theta).T, ca.DM(position), None, 2).full().ravel() - theta
-    jacobian = np.array([[float(part) for part in c] for c in jacobian_columns(robot, ca.DM(theta).T, False)[1]]).T
-    shortest = np.linalg.pinv(jacobian) @ (jacobian @ change)
-    assert change == pytest.approx(shortest, abs=1e-9)
-
-
-def test_a_tool_upside_down_is_not_there() -> None:
-    robot, theta = small_arm(), np.array([0.3, 0.6, -0.4, 0.9, 0.5, 0.7, 0.1])
-    there, _ = jacobian_columns(robot, ca.DM(theta).T, turning=True)
-    _, rotation = pose(robot, theta)
-    for angle, axis in ((np.pi - 1e-3, [1.0, 0.0, 0.0]), (3.0, [0.6, 0.0, 0.8]), (0.2, [0.0, 1.0, 0.0])):
-        wanted = Turn.from_rotvec(angle * np.array(axis)).as_matrix() @ rotation
-        missing = np.array([float(part) for part in pose_error(there, ca.DM([0.0, 0.0, 0.0]), ca.DM(wanted))[3:]])
-        assert missing / np.linalg.norm(missing) == pytest.approx(axis, abs=1e-6)
-        assert np.linalg.norm(missing) >= min(angle, 1.0)
 
 
 def test_limits_are_kept_and_no_step_is_long() -> None:

@@ -187,22 +187,6 @@ def test_torques(name: str, settings: str) -> None:
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE)
 
 
-@pytest.mark.parametrize("name", [*BUILT_IN, "crane"])
-def test_parts_of_the_torques(name: str) -> None:
-    """Those of inertia alone, of gravity alone and of friction add up to all."""
-    arm = arm_of(name, {"payload": PAYLOAD, "base": TILTED})
-    theta, speed, acceleration = (ca.DM(part) for part in states_of(arm))
-    chain = arm.dynamics
-    inertial, held = chain.inertial(theta, speed, acceleration), chain.gravitational(theta)
-    moving = np.array(inertial + held + chain.viscous(speed) + chain.coulomb(speed))
-    np.testing.assert_allclose(moving, np.array(arm.dynamics.torques(theta, speed, acceleration)), atol=TOLERANCE)
-    twice = chain.inertial(theta, 2.0 * speed, 4.0 * acceleration)
-    np.testing.assert_allclose(np.array(twice), 4.0 * np.array(inertial), rtol=1e-9, atol=TOLERANCE)
-    oracle = Oracle(arm)
-    expected = [pin.computeGeneralizedGravity(oracle.model, oracle.data, state) for state in np.array(theta)]
-    np.testing.assert_allclose(np.array(held), expected, atol=TOLERANCE)
-
-
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_code_for_any_payload(name: str) -> None:
     """Compiled with symbols for a payload's numbers, it serves another payload."""

@@ -23,7 +23,6 @@ from problems.robots import (
     OwnContacts,
     SpatialArm,
     Sphere,
-    Transform,
     built_in,
     read_spheres,
     read_urdf,
@@ -85,11 +84,6 @@ def test_usual_shapes_are_held_tightly() -> None:
     assert reach - 0.1 == pytest.approx(0.015, abs=0.01)
 
 
-def test_balls_are_seen_from_another_frame() -> None:
-    quarter = Transform(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), (1.0, 0.0, 0.0))
-    assert Ball((0.5, 0.0, 0.2), 0.1).seen_from(quarter) == Ball((1.0, 0.5, 0.2), 0.1)
-
-
 LINKS = read_urdf(ARM, tip_link="tool0").links
 SPHERE = '[[spheres]]\nlink = "mast"\ncenter = [0.1, 0, 0.2]\nradius = 0.05\n'
 
@@ -119,7 +113,6 @@ def test_capsules_are_held_by_spheres() -> None:
     [
         ("spheres = [", "not TOML: "),
         ("", r"neither \[\[spheres\]\] nor \[\[capsules\]\]"),
-        ("spheres = []", r"neither \[\[spheres\]\] nor \[\[capsules\]\]"),
         ("spheres = 3", r"\[\[spheres\]\] is a list of tables"),
         ("spheres = [3]", "sphere 1: needs center, link, radius and nothing else"),
         ("[[balls]]\nradius = 1", "unknown key 'balls'; there are spheres, capsules"),
@@ -127,12 +120,10 @@ def test_capsules_are_held_by_spheres() -> None:
         (SPHERE.replace("mast", "sail"), "sphere 1: no link 'sail' in the chain; there are world, base, mast"),
         (SPHERE.replace('"mast"', "7"), "sphere 1: no link 7 in the chain"),
         (SPHERE.replace("0.05", "0"), "sphere 1: radius: 0 m is not above 0"),
-        (SPHERE.replace("0.05", "true"), "sphere 1: radius: a number is needed, not 'True'"),
         (SPHERE.replace("0.05", "nan"), "sphere 1: radius: nan is not within 10000 m"),
         (SPHERE.replace("0.05", "1" + "0" * 400), "a number of more than 300 digits is not within 10000 m"),
         (SPHERE.replace("0.05", "1" * 5000), "a whole number of thousands of digits"),
         (SPHERE.replace("[0.1, 0, 0.2]", "[0.1, 0]"), "sphere 1: center: three coordinates are needed"),
-        (SPHERE.replace("[0.1, 0, 0.2]", '"here"'), "sphere 1: center: three coordinates are needed"),
         (SPHERE.replace("[0.1, 0, 0.2]", '[0.1, 0, "up"]'), "sphere 1: center: a number is needed, not 'up'"),
         (SPHERE * 1_001, "more than 1000"),
         ("#" * 1_000_001, "1000001 characters, of at most 1000000"),
@@ -235,19 +226,6 @@ def test_links_that_are_known_to_be_near_may_touch_if_they_have_spheres() -> Non
     }
     assert frozenset(("panda_link5", "panda_link7")) not in links
     assert frozenset(("panda_link2", "panda_link7")) in links
-
-
-@pytest.mark.parametrize("name", BUILT_IN)
-def test_most_postures_of_a_real_robot_are_free(name: str) -> None:
-    description = built_in(name)
-    robot = description.arm()
-    pairs = np.array(OwnContacts(description, robot).spheres.kept)
-    low, high = np.clip(np.array(robot.position_limits).T, -np.pi, np.pi)
-    frames = robot.positions(ca.DM(np.random.default_rng(5).uniform(low, high, (500, robot.dof))))
-    centers = np.stack([np.array(frames[body.start]) for body in robot.bodies.each])
-    radii = np.array([sphere.radius for sphere in robot.spheres])
-    gaps = np.linalg.norm(centers[pairs[:, 0]] - centers[pairs[:, 1]], axis=2) - radii[pairs].sum(axis=1)[:, None]
-    assert np.mean(gaps.min(axis=0) > 0.0) > 0.7
 
 
 def test_what_random_postures_never_bring_together_is_judged_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:

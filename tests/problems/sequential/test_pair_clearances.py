@@ -10,7 +10,7 @@ from problems.base import FloatArray, as_array
 from problems.limits import Clearance, clearances
 from problems.limits.proximity import SelfClearance
 from problems.robots import Sphere
-from problems.sequential.pair_clearances import NearPairs, PairClearances
+from problems.sequential.pair_clearances import PairClearances
 from tests.helpers.space import small_arm
 
 SPHERES = tuple(Sphere(i, (0.02, 0.0, 0.1), 0.06, f"ball {i}") for i in range(2, 8))
@@ -97,11 +97,3 @@ def test_gradients_are_finite_differences(case: tuple[Robot, PairClearances]) ->
     expected = ((later[0] - later[1]) / (2.0 * h))[near.samples, near.pairs]
     assert np.abs(by_time - expected).max() < 1e-5
     assert by_time.any() == nearness.is_time_dependent
-
-
-def test_thinned_pairs_are_those_at_few_samples_and_all_minima() -> None:
-    values = np.array([5.0, 4.0, 3.0, 4.0, 5.0, 4.5, 6.0, 1.0, 2.0])
-    near = NearPairs(np.array([0, 1, 2, 3, 4, 5, 6, 9, 10]), np.zeros(9, dtype=np.intp), values)
-    thinned = near.thinned(4)
-    assert thinned.samples.tolist() == [0, 2, 4, 5, 9]
-    assert thinned.clearances.tolist() == [5.0, 3.0, 5.0, 4.5, 1.0]

@@ -62,12 +62,6 @@ def test_postures_at_a_point_by_hand(elbow: float, near: list[float] | None, exp
     assert float(cosine) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_joint_limits_decide_about_turns_first() -> None:
-    """0 is within -1 and 6, and so is what is nearest to 6: one turn less."""
-    posture, _ = Position((1.0, 1.0)).posture(RANGED, NOTHING, 1.0, ca.DM([[6.0, 0.0]]))
-    assert as_array(posture).ravel() == pytest.approx(np.array([0.0, pi / 2]), abs=1e-12)
-
-
 @pytest.mark.parametrize("normalised", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("elbow", [-1.0, 1.0])
 def test_every_redundancy_value_reaches_the_point(normalised: float, elbow: float) -> None:
@@ -162,7 +156,6 @@ def made(**changes: Any) -> Move:
     [
         ({"goals": ()}, "goal", "there is none"),
         ({"elbow": "left"}, "elbow", "'left' is not one of up, down, free"),
-        ({"start": Joints((0.0,))}, "start", "1 joints for a robot of 2"),
         ({"goals": (Position((3.0, 0.0)),)}, "goal", "out of reach"),
         ({"goals": (AWAY, Position((3.0, 0.0)))}, "goal", "goal[1]: "),
         ({"vias": (POINT,), "obstacles": (DISC,)}, "via", "inside the obstacle"),
@@ -170,8 +163,6 @@ def made(**changes: Any) -> Move:
         ({"start_velocity": (1.0,)}, "start_velocity", "1 values for 2 joints"),
         ({"start_acceleration": (1.0,)}, "start_acceleration", "1 values for 2 joints"),
         ({"start_acceleration": (0.0, 20.5)}, "start_acceleration", "joint 2: 20.5 is not within -20 and 20 rad/s^2"),
-        ({"goal_velocity": (1.0, -4.5)}, "goal_velocity", "joint 2: -4.5"),
-        ({"goal_velocity": (float("nan"), 0.0)}, "goal_velocity", "joint 1: nan"),
         ({"total_time": (2.0, 1.0)}, "total_time", "0 < 2 < 1 does not hold"),
         ({"obstacles": (Ellipse((0.0, 0.0), (0.1, 0.1)),)}, "obstacles", "the base lies inside"),
     ],

@@ -44,14 +44,6 @@ def test_a_line_by_hand() -> None:
     assert along(way, np.array([1.3, 0.7, 0.4])) == pytest.approx(0.7)
 
 
-def test_an_arc_by_hand() -> None:
-    half = Arc(np.array([1.0, 0.0]), np.array([0.0, 1.0]), np.array([-1.0, 0.0]))
-    assert half.length == pytest.approx(np.pi)
-    assert np.allclose(half.points(np.array([0.0, 0.25, 0.5, 1.0])), [[1, 0], [0.5**0.5, 0.5**0.5], [0, 1], [-1, 0]])
-    assert away(half, np.array([0.0, 1.5])) == pytest.approx(0.5)
-    assert along(half, np.array([0.0, 1.5])) == pytest.approx(np.pi / 2.0)
-
-
 @given(st.tuples(*[st.floats(-1.0, 1.0)] * 9))
 @example((0.0, 1.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0))  # through the end of a diameter
 def test_an_arc_passes_its_three_points_in_their_order(numbers: tuple[float, ...]) -> None:

@@ -60,13 +60,6 @@ def test_a_blend_leaves_the_lines_by_what_it_is_allowed(seed: int, tolerance: fl
     assert away == pytest.approx(np.abs(path.at(u) - lines).max(), abs=1e-9)
 
 
-def test_a_spline_is_no_line_and_a_wider_blend_is_seen() -> None:
-    waypoints = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
-    away = deviation(JointPath.blended(waypoints, 0.1), waypoints)
-    assert away == pytest.approx(0.1, rel=1e-9)  # in both joints: half of the way between the slopes, by symmetry
-    assert deviation(JointPath.through(waypoints), waypoints) > 0.05
-
-
 @pytest.mark.parametrize("shift", [1e-8, 0.3])
 def test_what_is_shifted_is_seen_and_bounded(shift: float) -> None:
     path, motion = spline(3), retime(spline(3), LIMITS)

@@ -148,13 +148,28 @@ def test_a_move_retimed_is_that_move() -> None:
 # With jerk limits
 
 
-def test_jerk_limits_cost_little() -> None:
-    path = JointPath.through(WAYPOINTS)
-    trajectory = retime(path, SMOOTH)
-    check_kept(trajectory, SMOOTH)
+SPLINED, SLOW = JointPath.through(WAYPOINTS), replace(SMOOTH, jerk=(2.0, 1.0))
+CORNERS, BLENDED = polyline(WAYPOINTS), JointPath.blended(WAYPOINTS, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("path", "limits", "beside", "most"),  # longer than another motion, but not as many times as long
+    [
+        (SPLINED, SMOOTH, (SPLINED, LIMITS), 1.06),
+        (SPLINED, SLOW, (SPLINED, SMOOTH), np.inf),
+        (CORNERS, SMOOTH, (BLENDED, SMOOTH), np.inf),
+        (shaped([0.0, 0.0, 3.0, -2.0]), SMOOTH, (polyline(WAYPOINTS[:2]), SMOOTH), 1.03),
+    ],
+    ids=["limited", "jerk alone", "stops at corners", "at rest at its ends"],
+)
+def test_jerk_limits_are_kept_and_cost_little(
+    path: JointPath, limits: JointLimits, beside: tuple[JointPath, JointLimits], most: float
+) -> None:
+    trajectory, other = retime(path, limits), retime(*beside)
+    check_kept(trajectory, limits)
+    check_kept(other, beside[1])
     assert trajectory.largest_jump() < 1e-9
-    without = retime(path, LIMITS).duration
-    assert without < trajectory.duration < without * 1.06
+    assert other.duration < trajectory.duration < most * other.duration
 
 
 def test_near_the_optimum_where_that_is_known() -> None:
@@ -175,28 +190,6 @@ def limits_along(way: FloatArray) -> JointLimits:
         (float((np.array(limit) / np.abs(way)).min()),) for limit in (SMOOTH.speed, SMOOTH.acceleration, SMOOTH.jerk)
     )
     return JointLimits(speed=speed, acceleration=acceleration, jerk=jerk)
-
-
-def test_jerk_alone() -> None:
-    slow = replace(SMOOTH, jerk=(2.0, 1.0))
-    trajectory = retime(JointPath.through(WAYPOINTS[:4]), slow)
-    check_kept(trajectory, slow)
-
-
-def test_joints_stop_where_the_curvature_jumps() -> None:
-    corners = retime(polyline(WAYPOINTS), SMOOTH)
-    check_kept(corners, SMOOTH)
-    assert corners.largest_jump() < 1e-9
-    blended = retime(JointPath.blended(WAYPOINTS, 0.1), SMOOTH)
-    check_kept(blended, SMOOTH)
-    assert blended.duration < corners.duration
-
-
-def test_a_path_at_rest_at_its_ends() -> None:
-    trajectory = retime(shaped([0.0, 0.0, 3.0, -2.0]), SMOOTH)
-    check_kept(trajectory, SMOOTH)
-    assert trajectory.largest_jump() < 1e-9
-    assert trajectory.duration < retime(polyline(WAYPOINTS[:2]), SMOOTH).duration * 1.03
 
 
 def test_velocities_that_jerk_limits_do_not_allow() -> None:

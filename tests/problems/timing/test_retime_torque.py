@@ -11,13 +11,12 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from problems import InvalidProblem, PlanarArm, Robot, Trajectory
-from problems.base import FloatArray, as_array
+from problems.base import as_array
 from problems.motions import JointPath
 from problems.robots import JointLimits, Payload, RigidChain, Transform, built_in
 from problems.robots.dynamics import RigidJoint
 from problems.robots.inertia import Inertia
 from problems.timing import retime
-from problems.timing.prepared import PathTorques, prepared
 from problems.timing.settings import TorqueCurveSettings
 
 MASS, CENTER, G = 1.5, 0.4, 9.81
@@ -170,30 +169,6 @@ def test_moving_ends_keep_their_speed() -> None:
     expected = path.at(path.breakpoints[[0, -1]], 1) * np.array([[0.2], [0.1]])
     np.testing.assert_allclose(ends, expected, atol=1e-9)
     assert peak(trajectory, ARM.dynamics, limits) <= 1.0
-
-
-def test_torques_along_a_path_are_the_inverse_dynamics() -> None:
-    path, chain = prepared(random_path(ARM, 3)).path, ARM.dynamics
-    motors = PathTorques.of(path, ARM.limits, chain)
-    assert motors is not None
-    rng = np.random.default_rng(0)
-    u = np.sort(rng.uniform(*path.breakpoints[[0, -1]], 200))
-    rate, change = rng.uniform(0.5, 2.0, 200), rng.uniform(-3.0, 3.0, 200)
-    theta, first, second = (path.at(u, order) for order in range(3))
-    speed, acceleration = first * rate[:, None], first * change[:, None] + second * rate[:, None] ** 2
-    inertia, bend, held = motors.at(u)
-    friction = motors.viscous * speed + motors.coulomb * np.sign(speed)
-    ours = inertia * change[:, None] + bend * rate[:, None] ** 2 + held + friction
-    exact = as_array(chain.torques(*(ca.DM(part) for part in (theta, speed, acceleration))))
-    np.testing.assert_allclose(ours, exact, atol=1e-6)
-    slower = motors.time_scale(u, rate, change)
-    peaks = [peak_at(chain, theta, speed, acceleration, scale) for scale in (slower, 0.999 * slower)]
-    assert peaks[0] <= 1.0 < peaks[1] / (1.0 - TorqueCurveSettings.margin)
-
-
-def peak_at(chain: RigidChain, theta: FloatArray, speed: FloatArray, acceleration: FloatArray, slower: float) -> float:
-    states = theta, speed / slower, acceleration / slower**2
-    return float((np.abs(as_array(chain.torques(*map(ca.DM, states)))) / np.array(ARM.limits.torque)).max())
 
 
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
