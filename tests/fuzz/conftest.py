@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from fuzz.hostile import write_files, write_modules
 from fuzz.outcome import BACKEND, Tally
-from fuzz.values import POINT, toml
+from fuzz.values import POINT
+from helpers.scenes import toml
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def workplace(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setenv("PYTHONPATH", str(folder), prepend=":")
         patch.syspath_prepend(str(folder))
         write_modules(folder)
-        write_files(folder, toml(POINT))
+        write_files(folder, toml(**POINT))
         before = set(sys.modules)
         yield folder
         for name in set(sys.modules) - before:

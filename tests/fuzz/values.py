@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
 from typing import Any
 
 from fuzz.hostile import PLUGINS
+from helpers.scenes import Raw, toml
 from hypothesis import strategies as st
-
-
-@dataclass(frozen=True)
-class Raw:
-    """A value as it is written in a TOML file."""
-
-    text: str
-
 
 NUMBERS = ["1e308", "-1e308", "5e-324", "-5e-324", "1e12", "1e-12", "1e6", "1e-6", "inf", "-inf", "nan", "-0.0", "0.0"]
 NUMBERS += ["0", "1", "2", "3", "-1", "7", "0.5", "0.1", "1.0", "3.14", "100", "1000", "10000", "50000"]
@@ -104,7 +95,7 @@ def scenarios(draw: st.DrawFn) -> str:
                 st.sampled_from(["time_limit", "iterations", "total_time", "knot_redundancy", "extra", "a" * 5000])
             )
             content = content | {section: table | {key: draw(values)}}
-    return toml(content)
+    return toml(**content)
 
 
 def scaled(content: Any, factor: float) -> Any:
@@ -134,35 +125,10 @@ def extremes(draw: st.DrawFn) -> str:
     for path in draw(st.lists(st.sampled_from(of_numbers), max_size=3)):
         factor = 10.0 ** draw(st.integers(-12, 12)) * draw(st.sampled_from([1.0, -1.0, 0.999999999]))
         content = edited(content, path, _at(content, path) * factor)
-    return toml(content)
+    return toml(**content)
 
 
 def _at(content: Any, path: tuple[str | int, ...]) -> Any:
     for key in path:
         content = content[key]
     return content
-
-
-def toml(content: dict[str, Any]) -> str:
-    """Plain data as TOML: one line a key of a table."""
-    lines = []
-    for section, table in content.items():
-        if isinstance(table, dict) and table:
-            lines += [f"[{_key(section)}]", *(f"{_key(key)} = {_literal(value)}" for key, value in table.items())]
-        else:
-            lines.insert(0, f"{_key(section)} = {_literal(table)}")
-    return "\n".join(lines) + "\n"
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, Raw):
-        return value.text
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_key(key)} = {_literal(entry)}" for key, entry in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_literal, value)) + "]"
-    return _key(value) if isinstance(value, str) else json.dumps(value)
-
-
-def _key(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

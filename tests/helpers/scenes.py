@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from typing import Any
 
 TWO_LINKS = {"link_lengths": [1.0, 0.8], "max_speed": 4.0, "max_acceleration": 20.0}
@@ -13,21 +14,31 @@ CART = {"shape": "box", "center": [1.05, -0.6], "size": [0.1, 0.1], "velocity": 
 COURSES = {"changes_every": 0.3, "course_rate": 0.5, "region": [[0.9, -1.0], [1.3, 1.0]]}  # of the cart
 
 
-def toml(**tables: Any) -> str:
-    """The file of a scenario: keys of its own, tables, and lists of tables, in this order."""
-    lines: list[str] = []
-    for name, stated in tables.items():
-        several = stated if isinstance(stated, list) else [stated]
-        if not all(isinstance(table, dict) for table in several):
-            lines.append(f"{name} = {_inline(stated)}")
-            continue
-        for table in several:
-            lines.append(f"[[{name}]]" if stated is several else f"[{name}]")
-            lines += [f"{key} = {_inline(value)}" for key, value in table.items()]
-    return "\n".join([*lines, ""])
+@dataclass(frozen=True)
+class Raw:
+    """A value as it is written in a TOML file."""
+
+    text: str
 
 
-def _inline(value: Any) -> str:
+def toml(**content: Any) -> str:
+    """Plain data as TOML, one line a key: those of the file first, then its tables."""
+    tables = {name: table for name, table in content.items() if isinstance(table, dict) and table}
+    lines = [f"{_key(name)} = {_literal(value)}" for name, value in content.items() if name not in tables]
+    for name, table in tables.items():
+        lines += [f"[{_key(name)}]", *(f"{_key(key)} = {_literal(value)}" for key, value in table.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, Raw):
+        return value.text
     if isinstance(value, dict):
-        return f"{{ {', '.join(f'{key} = {_inline(each)}' for key, each in value.items())} }}"
-    return f"[{', '.join(map(_inline, value))}]" if isinstance(value, (list, tuple)) else json.dumps(value)
+        return "{" + ", ".join(f"{_key(key)} = {_literal(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_literal, value)) + "]"
+    return _key(value) if isinstance(value, str) else json.dumps(value)
+
+
+def _key(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
