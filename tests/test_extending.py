@@ -8,12 +8,14 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 import tpbso_casadi as tp
 from tpbso_casadi.cli.commands import audit, solve
+from tpbso_casadi.figures.path import path_figure
 
 PAGE = (Path(__file__).parent.parent / "docs" / "explanation" / "architecture.md").read_text()
 LONGEST_FILE = 40  # lines
@@ -31,6 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.chdir(path)
         patch.syspath_prepend(str(path))
         patch.setenv("TPBSO_CASADI_BACKEND", "vm")
+        patch.setattr("tpbso_casadi.figures.run.drawings_of", lambda plan: {"path": partial(path_figure, plan)})
         options = ["--polish", "--evaluations", "1000", "--animate", "lift.html", "--out", "run", "--quiet"]
         assert solve.main(["lift.toml", *options]) == 0
         yield path

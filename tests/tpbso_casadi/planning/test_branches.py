@@ -24,7 +24,7 @@ from tpbso_casadi.storage import sealed, write_plan
 
 @cache
 def planned() -> PlannedMotion:
-    return plan(parse_scenario(space_scenario(solver={"evaluations": 300})))
+    return plan(parse_scenario(space_scenario(solver={"evaluations": 100})))
 
 
 def elbow_up(forward: float, height: float) -> tuple[float, float]:
@@ -45,7 +45,7 @@ def test_both_elbows_are_branches_and_the_better_one_is_planned() -> None:
 
 
 def test_the_plan_ends_at_the_goal_and_says_which_branch_it_took() -> None:
-    found, again = planned(), plan(parse_scenario(space_scenario(solver={"evaluations": 300})))
+    found, again = planned(), plan(parse_scenario(space_scenario(solver={"evaluations": 100})))
     assert found.feasible
     trajectory = found.trajectory
     end = trajectory.at(trajectory.breakpoints[-1:])

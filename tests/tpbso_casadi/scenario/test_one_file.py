@@ -125,14 +125,10 @@ def test_a_class_that_cannot_be_a_table_is_refused(path: str) -> None:
         tp.parse_scenario(content | {"obstacles": [{"shape": path, "center": [0.5, 1.5], "semi_axes": [0.1, 0.1]}]})
 
 
-@pytest.mark.parametrize("name", [pytest.param("capsule", marks=pytest.mark.slow), f"{__name__}:PlaneCapsule"])
-def test_python_plans_stores_and_audits(name: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
-    """Without an entry in the registry its class is named by its path."""
-    if name == "capsule":
-        request.getfixturevalue("registered")
+def test_python_plans_stores_and_audits_what_is_named_by_its_path(tmp_path: Path) -> None:
     plan = tp.plan(ARM, **TASK, solver="bso", evaluations=100, retime=False)
     assert plan.certified
-    assert [table.shape for table in plan.scenario.obstacles] == [name, name]
+    assert [table.shape for table in plan.scenario.obstacles] == [f"{__name__}:PlaneCapsule"] * 2
     assert plan.scenario.problem().criteria.obstacles == (STILL, MOVING)
     plan.save(tmp_path / "run", figures=())
     again = tp.read_run(tmp_path / "run")

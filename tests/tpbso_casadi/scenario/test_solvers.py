@@ -126,7 +126,7 @@ def test_each_random_scenario_can_be_solved(number: int, some: list[Scenario]) -
 def test_every_solver_takes_them(some: list[Scenario]) -> None:
     content = some[3].table()
     for name in SOLVERS:
-        content["solver"] |= {"name": name, "evaluations": 100}
+        content["solver"] |= {"name": name, "evaluations": 100, "polish_starts": 0}
         assert plan(parse_scenario(content)).search.evaluations == 100
 
 
