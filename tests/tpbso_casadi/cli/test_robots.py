@@ -89,10 +89,7 @@ WRONG = [
     (["show", "spheres.toml"], "spheres.toml: urdf: no XML: syntax error: line 1, column 0"),
     (["show", "arm.urdf", "--tip-link", "hook"], "arm.urdf: tip_link: no link 'hook' in the URDF; there are world"),
     (["show", "panda", "--base-link", "panda_link1"], "panda: base_link: a robot that is built in has its own"),
-    (
-        ["show", "panda", "--spheres", "spheres.toml"],
-        "spheres.toml: spheres: sphere 1: no link 'mast' in the chain",
-    ),
+    (["show", "panda", "--spheres", "spheres.toml"], "spheres.toml: spheres: sphere 1: no link 'mast' in the chain"),
     (["show", "panda", "--spheres", "none.toml"], "none.toml: cannot be read: No such file or directory"),
     (["show", "panda", "--figure", "panda.txt"], "panda.txt: the name of a figure ends with .png, .pdf, .svg"),
     (["show", "panda", "--figure", "arm.urdf/panda.png"], "arm.urdf/panda.png: cannot be written"),

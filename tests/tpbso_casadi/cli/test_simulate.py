@@ -39,9 +39,7 @@ def rows(name: str) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def test_a_run_folder_holds_motion_replans_obstacles_and_result_and_no_plan(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_run_folder_holds_motion_replans_obstacles_and_result_and_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("--out", "out") == 0
     assert {path.name for path in Path("out").iterdir()} == {
         "result.json", "trajectory.csv", "replans.csv", "obstacles.csv", "simulation.png", "simulation.html",

@@ -309,13 +309,6 @@ def test_bags_need_an_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     assert line == "plan.mcap: bags need the extra mcap: pip install 'tpbso-casadi[mcap]'"
 
 
-def test_a_motion_needs_a_robot() -> None:
-    assert (
-        line_of(lambda: tp.certify((TIMES, *states())))
-        == "robot: missing; say which robot runs the path, robot=tp.robot(...)"
-    )
-
-
 def test_constraints_and_limits_hold_besides_those_of_the_file(in_an_empty_folder: None) -> None:
     Path("arm.toml").write_text(TABLE + '[[model.constraints]]\nname = "slow"\nkind = "tool speed"\nmax = 1e-3\n')
     beside = tp.Constraint(lambda m: m.tool[1], upper=10.0, name="mine", unit="m")

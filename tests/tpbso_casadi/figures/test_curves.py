@@ -17,7 +17,7 @@ from problems.motions import JointPath
 from problems.tasks import JointFollowing
 from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.figures.curves import Row, convergence_figure, draw_limits, joints_figure, limit_labels, ranges_of
-from tpbso_casadi.figures.limits import STYLES, limits_figure, runs, spans, structure_figure
+from tpbso_casadi.figures.limits import STYLES, limits_figure, spans, structure_figure
 from tpbso_casadi.figures.palette import line_of
 from tpbso_casadi.planning import PlannedMotion, alternatives, convergence, plan, shares_of_limits
 from tpbso_casadi.planning.motion import QUANTITIES
@@ -94,12 +94,6 @@ def test_convergence_over_decades_is_logarithmic_and_without_a_plan_of_penalties
     assert falling.get_yscale() == "log"
     assert none.get_title().endswith(": no feasible candidate")
     assert none.get_ylabel() == "penalised cost"
-
-
-def test_runs_of_nonzeros_by_hand() -> None:
-    pattern = np.array([[1, 0], [1, 1], [0, 1], [1, 0]])
-    corners = [rectangle[[0, 2]].tolist() for rectangle in runs(pattern)]
-    assert corners == [[[-0.5, 0], [0.5, 2]], [[-0.5, 3], [0.5, 4]], [[0.5, 1], [1.5, 3]]]
 
 
 def test_the_structure_covers_each_nonzero_once() -> None:

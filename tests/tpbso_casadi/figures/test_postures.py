@@ -17,14 +17,8 @@ from oracles.outlines import along, dense, to_segment
 from problems import PlanarArm
 from problems.tasks import Marker, MarkerKind
 from tpbso_casadi import builtin, parse_scenario
-from tpbso_casadi.figures.curves import (
-    STATUSES,
-    curve_figures,
-    headline,
-    progress_figures,
-    progress_history,
-)
-from tpbso_casadi.figures.path import COUNT, Nearest, fan_of, nearest_of, path_figure, projected
+from tpbso_casadi.figures.curves import STATUSES, curve_figures, headline, progress_figures, progress_history
+from tpbso_casadi.figures.path import COUNT, Nearest, fan_of, nearest_of, path_figure
 from tpbso_casadi.figures.scene import capsule, draw_band, draw_bodies, outlines, wide_bodies
 from tpbso_casadi.figures.style import PlaceLabel, label_places, width_of
 from tpbso_casadi.planning import PlannedMotion, plan
@@ -97,11 +91,6 @@ def test_the_nearest_points_in_space_are_as_far_apart_as_is_said(motion) -> None
     assert nearest is not None
     apart = float(np.linalg.norm(np.diff(nearest.points, axis=0)))
     assert apart == pytest.approx(max(nearest.distance, 0.0), abs=1e-3)
-
-
-def test_points_are_projected_onto_segments_by_hand() -> None:
-    start, end = np.array([[0.0, 0.0], [2.0, 0.0], [1.0, 1.0]]), np.array([[1.0, 0.0], [2.0, 4.0], [1.0, 1.0]])
-    np.testing.assert_allclose(projected(np.array([3.0, 1.0]), start, end), [[1.0, 0.0], [2.0, 1.0], [1.0, 1.0]])
 
 
 @pytest.mark.parametrize("joined", [True, False])

@@ -21,12 +21,7 @@ from helpers.waiting import PATIENCE, wait_until
 distributed = pytest.importorskip("distributed")
 
 from tpbso_casadi.cli.commands.compare import main  # noqa: E402
-from tpbso_casadi.judging.executors import (  # noqa: E402
-    ExecutorError,
-    check_versions,
-    run_one,
-    within,
-)
+from tpbso_casadi.judging.executors import ExecutorError, check_versions, run_one, within  # noqa: E402
 from tpbso_casadi.plain import versions  # noqa: E402
 
 pytestmark = pytest.mark.process

@@ -19,16 +19,6 @@ from tpbso_casadi.judging.searches import Recorder
 from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.plain import versions
 
-FUNCTIONS = ["function:sphere-3", "function:rastrigin-2@4"]
-
-
-def test_functions_are_compared_from_python() -> None:
-    compared = tp.compare(FUNCTIONS, ["pso", tp.BSO(c1=1.5)], runs=3, evaluations=200)
-    assert repr(compared) == "<comparison: 2 solvers on 2 functions, 12 runs>"
-    alone = tp.minimize(tp.benchmark_function("sphere-3"), [(-5.12, 5.12)] * 3, tp.BSO(c1=1.5), 200, 3)
-    assert compared.objectives["sphere-3", "bso(c1=1.5)"][2] == pytest.approx(alone.cost, rel=1e-12)
-    assert [best.run.case for best in compared.best] == ["sphere-3", "rastrigin-2@4"]
-
 
 def test_the_convergence_of_a_function_is_exact(tmp_path: Path) -> None:
     [spec] = parse_solvers("pso")

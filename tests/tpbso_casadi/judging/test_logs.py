@@ -82,7 +82,7 @@ def test_coco(tmp_path: Path) -> None:
 
 
 IOH_KEYS = {  # what ioh 0.3.18 itself writes
-    *("version", "suite", "function_id", "function_name", "maximization", "algorithm", "attributes", "scenarios"),
+    *("version", "suite", "function_id", "function_name", "maximization", "algorithm", "attributes", "scenarios")
 }
 
 

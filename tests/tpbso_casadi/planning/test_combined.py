@@ -48,10 +48,7 @@ VIAS: dict[str, tuple[Joints | Position, ...]] = {
     "posture": (Joints(tuple(POSTURE)),),
     "position": (Position(tuple(PLACE)),),
 }
-ENDS: dict[str, dict[str, Any]] = {
-    "rests": {},
-    "moving": {"start_velocity": LEAVING, "goal_velocity": ARRIVING},
-}
+ENDS: dict[str, dict[str, Any]] = {"rests": {}, "moving": {"start_velocity": LEAVING, "goal_velocity": ARRIVING}}
 SCENES: dict[str, tuple[Obstacle, ...]] = {"still": (STILL,), "moves": (MOVING,), "both": (STILL, ACROSS)}
 OBJECTIVES: dict[str, Any] = {
     "time": "time",

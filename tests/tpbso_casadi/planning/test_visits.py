@@ -37,9 +37,3 @@ def test_many_stops_are_improved_and_bounded(cyclic: bool, monkeypatch: pytest.M
     order, bound = stated.best_order()
     assert sorted(order) == list(range(1, 9))
     assert bound <= best <= stated.cost(order) <= 1.2 * best
-
-
-def test_stops_on_a_line_are_visited_along_it() -> None:
-    places = np.array([0.0, 3.0, 1.0, 4.0, 2.0])
-    stated = Visits((1,) * 5, np.abs(places[:, None] - places), cyclic=False)
-    assert stated.best_order() == ([2, 4, 1, 3], pytest.approx(4.0))

@@ -177,12 +177,6 @@ def test_the_old_format_has_no_poses_of_objects() -> None:
     ]
 
 
-def test_numbers_may_be_apart_by_tabs() -> None:
-    text = "cell\n* box\n0\t0\t1\n0\t0\t0\t1\n1\nbox\n0.1 0.2 0.3\n0.5 0 0\n0 0 0 1\n0 0 0 0\n0\n.\n"
-    (table,) = scene_tables(text)
-    assert table["center"] == [0.5, 0.0, 1.0]
-
-
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [

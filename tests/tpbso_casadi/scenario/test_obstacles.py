@@ -237,11 +237,7 @@ def test_a_half_space_is_below_its_normal(normal: tuple[float, float, float]) ->
 
 def test_a_solid_is_nothing_for_a_robot_in_the_plane() -> None:
     scenario = parse_scenario(
-        {
-            "arm": TWO_LINKS,
-            "task": SWING,
-            "obstacles": [{"shape": "sphere", "center": CENTER, "radius": 0.1}],
-        }
+        {"arm": TWO_LINKS, "task": SWING, "obstacles": [{"shape": "sphere", "center": CENTER, "radius": 0.1}]}
     )
     with pytest.raises(ScenarioError, match=r"^obstacles: obstacle 1, Ball at .* it has 3 dimensions, the robot 2"):
         scenario.problem()

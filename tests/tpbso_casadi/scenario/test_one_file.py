@@ -116,8 +116,7 @@ def test_a_default_may_be_made() -> None:
 
 
 @pytest.mark.parametrize(
-    "path",
-    [f"{__name__}:{name}" for name in ("Taken", "Hidden", "NoDataclass")] + ["problems:MovingObstacle"],
+    "path", [f"{__name__}:{name}" for name in ("Taken", "Hidden", "NoDataclass")] + ["problems:MovingObstacle"]
 )
 def test_a_class_that_cannot_be_a_table_is_refused(path: str) -> None:
     content: dict[str, Any] = tp.builtin("time-3").table()

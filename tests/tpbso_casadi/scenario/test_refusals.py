@@ -47,10 +47,7 @@ BASES: dict[str, dict[str, Any]] = {
         "obstacles": [{"center": [1.3, 1.2], "semi_axes": [0.2, 0.1]}, BOX, POLYGON],
         "model": {"margin": 0.02, "self_collision": True},
     },
-    "masses": {
-        "arm": TWO | MASSES,
-        "task": MOVE | {"start": {"joints": [-1.5, 0.0]}, "goal": {"joints": [-1.0, 0.2]}},
-    },
+    "masses": {"arm": TWO | MASSES, "task": MOVE | {"start": {"joints": [-1.5, 0.0]}, "goal": {"joints": [-1.0, 0.2]}}},
     "settings": {
         "robot": {"model": "planar", "settings": TWO | MASSES},
         "task": MOVE | {"start": {"joints": [-1.5, 0.0]}, "goal": {"joints": [-1.0, 0.2]}},

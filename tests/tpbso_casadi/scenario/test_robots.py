@@ -247,10 +247,7 @@ def test_what_was_read_is_written_as_it_was(table: dict[str, Any], key: str) -> 
 
 @pytest.mark.parametrize(
     ("table", "key", "rates"),
-    [
-        (ARM | BODIES, "arm", ("max_speed", "max_acceleration")),
-        (PANDA | MOTORS | {"payload": CARRIED}, "robot", ()),
-    ],
+    [(ARM | BODIES, "arm", ("max_speed", "max_acceleration")), (PANDA | MOTORS | {"payload": CARRIED}, "robot", ())],
 )
 def test_torques_and_friction_are_never_in_degrees(table: dict[str, Any], key: str, rates: tuple[str, ...]) -> None:
     degrees = table | {rate: table[rate] * 180.0 / pi for rate in rates}

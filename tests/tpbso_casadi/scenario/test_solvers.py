@@ -58,7 +58,7 @@ def test_our_own() -> None:
 def test_direct_and_its_former_name() -> None:
     assert find_solver("direct") is find_solver("ladder") is SOLVERS["abso"]
     assert named_solver("ladder(antenna=0.2)+polish").table("direct", {"momentum": 0.5}) == {
-        **{"name": "direct", "settings": {"momentum": 0.5, "antenna": 0.2}, "polish_starts": 1},
+        **{"name": "direct", "settings": {"momentum": 0.5, "antenna": 0.2}, "polish_starts": 1}
     }
     stated = parse_scenario(space_scenario(solver={"name": "ladder"})).solver
     assert (stated.name, stated.is_direct) == ("direct", True)

@@ -14,10 +14,7 @@ TREE = {
     "words": ["x", "y"],
     "nothing": None,
 }
-TOLERANCES = {
-    "a.number": Tolerance(1e-9, beside="beside"),
-    "rows.*.value": Tolerance(1e-9, 1.0),
-}
+TOLERANCES = {"a.number": Tolerance(1e-9, beside="beside"), "rows.*.value": Tolerance(1e-9, 1.0)}
 
 
 def edited(path: tuple[str | int, ...], value: Any) -> dict[str, Any]:
