@@ -26,7 +26,7 @@ from problems.robots.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import MOST_SPHERES
 from problems.robots.tracking import TrackingError
-from problems.robots.transform import FixedFrame, Point3, Transform
+from problems.robots.transform import UNMOVED, FixedFrame, Point3, Transform
 
 PerJoint: TypeAlias = float | Sequence[float]  # one value for all joints, or one for each
 Ranges: TypeAlias = Sequence[tuple[float, float]]
@@ -95,12 +95,9 @@ class RobotDescription:
         payload: Payload | None = None,
         gravity: Point3 = GRAVITY,
         spheres: Sequence[Sphere] | None = None,
-        kept_pairs: Sequence[tuple[int, int]] = (),
-        base: Transform | None = None,
-        tool: Transform | None = None,
-        margin: float = 0.0,
+        base: Transform = UNMOVED,
+        tool: Transform = UNMOVED,
         self_margin: float = 0.0,
-        self_collision: bool = False,
         tracking: Mapping[str, PerJoint] | None = None,
     ) -> SpatialArm:
         """The robot to plan with; what is given replaces what is known.
@@ -116,12 +113,9 @@ class RobotDescription:
             payload: what the tool carries.
             gravity: m/s^2.
             spheres: instead of its own.
-            kept_pairs: numbers of spheres that must keep apart with ``self_collision``.
             base: where it stands.
             tool: from the tool's frame to the tip's.
-            margin: what its bodies keep from everything, m.
             self_margin: what links with covers keep from each other, m.
-            self_collision: whether its own bodies must not touch.
             tracking: parts of a :class:`TrackingError` by their names, one value or one a joint, zero where left out.
 
         Raises:
@@ -141,12 +135,9 @@ class RobotDescription:
             payload=payload,
             gravity=gravity,
             spheres=tuple(self.spheres if spheres is None else spheres),
-            base_frame=FixedFrame.of(base or Transform()),
-            tool_in_tip=FixedFrame.of(tool or Transform()),
-            kept_pairs=tuple(kept_pairs),
-            margin=margin,
+            base_frame=FixedFrame.of(base),
+            tool_in_tip=FixedFrame.of(tool),
             self_margin=self_margin,
-            self_collision=self_collision,
             appearances=self.appearances,
             carried=self.carried,
             tracking=None if tracking is None else self._tracking(tracking),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -54,4 +55,5 @@ def covered_arm() -> SpatialArm:
     corners = box_corners((0.06, 0.06, 0.3)) + np.array([0.0, 0.0, 0.17])
     coarse, fine = cover_of(corners, 0.02), cover_of(corners, 0.004)
     description = read_urdf(meshed_urdf()).with_covers({name: LinkCover(name, 0.02, coarse, fine) for name in NAMES})
-    return complete_arm(description, description.arm(max_speed=2.0, max_acceleration=5.0, self_collision=True))
+    arm = complete_arm(description, description.arm(max_speed=2.0, max_acceleration=5.0))
+    return replace(arm, self_collision=True)
