@@ -103,7 +103,7 @@ def test_a_part_that_is_like_the_rest() -> None:
 
 
 def test_instances_of_a_function_are_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in (("SURVEYED", 2), ("POOL", 6), ("INSTANCES", 4), ("TUNING", 1), ("EVALUATIONS", 500)):
+    for name, value in (("SURVEYED", 2), ("POOL", 6), ("INSTANCES", 4), ("TUNING", 1), ("EVALUATIONS", 200)):
         monkeypatch.setattr(freezing, name, value)
     [definition] = [each for each in DEFINITIONS if each.name == "paper-rotation-4"]
     first, again = chosen(definition), chosen(definition)

@@ -33,9 +33,9 @@ def test_a_search_for_a_front_finds_one(name: str) -> None:
     if "pymoo" in name:
         pytest.importorskip("pymoo")
     problem = tp.suite()["time-energy-3@1"]
-    [spec] = suite_grid([problem], parse_solvers(name), 1, 200)
+    [spec] = suite_grid([problem], parse_solvers(name), 1, 100)
     first, again = (json.loads(suite_text(spec.statement)) for _ in range(2))
-    assert first["evaluations"] == 200 * problem.dimension and first["feasible"]
+    assert first["evaluations"] == 100 * problem.dimension and first["feasible"]
     assert first["improvements"] == again["improvements"] and first["cost"] == first["improvements"]["cost"][-1]
     assert 0.0 < first["cost"] < 0.9
     assert spec.found(json.dumps(first)).words == "keeps all constraints"
