@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, is_dataclass
 from enum import Enum
 from functools import cache
@@ -50,7 +50,7 @@ def settings_of(solver: object) -> dict[str, Any]:
     return settings
 
 
-def as_json(content: dict[str, Any], indent: int | None = 2) -> str:
+def as_json(content: Mapping[str, Any], indent: int | None = 2) -> str:
     """Strict JSON with a line break at its end."""
     return json.dumps(plain(content), indent=indent, allow_nan=False) + "\n"
 

@@ -19,6 +19,7 @@ from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import (
     TASK_CATALOGUE,
     ModelSection,
+    NamedSolver,
     PointsTask,
     PointToPointTask,
     ScenarioError,
@@ -185,12 +186,12 @@ TABLES: dict[str, tuple[type[Section], ...]] = {
 }
 
 
-def solver_table(solver: AnySolverChoice | None, before: SolverSection | None = None) -> dict[str, Any]:
+def solver_table(solver: AnySolverChoice | NamedSolver | None, before: SolverSection | None = None) -> dict[str, Any]:
     """The keys of [solver] that name a solver and its settings, in place of those before."""
     if solver is None:
         return {}
-    if isinstance(solver, str):
-        named = named_solver(solver)
+    if isinstance(solver, str | NamedSolver):
+        named = named_solver(solver) if isinstance(solver, str) else solver
         return named.table("", {}) if before is None else named.table(before.name, before.settings)
     kind = solver if isinstance(solver, type) else type(solver)
     if not issubclass(kind, Solver | IPOPT):

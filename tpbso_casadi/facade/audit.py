@@ -54,11 +54,12 @@ class Audit(ABC):
 
     def __str__(self) -> str:
         text = StringIO()
-        self._print(OutputConsole(file=text, width=WIDTH))
+        self.print_on(OutputConsole(file=text, width=WIDTH))
         return text.getvalue().rstrip()
 
     @abstractmethod
-    def _print(self, console: OutputConsole) -> None: ...
+    def print_on(self, console: OutputConsole) -> None:
+        """Print all of the audit, as ``tpbso audit`` does."""
 
 
 class RunAudit(Audit):
@@ -140,7 +141,7 @@ class RunAudit(Audit):
             parts += [heading("what holds the motion back"), table(PRICE_HEADINGS, rows)]
         return "".join(parts)
 
-    def _print(self, console: OutputConsole) -> None:
+    def print_on(self, console: OutputConsole) -> None:
         print_run_audit(dict(self.content), console)
 
 
@@ -166,5 +167,5 @@ class ScenarioAudit(Audit):
         keys = ("name", "rows", "unit", "degree", "formula")
         return heading(repr(self)[1:-1]) + table(keys, ([c[key] for key in keys] for c in self.constraints))
 
-    def _print(self, console: OutputConsole) -> None:
+    def print_on(self, console: OutputConsole) -> None:
         print_scenario_audit(dict(self.content), console)

@@ -192,9 +192,13 @@ class Comparison:
 
     def __str__(self) -> str:
         text = StringIO()
-        print_tables(self.summaries, Console(file=text, width=WIDTH))
-        print_polish_gains(self.results.polish_gains, Console(file=text, width=WIDTH))
+        self.print_on(Console(file=text, width=WIDTH))
         return text.getvalue().rstrip()
+
+    def print_on(self, console: Console) -> None:
+        """Print the tables, as ``tpbso compare`` does."""
+        print_tables(self.summaries, console)
+        print_polish_gains(self.results.polish_gains, console)
 
     def _repr_html_(self) -> str:
         return heading(repr(self)[1:-1]) + table(SHOWN, ([row[key] for key in SHOWN] for row in self.table))
@@ -253,8 +257,7 @@ def compare(
         runs, seed, workers = whole("runs", runs), whole("seed", seed), whole("workers", workers)
         place = None if folder is None else file_path("folder", folder)
         functions = functions_among(scenarios, keys)
-        usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
-        specs = budgeted(specs_of(usual), budget, time_limit, starts if time_limit is None else None)
+        specs = solvers_of(functions, solvers, budget, time_limit, starts if time_limit is None else None)
         stated = {} if functions else labelled(scenarios, keys)
         campaign = campaign_of(functions, stated, specs, seed, runs)
         comparison = _done(campaign, workers, place, progress)
@@ -331,6 +334,22 @@ def labelled(scenarios: AnyScenarios, keys: dict[str, Any]) -> dict[str, Scenari
 def _check_plannable(scenarios: Iterable[Any]) -> None:
     for what in scenarios:
         check_plannable("scenarios", what)
+
+
+def solvers_of(
+    functions: Sequence[str],
+    solvers: AnySolvers,
+    budget: Mapping[str, Any],
+    time_limit: float | None,
+    starts: int | None,
+) -> list[SolverSpec]:
+    """The solvers that a campaign runs, with their budgets; on functions the usual ones are others.
+
+    Raises:
+        ScenarioError: there is none, one is none, or is there twice.
+    """
+    usual = FUNCTION_SOLVERS if functions and solvers is USUAL_SOLVERS else solvers
+    return budgeted(specs_of(usual), budget, time_limit, starts)
 
 
 def specs_of(solvers: AnySolvers) -> list[SolverSpec]:

@@ -21,7 +21,7 @@ from tpbso_casadi.figures import figure_writers
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
-from tpbso_casadi.scenario import Scenario
+from tpbso_casadi.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.storage import (
     RunResult,
     StoredRun,
@@ -314,7 +314,8 @@ class Plan:
         Every constraint is judged again for all t; where the task has a nonlinear program, the conditions of optimality
         are checked, the nearest optimum is searched for, and the motion is planned again with each limit looser.
         """
-        return RunAudit(audit_run(self.planned))
+        with plugin_failures_named(self.scenario):
+            return RunAudit(audit_run(self.planned))
 
     def as_run(self) -> StoredRun:
         """The run that reading the plan's run folder would give."""

@@ -25,6 +25,7 @@ from tpbso_casadi.scenario import (
     STATED,
     TITLES,
     InputFolder,
+    NamedSolver,
     Scenario,
     ScenarioError,
     load,
@@ -52,7 +53,10 @@ POINT_TO_POINT, PATH = "point-to-point", "path"  # kinds of tasks; the argument 
 
 
 def scenario_of(
-    what: What | HasScenario, solver: AnySolverChoice | None = None, polish: bool | int | None = None, **keys: Any
+    what: What | HasScenario,
+    solver: AnySolverChoice | NamedSolver | None = None,
+    polish: bool | int | None = None,
+    **keys: Any,
 ) -> Scenario:
     """The scenario that a call of :func:`plan` states, without planning it.
 
@@ -95,7 +99,11 @@ def check_plannable(name: str, what: Any, also: str = "") -> None:
 
 
 def _overridden(
-    given: Scenario | None, solver: AnySolverChoice | None, polish: bool | int | None, keys: Any, what: Any = None
+    given: Scenario | None,
+    solver: AnySolverChoice | NamedSolver | None,
+    polish: bool | int | None,
+    keys: Any,
+    what: Any = None,
 ) -> Scenario:
     """The scenario with the arguments in place of its own; a new one of a robot or a task where there is none."""
     stated = {key: value for key, value in keys.items() if value is not None}
@@ -113,10 +121,8 @@ def _overridden(
         tables["task"], tables["model"] = {}, {}
     else:
         state_own(tables, given, given.robot_table.build)
-    return overridden(
-        given, task=_task_keys(given, tables["task"]), model=tables["model"], solver=tables["solver"],
-        around=around,
-    )  # fmt: skip
+    task = _task_keys(tables["task"], given.robot_table.build)
+    return overridden(given, task=task, model=tables["model"], solver=tables["solver"], around=around)
 
 
 def state_own(tables: dict[str, dict[str, Any]], given: Scenario | None, model: Callable[[], Robot]) -> None:
@@ -155,7 +161,7 @@ def new_scenario(arm: StatedRobot, tables: dict[str, dict[str, Any]], around: di
         around: [[obstacles]], [[carried]], ``may_touch``.
     """
     task, stated = tables["task"], arm.tables
-    task = {"kind": PATH if PATH in task else POINT_TO_POINT, **_read(task, arm.dof, arm.model.dim)}
+    task = {"kind": PATH if PATH in task else POINT_TO_POINT, **_task_keys(task, lambda: arm.model)}
     content = stated | {"model": stated["model"] | tables["model"], "task": task} | around
     return parse_scenario(content, InputFolder(Path(), outside_allowed=True))
 
@@ -167,26 +173,16 @@ def task_scenario(task: Task) -> Scenario:
     return parse_scenario(content | {"model": model, "task": stated, "obstacles": obstacles_of(task.obstacles)})
 
 
-def _task_keys(scenario: Scenario, task: dict[str, Any]) -> dict[str, Any]:
-    """Keys of [task] that are given by arguments."""
-    if not task:
-        return {}
-    built = scenario.robot_table.build()
-    return _read(task, built.dof, built.dim)
-
-
-def _read(task: dict[str, Any], dof: int, dim: int) -> dict[str, Any]:
-    """Arguments as keys of [task]: places, and points to trace."""
+def _task_keys(task: dict[str, Any], model: Callable[[], Robot]) -> dict[str, Any]:
+    """Arguments as keys of [task]: places, which a robot is made for, and points to trace."""
     readers: dict[str, Callable[[Any, int, int, str], Any]] = {
         "start": place_of, "goal": goals_of, "via": places_of
     }  # fmt: skip
-
-    def read(key: str, value: Any) -> Any:
-        if key in readers:
-            return readers[key](value, dof, dim, key)
-        return value
-
-    table = {key: read(key, value) for key, value in task.items()}
+    table = dict(task)
+    places = readers.keys() & task.keys()
+    if places:
+        arm = model()
+        table |= {key: readers[key](task[key], arm.dof, arm.dim, key) for key in task if key in places}
     path = table.pop("path", None)
     if path is not None:
         table |= points_table(path) if isinstance(path, PathOfPoints) else {"points": path}

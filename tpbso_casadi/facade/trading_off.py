@@ -24,7 +24,17 @@ from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import SILENT, Progress
 from tpbso_casadi.scenario import ScenarioError, plain
 from tpbso_casadi.storage import read_run
-from tpbso_casadi.trade_off import METHODS, FrontWork, Objectives, Point, PointFront, TradeOff, open_front, save_front
+from tpbso_casadi.trade_off import (
+    METHODS,
+    FrontWork,
+    Method,
+    Objectives,
+    Point,
+    PointFront,
+    TradeOff,
+    open_front,
+    save_front,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -176,13 +186,30 @@ def pareto(
                 interruption=interruption,
                 told=told,
             )
-            made.run(work)
+            trade_off = completed(made, work, formats if folder is not None else ())
             if interruption.requested:
                 raise KeyboardInterrupt
-        front = _front(TradeOff(stated.headings, {made.name: store.points(made.name)}), made.name, place)
-    if folder is not None:
-        front.save(place, formats)
-    return front
+        return _front(trade_off, made.name, place)
+
+
+def completed(method: Method, work: FrontWork, formats: Sequence[str]) -> TradeOff:
+    """All that is in a folder once a method has made its points there, or as many as Ctrl-C let it, tables included.
+
+    Args:
+        method: of :func:`open_front`.
+        work: likewise.
+        formats: of the figure of the front.
+
+    Raises:
+        ScenarioError: there is no such plan.
+        OutputError: it cannot be written.
+    """
+    method.run(work)
+    store = work.store
+    trade_off = TradeOff(work.objectives.headings, {name: store.points(name) for name in store.methods})
+    if trade_off.points:
+        save_front(store.folder, trade_off, formats)
+    return trade_off
 
 
 def _check(points: int, method: str | None) -> None:
@@ -200,7 +227,7 @@ def _front(trade_off: TradeOff, method: str, place: Path) -> Front:
     Raises:
         ScenarioError: it is empty.
     """
-    points = PointFront.of(trade_off.points[method]).points
+    points = PointFront.of(trade_off.points.get(method, ())).points
     if not points:
         raise ScenarioError("no plan is certified, not even at an end of the front: more evaluations, or another seed")
     plans = [Plan(read_run(place / point.folder)) for point in points if point.folder]

@@ -11,7 +11,7 @@ from problems.base import at
 from tpbso_casadi.plain import visible
 from tpbso_casadi.scenario.cases import TITLES, builtin
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.robots import AnyRobotTable, ArmSection
+from tpbso_casadi.scenario.robots import AnyRobotTable
 from tpbso_casadi.scenario.scenario import Scenario, SolverSection, read_scenario, with_files_read
 from tpbso_casadi.scenario.tasks import task_with_keys
 from tpbso_casadi.scenario.validation import ScenarioError, as_scenario_errors
@@ -23,22 +23,18 @@ NOTHING: Table = {}
 def overridden(
     scenario: Scenario,
     *,
-    arm: ArmSection | None = None,
     task: Table = NOTHING,
     model: Table = NOTHING,
     solver: Table = NOTHING,
-    polish: bool = False,
     around: Table = NOTHING,
 ) -> Scenario:
     """The scenario with given values in place of its own, and a solver where it names none; validated anew.
 
     Args:
         scenario: to start from.
-        arm: another [arm] table; None to leave it.
         task: keys of [task].
         model: keys of [model].
         solver: keys of [solver]; another solver's name drops the settings of the one before.
-        polish: whether the best candidate is refined at least once.
         around: all [[obstacles]], all [[carried]], ``may_touch``, where one of them is to be another; their files lie
             in the working directory.
 
@@ -46,8 +42,6 @@ def overridden(
         ScenarioError: naming the first wrong key.
     """
     tables: dict[str, Any] = dict(around)
-    if arm is not None:
-        tables["arm"] = arm
     with as_scenario_errors():
         if task:
             with at("task"):
@@ -57,18 +51,16 @@ def overridden(
                 tables["model"] = scenario.model.with_keys(model)
         stated = scenario.with_keys(tables) if tables else scenario
         with at("solver"):
-            changed = stated.replaced(solver=_solver(stated, solver, polish))
+            changed = stated.replaced(solver=_solver(stated, solver))
         changed.check()
     return with_files_read(changed, InputFolder(Path(), outside_allowed=True)) if around else changed
 
 
-def _solver(scenario: Scenario, keys: Table, polish: bool) -> SolverSection:
+def _solver(scenario: Scenario, keys: Table) -> SolverSection:
     """The solver of a scenario with some keys stated anew; where none is named, the usual one of the robot."""
     before = scenario.solver
     if keys.get("name", before.name) != before.name:
         keys = {"settings": {}, **keys}
-    if polish and not before.polish_starts:
-        keys = {"polish_starts": 1, **keys}
     table = before.with_keys(keys)
     if not scenario.task.has_solver or "name" in table.stated_keys:
         return table

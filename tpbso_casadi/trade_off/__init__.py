@@ -1,7 +1,7 @@
 """Two objectives against each other: a front of certified plans."""
 
 from tpbso_casadi.trade_off.front import Point, PointFront, Standing, TradeOff
-from tpbso_casadi.trade_off.methods import EPSILON_CONSTRAINT, METHODS, WEIGHTED_SUM, FrontWork, open_front
+from tpbso_casadi.trade_off.methods import EPSILON_CONSTRAINT, METHODS, WEIGHTED_SUM, FrontWork, Method, open_front
 from tpbso_casadi.trade_off.placement import ENDS, Objectives
 from tpbso_casadi.trade_off.store import save_front
 
@@ -11,6 +11,7 @@ __all__ = [
     "METHODS",
     "WEIGHTED_SUM",
     "FrontWork",
+    "Method",
     "Objectives",
     "Point",
     "PointFront",

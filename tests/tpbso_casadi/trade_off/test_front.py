@@ -183,7 +183,7 @@ def test_points_of_a_front_are_timed_alike(objectives: tuple[str, str], stated: 
 
 
 def test_the_plan_for_the_least_time_of_the_papers_motions_is_the_fastest() -> None:
-    scenario = overridden(tp.builtin("time-2"), solver={"evaluations": 60}, polish=False)
+    scenario = overridden(tp.builtin("time-2"), solver={"evaluations": 60})
     front = Objectives(scenario, ("time", "length"))
     fastest, shortest = (plan(front.asked_for(Request(scalarisation=Scalarisation(end)))).motion for end in ENDS)
     assert fastest.feasible and shortest.feasible

@@ -7,9 +7,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from problems import CertificateStatus
 from problems.evaluation import InvalidEvaluation
-from tpbso_casadi.audit_report import audit_run, audit_scenario, impossible
+from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
     add_certificate,
@@ -22,12 +21,13 @@ from tpbso_casadi.cli.options import (
     path,
     problem_group,
 )
-from tpbso_casadi.display.audit_tables import print_run_audit, print_scenario_audit
 from tpbso_casadi.display.console import OutputConsole
+from tpbso_casadi.facade.audit import Audit, ScenarioAudit
+from tpbso_casadi.facade.planning import read_run
 from tpbso_casadi.figures.palette import DEFAULT
 from tpbso_casadi.plain import as_json
 from tpbso_casadi.scenario import TITLES, Scenario, ScenarioError, is_folder, load, named, plugin_failures_named
-from tpbso_casadi.storage import OutputError, check_writable, read_run, write_certificate
+from tpbso_casadi.storage import OutputError, check_writable, write_certificate
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -75,16 +75,12 @@ def of_run(folder: Path, options: argparse.Namespace) -> int:
     """Read, recompute and audit a run; returns the exit status."""
     if options.plots is not None:
         raise ScenarioError(f"--plots: {folder} is a run, whose figures are made with it; say a scenario")
-    run = read_run(folder)
-    with plugin_failures_named(run.scenario):
-        content = audit_run(run)
-        if options.certificate is not None:
-            write_certificate(options.certificate, run.motion)
-    if options.json:
-        sys.stdout.write(as_json(content))
-    else:
-        print_run_audit(content, OutputConsole(quiet=options.quiet))
-    return Exit.FEASIBLE if content["certificate"]["verdict"] == CertificateStatus.CERTIFIED else Exit.INFEASIBLE
+    plan = read_run(folder)
+    audited = plan.audit()
+    if options.certificate is not None:
+        write_certificate(options.certificate, plan.motion)
+    print_audit(audited, options)
+    return Exit.FEASIBLE if audited.certified else Exit.INFEASIBLE
 
 
 def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
@@ -94,17 +90,22 @@ def of_scenario(scenario: Scenario, options: argparse.Namespace) -> int:
     if options.plots is not None:
         check_writable(options.plots)
     with named(options.what), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-        content = audit_scenario(scenario)
+        audited = ScenarioAudit(audit_scenario(scenario))
         if options.plots is not None:
             from tpbso_casadi.figures.limits import draw_structure  # noqa: PLC0415 (matplotlib is slow to load)
 
             options.plots.mkdir(parents=True, exist_ok=True)
             draw_structure(options.plots, scenario, options.figures or DEFAULT)
-    if options.json:
-        sys.stdout.write(as_json(content))
-    else:
-        print_scenario_audit(content, OutputConsole(quiet=options.quiet))
-    if impossible(content):
-        print_error(f"{options.what}: nothing in the search box meets {', '.join(impossible(content))}")
+    print_audit(audited, options)
+    if audited.impossible:
+        print_error(f"{options.what}: nothing in the search box meets {', '.join(audited.impossible)}")
         return Exit.INFEASIBLE
     return Exit.FEASIBLE
+
+
+def print_audit(audited: Audit, options: argparse.Namespace) -> None:
+    """Print an audit as JSON or as tables."""
+    if options.json:
+        sys.stdout.write(as_json(audited.content))
+    else:
+        audited.print_on(OutputConsole(quiet=options.quiet))

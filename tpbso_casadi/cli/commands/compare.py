@@ -36,22 +36,12 @@ from tpbso_casadi.cli.options import (
     search_group,
 )
 from tpbso_casadi.cli.progress import phase
-from tpbso_casadi.facade.comparing import Comparison
-from tpbso_casadi.judging.grid import (
-    FUNCTION_SOLVERS,
-    USUAL_RUNS,
-    USUAL_SOLVERS,
-    USUAL_STARTS,
-    SolverSpec,
-    budgeted,
-    campaign_of,
-    functions_of,
-    parse_solvers,
-)
+from tpbso_casadi.facade.comparing import Comparison, solvers_of
+from tpbso_casadi.judging.grid import USUAL_RUNS, USUAL_SOLVERS, USUAL_STARTS, campaign_of, functions_of
 from tpbso_casadi.judging.logs import check_logs, logged, write_logs
 from tpbso_casadi.judging.page import files_of, write_comparison
 from tpbso_casadi.judging.run import AnyRun
-from tpbso_casadi.judging.tables import export, print_polish_gains, print_tables
+from tpbso_casadi.judging.tables import export
 from tpbso_casadi.scenario import load_all
 
 DEFAULT_SOLVERS = ",".join(USUAL_SOLVERS)
@@ -127,8 +117,7 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
     if options.json:
         sys.stdout.write(json.dumps(comparison.table, indent=2) + "\n")
     elif not options.quiet:
-        print_tables(comparison.summaries, Console())
-        print_polish_gains(comparison.results.polish_gains, Console())
+        comparison.print_on(Console())
         Console().print(f"written to {options.out}", highlight=False, soft_wrap=True)
     return failures(comparison.records)
 
@@ -139,20 +128,11 @@ def campaign(options: argparse.Namespace) -> Sequence[AnyRun]:
     Raises:
         ScenarioError: a scenario, function or solver is unknown, they do not fit, or there are too many runs.
     """
-    functions, specs = functions_of(options.scenario), solver_specs(options)
+    functions = functions_of(options.scenario)
+    solvers = USUAL_SOLVERS if options.solvers == DEFAULT_SOLVERS else options.solvers
+    budget = {key: getattr(options, key) for key in ("population", "iterations", "evaluations")}
+    starts = options.starts or (USUAL_STARTS if options.time_limit is None else None)
+    specs = solvers_of(functions, solvers, budget, options.time_limit, starts)
     scenarios = {} if functions else load_all(options.scenario, options.allow_outside_files)
     with phase("building the models", options.quiet):
         return campaign_of(functions, scenarios, specs, options.seed, options.runs)
-
-
-def solver_specs(options: argparse.Namespace) -> list[SolverSpec]:
-    """The solvers that the options state, with their budgets.
-
-    Raises:
-        ScenarioError: one cannot be read, or is there twice.
-    """
-    usual = ",".join(FUNCTION_SOLVERS) if functions_of(options.scenario) else DEFAULT_SOLVERS
-    stated = usual if options.solvers == DEFAULT_SOLVERS else options.solvers
-    budget = {key: getattr(options, key) for key in ("population", "iterations", "evaluations")}
-    starts = options.starts or (USUAL_STARTS if options.time_limit is None else None)
-    return budgeted(parse_solvers(stated), budget, options.time_limit, starts)

@@ -14,7 +14,7 @@ from problems import OBJECTIVES
 from problems.evaluation import EvaluationOptions, InvalidEvaluation
 from solvers import Interruption, deferred_interrupt
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
-from tpbso_casadi.cli.commands.solve import evaluation_options, stated
+from tpbso_casadi.cli.commands.solve import evaluation_options
 from tpbso_casadi.cli.options import (
     SCENARIO,
     add_backend,
@@ -38,7 +38,9 @@ from tpbso_casadi.cli.options import (
 from tpbso_casadi.cli.output import RUNS
 from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
-from tpbso_casadi.scenario import load, named, overridden, plugin_failures_named
+from tpbso_casadi.facade.statement import scenario_of
+from tpbso_casadi.facade.trading_off import FEWEST, MOST, completed
+from tpbso_casadi.scenario import load, named, plugin_failures_named
 from tpbso_casadi.storage import OutputError
 from tpbso_casadi.trade_off import (
     ENDS,
@@ -51,7 +53,6 @@ from tpbso_casadi.trade_off import (
     Standing,
     TradeOff,
     open_front,
-    save_front,
 )
 
 COLOURS = {Standing.FRONT: "green", Standing.NOT_CERTIFIED: "red"}
@@ -83,7 +84,6 @@ def print_trade_off(trade_off: TradeOff, console: OutputConsole) -> None:
 
 
 DEFAULT_POINTS = 12
-MOST_PLANS = 1000
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -113,7 +113,7 @@ def parser() -> OneLineParser:
     )
     problem.add_argument(
         "--points",
-        type=whole_number(len(ENDS), MOST_PLANS),
+        type=whole_number(FEWEST, MOST),
         default=DEFAULT_POINTS,
         metavar="N",
         help="plans to place, both ends among them; one near each end, and second attempts at what comes out "
@@ -149,7 +149,7 @@ def names(text: str) -> tuple[str, ...]:
 def pareto(options: argparse.Namespace) -> int:
     """Make the front of the options; returns the exit status."""
     given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
-    scenario = overridden(given, solver=stated(options, "evaluations", "seed"))
+    scenario = scenario_of(given, evaluations=options.evaluations, seed=options.seed)
     with named(options.scenario), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
         return written(Objectives(scenario, options.objectives), evaluation, options)
 
@@ -171,10 +171,7 @@ def written(objectives: Objectives, evaluation: EvaluationOptions, options: argp
                 interruption=interruption,
                 told=lambda point: say_point(objectives.headings, point, errors),
             )
-            method.run(work)
-            trade_off = TradeOff(objectives.headings, {name: store.points(name) for name in store.methods})
-            if trade_off.points:
-                save_front(folder, trade_off, figure_formats(options))
+            trade_off = completed(method, work, figure_formats(options))
         if trade_off.points:
             print_trade_off(trade_off, console)
             console.say(f"written to {folder}")

@@ -39,6 +39,7 @@ from tpbso_casadi.cli.output import Output, add_output_options, run_folder
 from tpbso_casadi.cli.progress import planning_progress
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.display.plan_tables import print_plan, print_scenarios, summary_of
+from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.planning import PlannedMotion, Progress, plan
 from tpbso_casadi.scenario import (
     DEFAULT,
@@ -52,7 +53,6 @@ from tpbso_casadi.scenario import (
     load,
     named,
     named_solver,
-    overridden,
     plugin_failures_named,
 )
 from tpbso_casadi.storage import OutputError, check_certificate, result_of
@@ -88,6 +88,12 @@ def parser() -> OneLineParser:
     add_threads(machine)
     add_output_options(command_line, "runs/SCENARIO-SOLVER-SEED..., none with --json")
     return command_line
+
+
+KEYS = (  # of the scenario
+    "objective", "elbow", "motion", "retime", "formulation", "knot_redundancy", "population", "iterations",
+    "evaluations", "time_limit", "within", "first", "seed",
+)  # fmt: skip
 
 
 def add_problem_options(problem: Group) -> None:
@@ -252,28 +258,12 @@ def broken(solution: PlannedMotion, places: bool = False) -> str:
 
 def with_options(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     """The scenario with the values of the command line in place of its own; validated anew."""
-    arm = None
     if options.links is not None:
         if scenario.arm is None:
             raise ScenarioError("--links: changes an [arm]; this scenario has a [robot]")
-        arm = scenario.arm.with_links(options.links)
-    search = stated(
-        options, "population", "iterations", "evaluations", "time_limit", "within", "first", "seed", "polish_starts"
-    )
-    named_one: dict[str, Any] = {}
-    if options.solver is not None:
-        before = scenario.solver
-        named_one = named_solver(options.solver, "--solver").table(before.name, before.settings)
-    return overridden(
-        scenario,
-        arm=arm,
-        task=stated(options, "objective", "elbow"),
-        model=stated(options, "motion", "retime", "formulation", "knot_redundancy"),
-        solver=named_one | search,
-        polish=options.polish,
-    )
-
-
-def stated(options: argparse.Namespace, *keys: str) -> dict[str, Any]:
-    """The options that the command line states."""
-    return {key: getattr(options, key) for key in keys if getattr(options, key) is not None}
+        scenario = scenario.replaced(arm=scenario.arm.with_links(options.links))
+    solver = None if options.solver is None else named_solver(options.solver, "--solver")
+    starts = options.polish_starts
+    if options.polish and starts is None and not (scenario.solver.polish_starts or (solver and solver.polish_starts)):
+        starts = 1
+    return scenario_of(scenario, solver, starts, **{key: getattr(options, key) for key in KEYS})
