@@ -1,7 +1,8 @@
-"""Many motions of one robot judged one after the other, or by several processes at once."""
+"""Many motions of one robot judged one after the other, or by several processes at once; a table of them is resumed."""
 
 from __future__ import annotations
 
+import csv
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,10 +18,13 @@ from problems import CertificateStatus, InvalidProblem, Verdict
 from tpbso_casadi.facade.certifying import file_content
 from tpbso_casadi.plain import one_line, plain, versions
 from tpbso_casadi.planning import JudgedMotion
-from tpbso_casadi.scenario import FIELDS, READERS, Scenario, ScenarioError, parse_scenario, read_motion
+from tpbso_casadi.scenario import FIELDS, READERS, Scenario, ScenarioError, parse_scenario, read_motion, read_text
+from tpbso_casadi.storage import OutputError, check_file, check_writable, write_csv, writing
 
 UNREADABLE = "unreadable"
 AT_ONCE = 8  # files that a process is given at a time
+TABLE = "certificates.csv"
+LARGEST_TABLE = 100_000_000  # bytes
 
 
 @dataclass(frozen=True)
@@ -195,3 +199,67 @@ def certificates(statement: Statement, files: Sequence[Path], processes: int = 1
     start = partial(_prepare, statement.scenario.table(), dict(statement.task))
     with ProcessPoolExecutor(min(processes, len(files)), get_context("spawn"), start) as pool:
         yield from pool.map(_judged, files, chunksize=AT_ONCE)
+
+
+@dataclass(frozen=True)
+class CertificateTable:
+    """A CSV file of certificates, which grows while files are judged.
+
+    Args:
+        path: of the file.
+        statement: by which the files are judged; rows by another one are not kept.
+    """
+
+    path: Path
+    statement: Statement
+
+    def judged(self, files: Sequence[Path], processes: int = 1) -> list[Certificate]:
+        """The certificates of files: those of the table where nothing has changed, and new ones, which are added to it.
+
+        Args:
+            files: of motions.
+            processes: that share the work.
+
+        Raises:
+            OutputError: it cannot be written, or there is another one.
+            ScenarioError: what is there cannot be read, or the robot cannot be built.
+        """
+        check_writable(self.path.parent)
+        check_file(self.path)
+        known = self._known(files)
+        judged = [known[file.name] for file in files if file.name in known]
+        left = [file for file in files if file.name not in known]
+        with writing(self.path.parent):
+            self._write(judged)
+            with self.path.open("a", encoding="utf-8", newline="") as rows:
+                for certificate in certificates(self.statement, left, processes):
+                    csv.writer(rows, lineterminator="\n").writerow(certificate.row)
+                    rows.flush()  # what was judged is kept, whatever comes after
+                    judged.append(certificate)
+            self._write(judged)
+        return judged
+
+    def _known(self, files: Sequence[Path]) -> dict[str, Certificate]:
+        """The rows of files that have not changed, by their names."""
+        lines = read_text(self.path, LARGEST_TABLE).splitlines() if self.path.exists() else []
+        if "".join(lines).strip() and lines[0].strip() != ",".join(Certificate.columns()):
+            raise OutputError(f"{self.path}: is no table of certificates; --out says where else it is to be")
+        try:
+            stored = {each.file: each for each in _read(list(csv.DictReader(lines)))}
+        except csv.Error:
+            return {}
+        digests = {file.name: self.statement.digest_of(file) for file in files if file.name in stored}
+        return {name: stored[name] for name, digest in digests.items() if digest and digest == stored[name].digest}
+
+    def _write(self, certificates: Sequence[Certificate]) -> None:
+        """Write all rows in the order of the files' names."""
+        ordered = sorted(certificates, key=lambda each: each.file)
+        write_csv(self.path, Certificate.columns(), [each.row for each in ordered])
+
+
+def _read(rows: Sequence[dict[str, str]]) -> Iterator[Certificate]:
+    for row in rows:
+        try:
+            yield Certificate.from_row(row)
+        except (ValueError, TypeError):  # cut short
+            continue

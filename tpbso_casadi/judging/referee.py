@@ -6,10 +6,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, inf, isfinite
+from pathlib import Path
 
 import numpy as np
 import scipy  # whose parts are loaded when they are used
@@ -18,7 +20,7 @@ from problems.base import FloatArray
 from tpbso_casadi.html import number
 from tpbso_casadi.judging.statistics import FEWEST_SOLVERS, Ranking, cases_needed, ranking
 from tpbso_casadi.judging.targets import PLANS, Convergence, expected_running_time, gap, quantile, shares_reached
-from tpbso_casadi.suite import Recording, SuiteProblem
+from tpbso_casadi.suite import InvalidSuite, Recording, SuiteProblem, read_runs
 
 TARGETS = PLANS.targets  # gaps to the reference, descending
 SHOWN_TARGETS = (1.0, 0.1, 0.01, 0.001)  # of which expected running times are listed
@@ -266,6 +268,29 @@ class Referee:
         found = self.ranking
         tallies = [self.tally(solver, self.problems) for solver in found.solvers]
         return list(zip(found.ranks.tolist(), tallies, strict=True))
+
+
+def referee_of(tables: Sequence[Path], names: Collection[str]) -> tuple[Referee, list[str]]:
+    """The judge of the runs in tables, and the names of problems that are left out: not all solvers have searched them.
+
+    Args:
+        tables: files of runs, one at least.
+        names: of the problems that count.
+
+    Raises:
+        InvalidSuite: a file is no table of runs, a run is there twice, or nothing is left to be judged.
+    """
+    runs = [run for file in tables for run in read_runs(file) if run.problem.name in names]
+    for (solver, name, run), count in Counter((each.solver, each.problem.name, each.run) for each in runs).items():
+        if count > 1:
+            raise InvalidSuite(f"{tables[-1]}: run {run} of {solver} on {name} is in {count} tables")
+    if not runs:
+        raise InvalidSuite(f"{tables[0]}: there are no runs of these functions and instances in it")
+    referee = Referee(on_common_problems(runs))
+    if not referee.runs:
+        raise InvalidSuite(f"{tables[-1]}: there is no problem that all of the solvers have searched")
+    kept = {problem.name for problem in referee.problems}
+    return referee, list(dict.fromkeys(run.problem.name for run in runs if run.problem.name not in kept))
 
 
 def on_common_problems(runs: Sequence[Recording]) -> list[Recording]:

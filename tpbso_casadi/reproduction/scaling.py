@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -16,6 +16,7 @@ import numpy as np
 from problems.base import FloatArray
 from problems.evaluation import EvaluationOptions, PopulationFunction
 from solvers import SOLVERS, Budget, SearchBox, Solver, minimize
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.reproduction.experiment import BASES, NAMES, Size, solver_section
 from tpbso_casadi.scenario import Scenario, builtin, parse_scenario
 
@@ -154,6 +155,31 @@ def _measure(
                 row = {"sizes": list(chosen), "values": measure(points)}
                 scaling.setdefault(experiment, {}).setdefault(symbol, {})[solver] = row
     return scaling
+
+
+def measured(
+    store: RunStore, size: Size, quick: bool, backend: str | None, progress: Callable[[str], object]
+) -> dict[str, dict[str, Any]]:
+    """Growth of time and memory (``scaling``), and the time of searches (``pace``): measured once, then from the store.
+
+    Args:
+        store: where they are kept.
+        size: of the reproduction.
+        quick: whether few repeats are enough.
+        backend: that evaluates populations; the usual one where None.
+        progress: is told what is measured.
+    """
+    measures: dict[str, tuple[str, Callable[[], dict[str, Any]]]] = {
+        "scaling": ("growth in processor time", lambda: measure_scaling(quick, progress)),
+        "pace": ("pace", lambda: measure_pace(size, backend, QUICK_ROUNDS if quick else ROUNDS, progress)),
+    }
+    found = {}
+    for key, (name, measure) in measures.items():
+        found[key] = store.measurement(f"{name} {asdict(size)}")
+        if found[key] is None:
+            found[key] = measure()
+            store.keep(f"{name} {asdict(size)}", found[key])
+    return found
 
 
 def with_exponents(scaling: Scaling, of: Callable[[Sequence[float], Sequence[float]], float]) -> Scaling:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import get_args
 
+from rich.text import Text
+
 from problems import CertificateStatus
 from problems.base import in_words
 from problems.motions import RowInterpolation
-from tpbso_casadi.cli.certificates import TABLE, CertificateTable, add_row, print_certificates
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.options import (
@@ -28,9 +30,9 @@ from tpbso_casadi.cli.options import (
     problem_group,
 )
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
-from tpbso_casadi.display.console import OutputConsole
+from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
 from tpbso_casadi.facade.certifying import certified_scenario, surrounding_scenario
-from tpbso_casadi.facade.certifying_many import Statement, certificates, trajectory_files
+from tpbso_casadi.facade.certifying_many import TABLE, Certificate, CertificateTable, Statement, trajectory_files
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.repairing import repair
 from tpbso_casadi.facade.surroundings import given_keys
@@ -38,6 +40,8 @@ from tpbso_casadi.plain import as_json
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, is_folder, named
 from tpbso_casadi.storage import OutputError, check_run_folder
+
+LISTED = 40  # certificates on the terminal, those that are not proven first
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -186,15 +190,7 @@ def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     task = given_keys({"interpolation": options.interpolation, "without": options.without or None})
     statement = Statement(surrounding_scenario(options.robot, options.scene, options.payload), task)
     table = CertificateTable(place / TABLE, statement)
-    table.check()
-    known = table.known(files)
-    judged = [known[file.name] for file in files if file.name in known]
-    left = [file for file in files if file.name not in known]
-    with table.growing(judged) as rows:
-        for certificate in certificates(statement, left, options.processes):
-            add_row(rows, certificate)
-            judged.append(certificate)
-    table.write(judged)
+    judged = table.judged(files, options.processes)
     if options.json:
         sys.stdout.write(as_json({"certificates": [asdict(each) for each in judged]}))
     elif not options.quiet:
@@ -203,3 +199,20 @@ def judge_folder(folder: Path, options: argparse.Namespace) -> int:
         console.say(f"written to {table.path}")
     proven = all(each.status == CertificateStatus.CERTIFIED for each in judged)
     return Exit.FEASIBLE if proven else Exit.INFEASIBLE
+
+
+def print_certificates(certificates: Sequence[Certificate], console: OutputConsole) -> None:
+    """How many there are of each, and those that are not proven first."""
+    table = table_of(word("file"), number("T, s"), number("ms"), word(""), prose("what is not proven"))
+    proven_last = sorted(certificates, key=lambda each: (not (each.broken or each.reason), each.file))
+    for each in proven_last[:LISTED]:
+        times = ["" if value is None else f"{value:.4g}" for value in (each.duration, _milliseconds(each))]
+        table.add_row(Text(each.file), *times, Text(each.in_words), Text(each.worst or each.reason))
+    counts = Counter(each.in_words for each in certificates)
+    console.print_table(", ".join(f"{count} {status}" for status, count in counts.most_common()), table)
+    if len(certificates) > LISTED:
+        console.say(f"and {len(certificates) - LISTED} more in the table")
+
+
+def _milliseconds(certificate: Certificate) -> float | None:
+    return None if certificate.seconds is None else 1e3 * certificate.seconds

@@ -6,8 +6,7 @@ import argparse
 import shlex
 import sys
 import textwrap
-from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ from tpbso_casadi.reproduction.experiment import FULL, QUICK, Evidence, Size, ca
 from tpbso_casadi.reproduction.judgements import ClaimOutcome
 from tpbso_casadi.reproduction.page_figures import gather, illustrations
 from tpbso_casadi.reproduction.report import render
-from tpbso_casadi.reproduction.scaling import QUICK_ROUNDS, ROUNDS, measure_pace, measure_scaling
+from tpbso_casadi.reproduction.scaling import measured
 from tpbso_casadi.storage import write_csv, write_text, writing
 
 UNBREAKABLE = "\N{NO-BREAK SPACE}"
@@ -91,33 +90,12 @@ def reproduce(options: argparse.Namespace) -> int:
 
 
 def measurements(store: RunStore, size: Size, options: argparse.Namespace) -> dict[str, Any]:
-    """Growth of time and memory, and the time of searches: measured once, then from the store."""
+    """Growth of time and memory, and the time of searches; what is measured is said on a terminal."""
     console = Console(stderr=True, quiet=options.quiet or not sys.stderr.isatty())
-    quick = size is QUICK
     with console.status("measuring") as status:
-
-        def progress(quantity: str) -> None:
-            status.update(f"measuring {quantity}")
-
-        return {
-            "scaling": stored_measurement(
-                store, f"growth in processor time {asdict(size)}", lambda: measure_scaling(quick, progress)
-            ),
-            "pace": stored_measurement(
-                store,
-                f"pace {asdict(size)}",
-                lambda: measure_pace(size, options.backend, QUICK_ROUNDS if quick else ROUNDS, progress),
-            ),
-        }
-
-
-def stored_measurement(store: RunStore, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """A measurement from the store, where it is kept once it is made."""
-    stored: dict[str, Any] | None = store.measurement(name)
-    if stored is None:
-        stored = measure()
-        store.keep(name, stored)
-    return stored
+        return measured(
+            store, size, options.quick, options.backend, lambda quantity: status.update(f"measuring {quantity}")
+        )
 
 
 def command_of(options: argparse.Namespace) -> str:

@@ -6,7 +6,6 @@ import argparse
 import re
 import shlex
 import sys
-from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -40,10 +39,10 @@ from tpbso_casadi.cli.progress import phase
 from tpbso_casadi.judging.grid import parse_solvers, suite_grid
 from tpbso_casadi.judging.logs import check_logs, write_logs
 from tpbso_casadi.judging.page import RANKS, RUNS, SUITE_PAGE, SUMMARY, write_recordings, write_suite
-from tpbso_casadi.judging.referee import Referee, on_common_problems
+from tpbso_casadi.judging.referee import Referee, referee_of
 from tpbso_casadi.judging.results import recordings
 from tpbso_casadi.judging.store import STORE
-from tpbso_casadi.suite import SUITE, SUITES, InvalidSuite, Suite, read_runs, suite
+from tpbso_casadi.suite import SUITE, SUITES, InvalidSuite, Suite, suite
 
 USUAL_SOLVERS = "bso,pso,ga,abso,lshade"
 USUAL_BUDGET, USUAL_RUNS = 500, 1
@@ -229,21 +228,8 @@ def report(options: argparse.Namespace, command: str) -> int:
                 f"{options.folder}: its runs have not ended; the `tpbso suite run` of it goes on with them"
             )
         raise InvalidSuite(f"{own}: there are no runs; say --runs FILE, or the folder of `tpbso suite run`")
-    names = {problem.name for problem in chosen(options)}
-    runs = [run for file in files for run in read_runs(file) if run.problem.name in names]
-    counts = Counter((run.solver, run.problem.name, run.run) for run in runs)
-    for (solver, name, number), count in counts.items():
-        if count > 1:
-            raise InvalidSuite(f"{files[-1]}: run {number} of {solver} on {name} is in {count} tables")
-    if not runs:
-        raise InvalidSuite(f"{files[0]}: there are no runs of these functions and instances in it")
-    judged = on_common_problems(runs)
-    if not judged:
-        raise InvalidSuite(f"{files[-1]}: there is no problem that all of the solvers have searched")
-    referee = Referee(judged)
-    check_logs(options.format, options.folder, len({run.problem.function.name for run in judged}))
-    kept = {problem.name for problem in referee.problems}
-    left_out = list(dict.fromkeys(run.problem.name for run in runs if run.problem.name not in kept))
+    referee, left_out = referee_of(files, {problem.name for problem in chosen(options)})
+    check_logs(options.format, options.folder, len({problem.function.name for problem in referee.problems}))
     if left_out:
         print(f"{len(left_out)} problems are left out, which not all of the solvers have searched, as {left_out[0]}")
     judge(referee, options.folder, options, command)
