@@ -15,11 +15,12 @@ from benchmarks.motion_bench_maker.records import Records
 from benchmarks.motion_bench_maker.run_limit import limited
 from benchmarks.motion_bench_maker.table import by_kind, printed, rows
 from problems.evaluation import BACKENDS
-from tpbso_casadi.cli.campaign import CAMPAIGN_FAILURES, INTERRUPTED, executors_of, stored
+from tpbso_casadi.cli.campaign import CAMPAIGN_FAILURES, INTERRUPTED, executors_of
 from tpbso_casadi.cli.command import exit_code_of
 from tpbso_casadi.judging.campaign import run_campaign
 from tpbso_casadi.judging.grid import parse_solvers
 from tpbso_casadi.judging.run import Outcome, Run
+from tpbso_casadi.judging.store import RunStore
 
 
 def parser() -> argparse.ArgumentParser:
@@ -69,7 +70,7 @@ def run(options: argparse.Namespace, question: Question, problems: list[MotionPr
     """Do what has not been done, judge it, and print the table."""
     specs = [replace(spec, table={"evaluations": options.evaluations}) for spec in parse_solvers(options.solvers)]
     runs = runs_of(question, problems, specs, range(1, options.seeds + 1))
-    with stored(options) as store:
+    with RunStore.in_folder(options.out) as store:
         done = store.done(failed_too=not options.retry_failed)
         pending = [one for _, one in runs if one.key not in done]
         if pending:

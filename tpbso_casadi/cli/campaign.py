@@ -36,7 +36,7 @@ from tpbso_casadi.judging.logs import WRITERS
 from tpbso_casadi.judging.run import AnyRun, RunRecord
 from tpbso_casadi.judging.store import STORE, RunStore, StoreError
 from tpbso_casadi.judging.tables import check_export
-from tpbso_casadi.storage import OutputError, check_file, check_writable, writing
+from tpbso_casadi.storage import OutputError, check_file, check_writable
 
 CAMPAIGN_FAILURES = (*FAILURES, StoreError, ExecutorError, LostExecutor)
 INTERRUPTED = "interrupted; completed runs are stored, and the same command resumes"
@@ -130,20 +130,6 @@ def prepare(options: argparse.Namespace, *files: str) -> None:
         local(options)
     else:
         check_address(options.dask)
-
-
-@contextmanager
-def stored(options: argparse.Namespace) -> Iterator[RunStore]:
-    """The store in the output folder.
-
-    Raises:
-        OutputError: the folder cannot be made.
-        StoreError: the store cannot be used.
-    """
-    with writing(options.out):
-        pass
-    with RunStore(options.out / STORE) as store:
-        yield store
 
 
 def local(options: argparse.Namespace, searches: int | None = None) -> ExecutorFactory:

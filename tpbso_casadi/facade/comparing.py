@@ -47,11 +47,10 @@ from tpbso_casadi.judging.results import POLISH_HEADER, Best, Results, best_runs
 from tpbso_casadi.judging.run import AnyRun, RunRecord
 from tpbso_casadi.judging.searches import PREFIX
 from tpbso_casadi.judging.statistics import Summary
-from tpbso_casadi.judging.store import STORE, RunStore
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.judging.tables import HEADER, export, print_polish_gains, print_tables, rows
 from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import Scenario, ScenarioError
-from tpbso_casadi.storage import writing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -272,10 +271,8 @@ def _done(
     """The comparison of all runs, done as far as they are not stored."""
     with ExitStack() as opened:
         place = Path(opened.enter_context(TemporaryDirectory())) if folder is None else folder
-        with writing(place):
-            pass
         interruption = opened.enter_context(deferred_interrupt())
-        store = opened.enter_context(RunStore(place / STORE))
+        store = opened.enter_context(RunStore.in_folder(place))
         executors = processes(workers) if workers > 1 and known_to_workers(campaign) else in_process(interruption)
         ended = [0]
 

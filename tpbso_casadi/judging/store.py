@@ -17,7 +17,7 @@ from typing import Any, Self
 
 from tpbso_casadi.judging.run import AnyRun, AnyRunT, Outcome, RunRecord, difference, read_record
 from tpbso_casadi.plain import versions
-from tpbso_casadi.storage import InvalidResult, RunResult
+from tpbso_casadi.storage import InvalidResult, RunResult, writing
 
 STORE = "runs.sqlite"  # the file in the folder of a campaign
 APPLICATION = 0x7450_4253  # SQLite's "application id" of our files
@@ -71,6 +71,18 @@ class RunStore:
             opened.enter_context(closing(self._connection))
             self._open(opened)
             self._opened = opened.pop_all()
+
+    @classmethod
+    def in_folder(cls, folder: Path) -> Self:
+        """The store in the folder of a campaign, which is made if there is none.
+
+        Raises:
+            OutputError: the folder cannot be made.
+            StoreError: the store cannot be used.
+        """
+        with writing(folder):
+            pass
+        return cls(folder / STORE)
 
     def _open(self, opened: ExitStack) -> None:
         self._transact(self._create)

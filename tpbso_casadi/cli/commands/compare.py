@@ -19,7 +19,6 @@ from tpbso_casadi.cli.campaign import (
     prepare,
     run_campaign_command,
     run_with_progress,
-    stored,
 )
 from tpbso_casadi.cli.command import OneLineParser, command_parser
 from tpbso_casadi.cli.options import (
@@ -41,6 +40,7 @@ from tpbso_casadi.judging.grid import USUAL_RUNS, USUAL_SOLVERS, USUAL_STARTS, c
 from tpbso_casadi.judging.logs import check_logs, logged, write_logs
 from tpbso_casadi.judging.page import files_of, write_comparison
 from tpbso_casadi.judging.run import AnyRun
+from tpbso_casadi.judging.store import RunStore
 from tpbso_casadi.judging.tables import export
 from tpbso_casadi.scenario import load_all
 
@@ -105,7 +105,7 @@ def compare(options: argparse.Namespace, command: str = "") -> int:
     prepare(options, *files_of(formats))
     check_logs(options.format, options.out, len(options.scenario))
     runs = campaign(options)
-    with stored(options) as store:
+    with RunStore.in_folder(options.out) as store:
         run_with_progress(runs, store, options)
         comparison = Comparison.of(runs, store)
         if options.format:

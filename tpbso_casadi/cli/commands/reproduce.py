@@ -20,7 +20,6 @@ from tpbso_casadi.cli.campaign import (
     prepare,
     run_campaign_command,
     run_with_progress,
-    stored,
 )
 from tpbso_casadi.cli.command import OneLineParser, command_parser
 from tpbso_casadi.cli.options import search_group
@@ -71,7 +70,7 @@ def reproduce(options: argparse.Namespace) -> int:
         options.backend = "vm"  # so few evaluations are not worth a compiler
     runs = campaign(size)
     prepare(options, "summary.csv", "report.html")
-    with stored(options) as store:
+    with RunStore.in_folder(options.out) as store:
         run_with_progress(runs, store, options)
         evidence = gather(runs, store, **measurements(store, size, options))
         with local(options).start() as executor:

@@ -21,7 +21,6 @@ from tpbso_casadi.cli.campaign import (
     failures,
     prepare,
     run_with_progress,
-    stored,
 )
 from tpbso_casadi.cli.command import Exit, OneLineParser, add_verbose, command_parser, run_command
 from tpbso_casadi.cli.options import (
@@ -41,7 +40,7 @@ from tpbso_casadi.judging.logs import check_logs, write_logs
 from tpbso_casadi.judging.page import RANKS, RUNS, SUITE_PAGE, SUMMARY, write_recordings, write_suite
 from tpbso_casadi.judging.referee import Referee, referee_of
 from tpbso_casadi.judging.results import recordings
-from tpbso_casadi.judging.store import STORE
+from tpbso_casadi.judging.store import STORE, RunStore
 from tpbso_casadi.suite import SUITE, SUITES, InvalidSuite, Suite, suite
 
 USUAL_SOLVERS = "bso,pso,ga,abso,lshade"
@@ -209,7 +208,7 @@ def run(options: argparse.Namespace, command: str) -> int:
     with phase("building the kernels", options.quiet):
         for problem in {problem.function.name: problem for problem in problems}.values():
             problem.is_intact()
-    with stored(options) as store:
+    with RunStore.in_folder(options.out) as store:
         run_with_progress(runs, store, options)
         records, found = store.records(runs), list(recordings(runs, store))
     if found:
