@@ -350,10 +350,6 @@ class TimeMoveProblem(Problem[SplineShape]):
             object.__setattr__(other, "first", self.first or self)  # frozen from now on
         return other
 
-    def same_make(self, task: Move) -> bool:
-        """Whether the problem of another task shares what was derived and compiled for this one."""
-        return self.same_structure_with(task).first is not None
-
     @cached_property
     def _reading(self) -> Reading:
         """The numbers of its program, and what problems have in common whose programs differ in these alone."""

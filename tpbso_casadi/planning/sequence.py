@@ -351,7 +351,7 @@ class SequencePlanner:
         content = statement.replaced(task=statement.task.replaced(start=None, goal=None)).as_text()
         known = self._motions.get((content, goal.tobytes(), start.tobytes()))
         if known is not None:
-            motion = JudgedMotion(statement.judged(), known.reversed(), {}, retimed=True)
+            motion = JudgedMotion(statement.judged(), known.reversed(), {})
             if motion.feasible:
                 return motion.trajectory
         found = self._planned(statement, thorough)

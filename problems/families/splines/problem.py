@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
@@ -10,7 +10,7 @@ from math import ceil
 import casadi as ca
 import numpy as np
 
-from problems.assembly import Criteria, LocalTimeScale, SearchedTimeScale, objective_named
+from problems.assembly import Criteria, LocalTimeScale, SearchedTimeScale, Variable, objective_named
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.families.splines.branches import branch_posture, branched, on_postures
@@ -110,9 +110,9 @@ def usual_nodes(task: Move, each: int) -> tuple[float, ...]:
 
 
 def _sharing_structure(problems: Iterable[MoveProblem]) -> tuple[MoveProblem, ...]:
-    """The problems, of which those of one structure share the steps of one program."""
-    first: dict[object, MoveProblem] = {}
-    return tuple(replace(each, same_structure_as=first.setdefault(each.structure_key, each)) for each in problems)
+    """The problems, of which those with equal variables share the steps of one program: only their numbers differ."""
+    first: dict[tuple[Variable, ...], MoveProblem] = {}
+    return tuple(replace(each, same_structure_as=first.setdefault(each.variables, each)) for each in problems)
 
 
 def least_samples(task: Move) -> int:
@@ -177,13 +177,8 @@ class MoveProblem(SplineProblem):
         found = replace(own, criteria=criteria, encoding=encoding, same_structure_as=None)
         return replace(
             found,
-            same_structure_as=next((each for each in self.branches if each.structure_key == found.structure_key), None),
+            same_structure_as=next((each for each in self.branches if each.variables == found.variables), None),
         )
-
-    @property
-    def structure_key(self) -> Hashable:
-        """A key that is equal for problems whose programs differ in their numbers alone."""
-        return self.variables
 
     def _point_constraints(self, parameters: TimedPath) -> list[Constraint]:
         """The length of steps, with obstacles; velocities at the ends that can be attained; what stays clear after."""
