@@ -91,7 +91,7 @@ def test_a_search_finds_a_certified_way_past_what_crosses() -> None:
     problem = time_move(stated(crossing(1.8, 1.0, 0.1)))
     straight = problem.quintics(8)
     assert (problem.cost(straight)[:2] > problem.objective_upper_bound).all()
-    found = minimize(problem.cost, SearchBox(*problem.bounds), LSHADE(), Budget(1500), 1, known=straight)
+    found = minimize(problem.cost, SearchBox(*problem.bounds), LSHADE(), Budget(800), 1, known=straight)
     assert found.cost < 1.0
     assert all(verdict.satisfied for verdict in problem.criteria.verify(problem.trajectory(found.x)))
 

@@ -67,7 +67,7 @@ def rows(problem: Problem[Any], name: str, x: FloatArray) -> FloatArray:
 )
 def test_feasible_candidates_keep_the_torques_at_the_samples(kind: str, robot: PlanarArm, objective: str) -> None:
     problem = problem_of(kind, robot, objective)
-    x = candidates(problem, 120)
+    x = candidates(problem, 40)
     costs, used = problem.evaluator(VM)(x), rows(problem, "torque", x)
     feasible = costs <= problem.objective_upper_bound
     assert (used[feasible] <= 1.0 + 1e-9).all()

@@ -25,7 +25,7 @@ TASKS = {
     "three links": PathTracing(ARM, Path.through(SQUARE), 0.01),
     "two links": PathTracing(PlanarArm((0.6, 0.5), (3.0,) * 2, (20.0,) * 2), Path.through(SQUARE), 0.01, elbow="up"),
     "jerk": PathTracing(replace(ARM, max_jerk=(300.0,) * 3), Path.through(SQUARE[:3]), 0.01, elbow="up"),
-    "obstacle": PathTracing(ARM, Path.through(SQUARE), 0.01, obstacles=(Ellipse((0.3, 0.3), (0.08, 0.05)),)),
+    "obstacle": PathTracing(ARM, Path.through(SQUARE[:3]), 0.01, obstacles=(Ellipse((0.3, 0.3), (0.08, 0.05)),)),
 }
 
 

@@ -159,7 +159,7 @@ def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProble
     without, staying = problems
     lower, upper = staying.bounds
     of_path = [variable.name.startswith(("bend", "offset")) for variable in staying.variables]
-    x = rng.uniform(lower, upper, (40, lower.size)) * np.where(of_path, 0.3, 1.0)
+    x = rng.uniform(lower, upper, (24, lower.size)) * np.where(of_path, 0.3, 1.0)
     feasible, kept = without.cost(x) <= without.objective_upper_bound, staying.cost(x) <= staying.objective_upper_bound
     assert not (kept & ~feasible).any()
     decided = 0
@@ -169,7 +169,7 @@ def test_a_stay_costs_where_the_goal_is_reached_later(problems: tuple[MoveProble
         if abs(verdict.worst) > 0.02:  # else the margin of samples decides
             decided += 1
             assert (cost <= staying.objective_upper_bound) == verdict.satisfied
-    assert decided > 10
+    assert decided > 5
     assert 0 < kept.sum() < feasible.sum()
 
 

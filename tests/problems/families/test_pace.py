@@ -126,7 +126,7 @@ def test_the_motion_of_a_candidate_has_the_times_of_its_search_and_keeps_its_lim
 
 def test_it_waits_for_the_way_to_be_free() -> None:
     problem = move(WAITING)
-    best = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(2500), 0)
+    best = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(1500), 0)
     trajectory = problem.trajectory(best.x)
     assert {verdict.status for verdict in problem.criteria.verify(trajectory)} == {CertificateStatus.CERTIFIED}
     assert WAITING_BOUND <= trajectory.duration <= 1.04 * WAITING_BOUND

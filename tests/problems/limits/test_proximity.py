@@ -188,7 +188,7 @@ def test_a_search_keeps_margin_and_width() -> None:
     arm = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, link_radius=(0.04,) * 3, margin=0.05, self_collision=True)
     wall = Rectangle((0.7, 1.0), (0.2, 0.2), 0.3)
     problem = moving(arm, (1.2, 0.0), (0.2, 1.4), "length", "up", "reduced", obstacles=(wall,), samples=30)
-    result = minimize(problem.evaluator(EvaluationOptions("vm")), SearchBox(*problem.bounds), PSO(), Budget(3000), 1)
+    result = minimize(problem.evaluator(EvaluationOptions("vm")), SearchBox(*problem.bounds), PSO(), Budget(1500), 1)
     trajectory = problem.trajectory(result.x)
     verdicts = {verdict.name: verdict for verdict in problem.criteria.verify(trajectory)}
     assert verdicts["clearance"].satisfied

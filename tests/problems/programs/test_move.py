@@ -218,7 +218,7 @@ def test_a_descent_keeps_to_the_goal_that_its_start_misses_least() -> None:
 def test_derivatives_around_obstacles_are_those_of_casadi() -> None:
     obstacle = MovingObstacle(OVAL, ConstantVelocity((-0.3, 0.1)))
     robot = joints(2, 4.0, 20.0, None)
-    program = nlp(Move(robot, Joints((0.1, 0.2)), (GOAL,), obstacles=(obstacle,)), 2)
+    program = nlp(Move(robot, Joints((0.1, 0.2)), (GOAL,), obstacles=(obstacle,)), 1)
     x = next(program.starts(np.random.default_rng(3)))
     assert program.hessian is not None
     weights = np.random.default_rng(4).normal(size=program.g.shape[0])

@@ -113,7 +113,7 @@ def test_a_gate_that_opens_is_waited_for_and_no_longer_than_standing_still_would
     straight = line(problem)
     assert certified(problem, straight) is None
     made = first_certified(problem, straight)
-    waits = (delayed(straight, float(seconds)) for seconds in np.arange(0.05, 3.0, 0.05))
+    waits = (delayed(straight, float(seconds)) for seconds in np.arange(0.1, 3.0, 0.1))
     stood = next(each for each in waits if certified(problem, each) is not None)
     assert straight.duration < made.duration < stood.duration
     assert made.at(made.breakpoints[[0, -1]]) == pytest.approx(np.array([PLANAR_START, PLANAR_GOAL]), abs=1e-9)

@@ -240,7 +240,7 @@ def test_what_cannot_be_timed(path: JointPath, rates: tuple[float, float], messa
         retime(path, LIMITS, rates)
 
 
-@pytest.mark.parametrize("seed", slow_except([63, 119, 169], 1))
+@pytest.mark.parametrize("seed", slow_except([63, 119, 169], [119, 169]))
 def test_a_start_too_fast_for_so_short_a_path_is_refused_or_slowed_in_time(seed: int) -> None:
     """Laws that would have to turn back are none."""
     rng = np.random.default_rng(seed)
