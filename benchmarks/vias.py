@@ -32,9 +32,10 @@ OBSTACLES = (
     tp.Box(center=(0.5, -0.4, 0.3), size=(0.4, 0.1, 0.6)),
 )
 T = TypeVar("T")
-Via: TypeAlias = tp.Joints | tp.Position | None
+Via: TypeAlias = tp.Joints | tp.Position
 FIFTH = 0.2  # of a joint's speed, at either end
 INNER, ROOM = 0.1, 0.01  # rad within the joints' ranges; m that a posture keeps
+SEVERAL = 3, 6  # vias, at least and at most
 
 
 @dataclass(frozen=True)
@@ -72,14 +73,14 @@ def moving_ends(start: FloatArray) -> dict[str, FloatArray]:
     return {key: rng.uniform(-FIFTH, FIFTH, start.size) * most for key in ("start_velocity", "goal_velocity")}
 
 
-def outcome(start: FloatArray, via: Via, goal: FloatArray, solver: str, moving: bool = False) -> Outcome:
+def outcome(start: FloatArray, vias: list[Via], goal: FloatArray, solver: str, moving: bool = False) -> Outcome:
     """Of one move.
 
     Raises:
         ScenarioError: the robot touches itself at one of the postures.
     """
-    keys: dict[str, Any] = moving_ends(start) if moving or via is None else {}
-    keys |= {} if via is None else {"via": [via]}
+    keys: dict[str, Any] = moving_ends(start) if moving or not vias else {}
+    keys |= {"via": vias} if vias else {}
     began = time.process_time()
     plan: Plan = tp.plan(
         panda(), start=tp.Joints(tuple(start)), goal=tp.Joints(tuple(goal)), obstacles=list(OBSTACLES),
@@ -88,23 +89,29 @@ def outcome(start: FloatArray, via: Via, goal: FloatArray, solver: str, moving: 
     return Outcome(plan.certified, time.process_time() - began, plan.duration, plan.result.evaluations > 0)
 
 
-def measured(measure: Callable[[FloatArray, Via, FloatArray], T], problems: int, seed: int, kind: str) -> list[T]:
+def measured(
+    measure: Callable[[FloatArray, list[Via], FloatArray], T], problems: int, seed: int, kind: str, several: bool
+) -> list[T]:
     """What so many moves give; those are passed over with a posture in which the robot touches itself."""
-    drawn, found = postures(np.random.default_rng(seed)), []
+    rng = np.random.default_rng(seed)
+    drawn, found = postures(rng), []
     while len(found) < problems:
-        start, between, goal = (next(drawn) for _ in range(3))
-        point = as_array(panda().model.tool.position(ca.DM(between).T)).ravel()
-        vias: dict[str, Via] = {
-            "joints": tp.Joints(tuple(between)),
-            "position": tp.Position(tuple(point)),
-            "none": None,
-        }
+        count = int(rng.integers(SEVERAL[0], SEVERAL[1] + 1)) if several else 1
+        start, *between, goal = (next(drawn) for _ in range(count + 2))
+        vias = [] if kind == "none" else [via_at(posture, kind) for posture in between]
         with suppress(tp.ScenarioError):
-            found.append(measure(start, vias[kind], goal))
+            found.append(measure(start, vias, goal))
     return found
 
 
-def stop_over_blend(start: FloatArray, corner: Via, goal: FloatArray, blend: float) -> float:
+def via_at(posture: FloatArray, kind: str) -> Via:
+    """A posture (dof,), rad, or the tool's position in it, as a via."""
+    if kind == "joints":
+        return tp.Joints(tuple(posture))
+    return tp.Position(tuple(as_array(panda().model.tool.position(ca.DM(posture).T)).ravel()))
+
+
+def stop_over_blend(start: FloatArray, vias: list[Via], goal: FloatArray, blend: float) -> float:
     """Duration with a stop at the corner, over that without one; NaN where one is not certified.
 
     Raises:
@@ -112,7 +119,7 @@ def stop_over_blend(start: FloatArray, corner: Via, goal: FloatArray, blend: flo
     """
     durations = []
     for stated in (None, blend):
-        stages = [tp.MoveTo(corner, blend=stated), tp.MoveTo(tp.Joints(tuple(goal)))]
+        stages = [tp.MoveTo(vias[0], blend=stated), tp.MoveTo(tp.Joints(tuple(goal)))]
         plan = tp.sequence(panda(), start=tp.Joints(tuple(start)), stages=stages, obstacles=list(OBSTACLES))
         durations.append(plan.duration if plan.certified else np.nan)
     return float(durations[0] / durations[1])
@@ -145,8 +152,9 @@ def main() -> None:
     parser.add_argument("--solver", nargs="*", default=["abso"], help="besides direct")
     parser.add_argument("--blend", type=float, help="compare a stop at the via with a corner missed by so much")
     parser.add_argument("--moving", action="store_true", help="joints move at both ends, past a via too")
+    parser.add_argument("--several", action="store_true", help="three to six vias")
     given = parser.parse_args()
-    drawn = given.problems, given.seed, given.via
+    drawn = given.problems, given.seed, given.via, given.several
     if given.blend is None:
         solvers = ("direct", *given.solver)
         found = measured(lambda *move: tuple(outcome(*move, each, given.moving) for each in solvers), *drawn)

@@ -48,7 +48,7 @@ from problems.base.matrix import (
 )
 from problems.base.minima import bounded_minimum
 from problems.base.numbers import number_of, whole_of
-from problems.base.piecewise import BSpline, PiecewisePolynomial, real_roots
+from problems.base.piecewise import BSpline, PiecewisePolynomial, basis_functions, real_roots
 from problems.base.polynomials import (
     bernstein,
     composition,
@@ -102,6 +102,7 @@ __all__ = [
     "Table",
     "as_array",
     "at",
+    "basis_functions",
     "bernstein",
     "bounded_minimum",
     "cache",

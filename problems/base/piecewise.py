@@ -137,7 +137,7 @@ class BSpline:
         places = np.asarray(at, dtype=np.float64)
         flat = places.ravel()
         last = np.clip(np.searchsorted(self.t, flat, side="right") - 1, self.k, self.t.size - self.k - 2)
-        functions = _basis_functions(self.t, flat, self.k, last, derivative)
+        functions = basis_functions(self.t, flat, self.k, last, derivative)
         value = np.zeros((flat.size, *self.c.shape[1:]))
         for number, each in enumerate(functions):
             value = value + self.c[last + number - self.k] * each.reshape(-1, *[1] * (self.c.ndim - 1))
@@ -153,10 +153,10 @@ class BSpline:
         return BSpline(t, c, k)
 
 
-def _basis_functions(
+def basis_functions(
     t: FloatArray, x: FloatArray, degree: int, last: NDArray[np.intp], derivative: int
 ) -> list[FloatArray]:
-    """The functions that are not zero at parameters (n,), or derivatives: degree + 1 of (n,), by de Boor's recursion.
+    """The B-splines that are not zero at parameters (n,), or derivatives: degree + 1 of (n,), by de Boor's recursion.
 
     Args:
         t: knots.

@@ -8,6 +8,7 @@ from problems.core.interface import Nearby, Schedule, Separation
 from problems.core.library import core_account
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.rows import SingleRows, WholeRows, stacked
+from problems.core.segments import SegmentCells, SegmentMotion, Stops
 from problems.core.trust_region import TrustRegion
 from problems.core.world import MOST_ITEMS, ClosestPair, Proof, World, known_robot
 
@@ -21,8 +22,11 @@ __all__ = [
     "Proof",
     "RobotNumbers",
     "Schedule",
+    "SegmentCells",
+    "SegmentMotion",
     "Separation",
     "SingleRows",
+    "Stops",
     "TrustRegion",
     "WholeRows",
     "World",

@@ -16,6 +16,7 @@ from problems.core.description import RobotNumbers, described
 from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, ProofResult, Separation
 from problems.core.library import loaded_core
 from problems.core.rows import ProgramData, WholeRows
+from problems.core.segments import SegmentCells, SegmentMotion, Stops
 from problems.robots import Bounds, SpatialArm
 
 MOST_STOPS = 1_000  # postures of a way for which there is room at first
@@ -64,6 +65,21 @@ class Core:
             tau.ctypes.data,
         )  # fmt: skip
         return (x, float(tau[0])) if steps > 0 else None
+
+    def pass_through(self, stops: Stops, cells: SegmentCells, start: SegmentMotion) -> tuple[SegmentMotion, bool]:
+        """The motion of least time through places, from another one, and whether it is a solution."""
+        segments, joints = len(stops.places) - 1, stops.places.shape[1]
+        given = _numbers(stops.places, stops.middles, stops.limits, stops.ends)
+        rows: list[NDArray[Any]] = [
+            *_whole_numbers(cells.orders, cells.first),
+            *_numbers(cells.weights, cells.bends),
+        ]
+        found = SegmentMotion(*(np.array(part, dtype=np.float64, order="C") for part in start))
+        solved = self._library.core_through(
+            len(stops.limits) - 1, segments, joints, *(part.ctypes.data for part in given), cells.count, stops.price,
+            len(cells.orders), *(part.ctypes.data for part in rows), *(part.ctypes.data for part in found),
+        )  # fmt: skip
+        return found, bool(solved)
 
 
 @once

@@ -24,7 +24,7 @@ from problems.evaluation import THIS_PROCESSOR, Compiler, NativeUnavailable, usa
 
 LOG = logging.getLogger(__name__)
 SOURCES = Path(__file__).parent / "cpp"
-FILES = ("core.cpp", "dynamics.cpp", "program.cpp")
+FILES = ("core.cpp", "dynamics.cpp", "program.cpp", "through.cpp")
 FLAGS = (
     "-O2",
     "-std=c++17",
@@ -68,6 +68,10 @@ SIGNATURES = {
             *(NUMBER,) * 3,
             *(POINTER,) * 2,
         ),
+    ),
+    "core_through": (
+        COUNT,
+        (COUNT, COUNT, COUNT, *(POINTER,) * 4, COUNT, NUMBER, COUNT, *(POINTER,) * 7),
     ),
 }
 

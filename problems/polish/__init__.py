@@ -7,6 +7,7 @@ from problems.polish.goals import postures_around
 from problems.polish.nearby import faster_nearby
 from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages, postures_on_the_way
+from problems.polish.pinned import fastest_pinned
 from problems.polish.refinement import PathRefinement, gentler_limits, joint_box
 from problems.polish.rephasing import at_the_bound, everywhere
 from problems.polish.samples import PolishSamples
@@ -44,6 +45,7 @@ __all__ = [
     "at_the_bound",
     "everywhere",
     "faster_nearby",
+    "fastest_pinned",
     "gentler_limits",
     "joint_box",
     "postures_around",

@@ -25,7 +25,14 @@ from problems.motions import Trajectory
 from problems.polish.settings import DEFAULT_DEVIATION, DeviationSettings
 from problems.polish.spline import AT_REST, DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
 from problems.robots import JointLimits
-from problems.timing import MotionState, fastest_move, least_durations, rest_to_rest, switch_shares
+from problems.timing import (
+    MotionState,
+    fastest_move,
+    least_durations,
+    peak_shares,
+    rest_to_rest,
+    switch_shares,
+)
 
 R = TypeVar("R", SingleRows, WholeRows)
 TIME_ROUNDING = 1e-9  # of the duration: breakpoints that are one
@@ -341,6 +348,12 @@ class Deviations:
         wanted = np.column_stack([np.interp(share, at, column) for column in path.T])
         return np.asarray(self.fit @ (wanted - self._base(u, 0)))
 
+    def nearest_to(self, trajectory: Trajectory) -> FloatArray:
+        """Free control points (free, k) of the motion nearest to another one between the same ends, in its time."""
+        u, undeviated = self.parameters(), np.zeros((self.free, self.dof))
+        there = self.postures(u).values(self.padded(undeviated, trajectory.duration))
+        return np.asarray(self.fit @ (trajectory.at(u * trajectory.duration) - there))
+
     @property
     def fit(self) -> FloatArray:
         """The matrix from changes of postures at the usual parameters to those of free control points, (free, n)."""
@@ -354,7 +367,7 @@ class Deviations:
         """
         if not self.moving:
             motion = self._in_duration(x, duration)
-            scale = self.limits.time_scale(_peak_shares(motion, self.limits))
+            scale = self.limits.time_scale(peak_shares(motion, self.limits))
             return motion.time_scaled(max(scale, self.bound / duration, at_least / duration))
         keeps = partial(self._keeps_limits_in, x)
         return self._in_duration(x, self._long_enough(duration, keeps, self.settings.largest_correction))
@@ -364,7 +377,7 @@ class Deviations:
 
     def keeps_limits(self, trajectory: Trajectory) -> bool:
         """Whether speeds, accelerations and jerks of a motion of cubics are within their limits."""
-        return self.limits.time_scale(_peak_shares(trajectory, self.limits)) <= 1.0 + TIME_ROUNDING
+        return self.limits.time_scale(peak_shares(trajectory, self.limits)) <= 1.0 + TIME_ROUNDING
 
     def _in_duration(self, x: FloatArray, duration: float) -> Trajectory:
         nodes = np.unique(np.concatenate([self.spline.edges, self.direct.breakpoints / self.direct.duration]))
@@ -380,15 +393,3 @@ class Deviations:
             for order in range(DEGREE, -1, -1)
         ]
         return Trajectory(nodes * duration, np.stack([np.asarray(row) for row in rows]))
-
-
-def _peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:
-    """The exact peaks of speed, acceleration and jerk of a motion of cubics, as shares of their limits."""
-    cubic, square, linear, _ = trajectory.coefficients
-    h = np.diff(trajectory.breakpoints)[:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        turning = np.clip(np.nan_to_num(-square / (3.0 * cubic)), 0.0, h)
-    speeds = [linear + t * (2.0 * square + 3.0 * cubic * t) for t in (0.0, turning, h)]
-    peaks = [speeds, [2.0 * square, 2.0 * square + 6.0 * cubic * h], [6.0 * cubic]]
-    bounds = zip(peaks, limits.by_order, strict=False)
-    return [float((np.abs(values) / bound).max()) for values, bound in bounds]

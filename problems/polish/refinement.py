@@ -127,6 +127,7 @@ class PathRefinement:
         expressions: limits that are expressions; None where there are none.
         passages: places on the way; None where there are none.
         through: postures that paths lead through, one at each of these places, (n, dof), rad.
+        known: a motion through them that breaks limits of the surroundings alone; None where none is known.
         running_out: whether no time is left for something better.
         stay: for how long the goal has to be clear after the arrival, s; it matters where obstacles move.
         settings: of the refinement.
@@ -140,6 +141,7 @@ class PathRefinement:
     expressions: ExpressionLimits | None = None
     passages: Passages | None = None
     through: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    known: Trajectory | None = None
     running_out: Callable[[], bool] = never
     stay: float = 0.0
     settings: RefinementSettings = DEFAULT_REFINEMENT
@@ -328,8 +330,12 @@ class PathRefinement:
         Where the nearest of several best motions need not be the best of all, every other one is a bent straight path.
         """
         settings, straight = self.settings, np.zeros((self.motions.free, self.motions.dof))
-        fitted = self.motions.fitted(self._stops) if len(self.through) else straight
-        yield InitialMotion(fitted, self.motions.direct.duration)
+        if self.known is not None:
+            fitted, duration = self.motions.nearest_to(self.known), self.known.duration
+        else:
+            fitted = self.motions.fitted(self._stops) if len(self.through) else straight
+            duration = self.motions.direct.duration
+        yield InitialMotion(fitted, duration)
         failures, windows, rng = 0, self._windows, np.random.default_rng(seed)
         for number in range(settings.most_paths):
             usual = TimeWindow(0.0, self.motions.direct.duration)

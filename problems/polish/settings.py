@@ -279,6 +279,23 @@ class RephasingSettings:
     fastest_share: float = 0.5
 
 
+@dataclass(frozen=True, kw_only=True)
+class PinnedSettings:
+    """Settings of the fastest motions through a few postures of a known one.
+
+    Args:
+        rough_levels: of the search for the postures.
+        most_pins: motions that are tried, each through one posture more.
+        samples: postures between two that are passed, of which one is chosen.
+        shortest: share of the known duration between two postures where no other one is put.
+    """
+
+    rough_levels: int = 2
+    most_pins: int = 16
+    samples: int = 50
+    shortest: float = 0.01
+
+
 DEFAULT_DEVIATION = DeviationSettings()
 DEFAULT_OBJECTIVE = ObjectiveSettings()
 DEFAULT_EXPRESSIONS = ExpressionSettings()
@@ -287,3 +304,4 @@ DEFAULT_POLISH = PolishSettings()
 DEFAULT_REFINEMENT = RefinementSettings()
 DEFAULT_NEARBY = NearbySettings()
 DEFAULT_REPHASING = RephasingSettings()
+DEFAULT_PINNED = PinnedSettings()

@@ -11,20 +11,25 @@ from problems.timing.free_space import (
 )
 from problems.timing.from_motion import MotionState, fastest_move, fastest_stop, least_duration
 from problems.timing.retime import retime
+from problems.timing.settings import ThroughSettings
 from problems.timing.speed_profile import SpeedProfile
+from problems.timing.through import fastest_through, peak_shares
 
 __all__ = [
     "AccelerationPieces",
     "MotionState",
     "Phasing",
     "SpeedProfile",
+    "ThroughSettings",
     "departure",
     "deviation",
     "fastest_move",
     "fastest_stop",
+    "fastest_through",
     "least_duration",
     "least_durations",
     "least_time_move",
+    "peak_shares",
     "rest_to_rest",
     "retime",
     "switch_shares",

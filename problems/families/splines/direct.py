@@ -19,6 +19,7 @@ from problems.limits import Limit
 from problems.motions import JointPath, Trajectory
 from problems.objectives import DirectMoves, Objective
 from problems.polish import (
+    PIECES,
     Deviations,
     ExpressionLimits,
     IntegrandFunctions,
@@ -30,6 +31,7 @@ from problems.polish import (
     at_the_bound,
     everywhere,
     faster_nearby,
+    fastest_pinned,
     gentler_limits,
     joint_box,
     postures_around,
@@ -37,9 +39,10 @@ from problems.polish import (
 )
 from problems.robots import Robot
 from problems.sequential import JointTorques, PathSpeedPolish, can_be_polished, limits_can_be_polished
-from problems.tasks import Move, Surroundings
-from problems.timing import least_durations, retime
+from problems.tasks import Joints, Move, Surroundings
+from problems.timing import fastest_through, least_durations, retime
 
+SEGMENT_PIECES = 7  # of a deviation past vias, for each of its segments: durations within 3 % of 192 pieces
 SAMPLE_TIMES = 100  # of a motion, at least, at which motors and own limits are checked before a proof
 MOST_TOO_FAST = 20  # motions at the bound that are tried where own limits may ask for more time
 LATER = 1e-9  # of the least total time: rounding
@@ -106,6 +109,23 @@ class MovePlanner(DirectPlanner):
     def free_space_time(self) -> float:
         return least_time(self.task)
 
+    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
+        """The fastest motion past given postures to each goal, the soonest first."""
+        if self.task.passes_nothing or not self.objective.asks_for_least_time or self.task.total_time is not None:
+            return
+        if all(isinstance(place, Joints) and not place.within for place in (self.task.start, *self.task.vias)):
+            goals = [branch_posture(self.robot, goal) for goal in self.task.goals if isinstance(goal, Joints)]
+            vias = [branch_posture(self.robot, via) for via in self.task.vias]
+            found = [self._fastest_through([*vias, goal]) for goal in goals]
+            yield from sorted((one for one in found if one is not None), key=lambda motion: motion.duration)
+
+    def _fastest_through(self, postures: Sequence[FloatArray]) -> Trajectory | None:
+        """The fastest motion from the start through postures (dof,), rad, in free space; None where none is found."""
+        velocities = None if self.task.at_rest else self.task.end_velocities
+        return fastest_through(
+            np.stack([branch_posture(self.robot, self.task.start), *postures]), self.robot.limits, velocities
+        )
+
     @cached_property
     def _polish(self) -> PathSpeedPolish:
         return PathSpeedPolish(self.task, self.limits)
@@ -143,6 +163,7 @@ class PathPlanner(MovePlanner):
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Motions as fast as the direct one; of a pose to the postures around the branch's, the best first."""
+        yield from super().at_the_bound(rng)
         if not (self.objective.direct_is_least and self.task.passes_nothing and self.task.at_rest):
             return
         if self._allowed(self._start[None]).all():
@@ -167,7 +188,10 @@ class PathPlanner(MovePlanner):
         try:
             gentler = gentler_limits(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
             rates, soonest = Rates(*self.task.end_velocities), self._soonest if world.moves else 0.0
-            motions = Deviations(start, goal, self.robot.limits, gentler=gentler, rates=rates, at_least=soonest)
+            pieces = max(PIECES, SEGMENT_PIECES * (len(vias) + 1))
+            motions = Deviations(
+                start, goal, self.robot.limits, gentler=gentler, rates=rates, at_least=soonest, pieces=pieces
+            )
         except InvalidProblem:  # of ends that move
             return
         usual = np.array([branch_posture(self.robot, via) for via in vias]).reshape(-1, self.robot.dof)
@@ -178,6 +202,9 @@ class PathPlanner(MovePlanner):
             if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
             box = joint_box(self.robot, start, *through, goal)
+            known = self._fastest_through([*through, goal]) if vias else None
+            if known is not None and self._held(known) and world.prove(known).status:
+                yield self._in_time(known)
             found = PathRefinement(
                 world=world,
                 motions=motions,
@@ -187,11 +214,12 @@ class PathPlanner(MovePlanner):
                 expressions=self._own,
                 passages=passages,
                 through=through,
+                known=known,
                 running_out=running_out,
                 stay=self.task.stay,
             ).best_motion(seed, to_beat)
             if found is not None:
-                yield from map(self._in_time, (found, *self._timed_anew(found, motions.bound)))
+                yield from map(self._in_time, (found, *self._timed_anew(found, known)))
                 to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
 
     @cached_property
@@ -252,9 +280,17 @@ class PathPlanner(MovePlanner):
         bounds = self.task.total_time
         return PolishObjective(motions, self.integrals, (0.0, longest) if bounds is None else bounds)
 
-    def _timed_anew(self, found: Trajectory, least: float) -> Iterator[Trajectory]:
-        """A motion past vias along its own path, which may take less than what programs hold to be the least."""
-        resting = self.task.vias and self.task.at_rest
-        if resting and self.objective.sooner_is_better and found.duration > RefinementSettings.near_bound * least:
+    def _timed_anew(self, found: Trajectory, known: Trajectory | None) -> Iterator[Trajectory]:
+        """Motions past vias that may take less than a found one: through a few of its postures, or along its path."""
+        world, best = self._world, found
+        if known is None or world is None or not self.objective.sooner_is_better:
+            return
+        passed = np.concatenate([[0.0], self.task.via_times(found), [found.duration]])
+        velocities = None if self.task.at_rest else self.task.end_velocities
+        pinned = fastest_pinned(found, passed, self.robot.limits, world, velocities)
+        if pinned is not None:
+            best = pinned
+            yield pinned
+        if self.task.at_rest and best.duration > RefinementSettings.near_bound * known.duration:
             with suppress(InvalidProblem):
                 yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)

@@ -1,0 +1,482 @@
+// The least time through given postures: durations T_i of segments, rates at the places between them, control points.
+//
+// Segment i is a clamped spline of degree D of N cells in u = t / T_i. Its first and last D control points follow from
+// the places and the derivatives q_e (e < D) there, which neighbours share: they are P + sum of phi_e q_e T^e, so that
+// any values are a motion through all places. The others are free. With tau = log T the program is
+//
+//     minimise  sum of T / sum of T_0 + price * sigma    subject to    |w c| <= b(T) + sigma,  sigma >= 0,
+//
+// where a row w of a derivative of order r is a share of its limit and b = (T / T_ref)^r. It is solved by a primal-dual
+// interior-point method with slacks s of their own: with D = z / s and y = mu / s + D (g + s) of rows g <= 0 of slopes G,
+//
+//     (H + G'DG) d = -(f' + G'y),    ds = -(g + s) - G d,    dz = mu / s - z - D ds.
+//
+// Products q_e T^e are curved. What a straight step misses of them would lie in one cell and cost N^2 of the highest
+// derivative, so that steps are bent: the miss is added along a smooth spline phi_e. H is the exact second derivative
+// along bent steps. A step is as long as it lowers f - mu sum of log s, or what slacks miss.
+#pragma once
+#include <array>
+
+#include "arrow.hpp"
+
+namespace core {
+
+// A row of every segment: a derivative of an order, by D + 1 control points from the first on.
+struct PointRow {
+    int order, first;
+};
+
+// Places (S + 1, k), middles of the ranges (k,), half of these and limits (D + 1, k) and derivatives at both ends
+// (2, D - 1, k). A limit that is not finite is none.
+struct Stops {
+    int segments, joints;
+    const double *places, *middles, *limits, *ends;
+};
+
+// Rows (m), their weights (S, m, D + 1), and phi_e of all K = N + D control points, (S, 2 ends, D - 1, K).
+struct Cells {
+    int count;
+    double price;
+    std::vector<PointRow> rows;
+    const double *weights, *bends;
+};
+
+constexpr int THROUGH_ITERATIONS = 150;
+constexpr double FIRST_PRODUCTS = 0.03, LAST_PRODUCTS = 3e-4;  // sums of s z
+constexpr double STATIONARITY = 3e-3, VIOLATION = 1e-3;
+constexpr double CENTERING = 0.1, TO_BOUNDARY = 0.99;
+constexpr double LARGEST_TAU = 0.4, LEAST_SLACK = 1e-3;
+constexpr double ENOUGH_DESCENT = 1e-4, SHORTEST_STEP = 1e-8, MOST_MISSED = 1e3;
+
+template <int D>
+class Through {
+public:
+    static constexpr int E = D - 1, REACH = 2 * D - 2;  // rates of a place; how far unknowns of a row are apart
+
+    Through(const Stops& stops, const Cells& cells)
+        : stops(stops), cells(cells), N(cells.count), K(N + D), S(stops.segments), G(eights(stops.joints)),
+          m((int)cells.rows.size()), n(S * (N - 1) + E), slots(S * m * G), middles(G), places((S + 1) * G),
+          mask(slots), scale(slots), value(slots), now(empty()), trial(empty()), z{value, value}, ds(z), dz(z),
+          dual(n * G), unit(n * G), system(n, REACH, G, begins()) {
+        for (int lane = 0; lane < stops.joints; ++lane) {
+            at(middles, lane) = stops.middles[lane];
+            for (int i = 0; i <= S; ++i) at(places, i * G * LANES + lane) = stops.places[i * stops.joints + lane];
+        }
+    }
+
+    // Rates at the places between, (S - 1, D - 1, k), free control points (S, N - D, k) and durations (S,), all of which
+    // are replaced. Whether they are a solution.
+    bool operator()(double* rates, double* inner, double* durations) {
+        visit(rates, inner, [](Lanes& own, int lane, double& given) { own[lane] = given; });
+        std::copy(durations, durations + S, now.T.begin());
+        start();
+        bool solved = false;
+        for (int iteration = 0; iteration < THROUGH_ITERATIONS && linearise() && !solved; ++iteration) {
+            solved = gap() < LAST_PRODUCTS && stationarity() < STATIONARITY && violation() < VIOLATION;
+            if (!solved && !(system.solve() && advance())) break;
+        }
+        visit(rates, inner, [](Lanes& own, int lane, double& given) { given = own[lane]; });
+        std::copy(now.T.begin(), now.T.end(), durations);
+        return solved;
+    }
+
+private:
+    typedef std::array<Vector, 2> Sides;  // upper bounds, lower bounds
+
+    // Unknowns (n, G): rates of a place, then free control points behind it, and so on; the first and last are given.
+    struct State {
+        Vector u;
+        std::vector<double> T;
+        double sigma;
+        Sides s;
+        std::vector<double> bounds;  // b of each order, (S, D + 1)
+    };
+
+    const Stops& stops;
+    const Cells& cells;
+    const int N, K, S, G, m, n, slots;  // a slot is a row of a segment and a group of joints
+    Vector middles, places;
+    Vector mask, scale;                 // 1 where there is a limit, else 0; 1 / (limit T_ref^r)
+    Vector value;                       // of the rows of the state that was evaluated last, as shares of limits
+    State now, trial;
+    Sides z, ds, dz;
+    Vector dual, unit;                  // f' + G'z; what divides it
+    Arrow system;
+    std::vector<double> reference;      // T_ref
+    double products = 1.0, total = 0.0, mu = 0.0, zeta = 0.0, dual_sigma = 0.0, worst_tau = 0.0;
+
+    static double& at(Vector& values, int number) { return values[number / LANES][number % LANES]; }
+    State empty() const {
+        return {Vector(n * G), std::vector<double>(S), 0.0, {Vector(slots), Vector(slots)}, std::vector<double>(S * (D + 1))};
+    }
+
+    // Where border columns begin: that of a duration with its segment, that of sigma at once.
+    std::vector<int> begins() const {
+        std::vector<int> found(S + 1);
+        for (int i = 0; i < S; ++i) found[i] = base(i);
+        return found;
+    }
+
+    // The unknown where the rates of a place begin. Control point p of the segment behind it is unknown base + p - 1.
+    int base(int segment) const { return segment * (N - 1); }
+    bool is_given(int unknown) const { return unknown < E || unknown >= n - E; }
+
+    int slot_of(int segment, int row, int g) const { return (segment * m + row) * G + g; }
+    const double* weights(int segment, int row) const { return cells.weights + (segment * m + row) * (D + 1); }
+
+    // Calls with each slot, its segment and its row.
+    template <class Visit>
+    void each_slot(Visit&& visit) const {
+        for (int i = 0; i < S; ++i)
+            for (int r = 0; r < m; ++r)
+                for (int g = 0; g < G; ++g) visit(slot_of(i, r, g), i, cells.rows[r].order);
+    }
+
+    double bend(int segment, int end, int e, int point) const {
+        return cells.bends[((segment * 2 + end) * E + e - 1) * K + point];
+    }
+
+    double bound(int segment, int order, const State& state) const { return state.bounds[segment * (D + 1) + order]; }
+
+    // g = |w c| - b - sigma of a bound b, and what its slack misses.
+    Lanes excess(int slot, int side, double bound, const State& state) const {
+        return (side ? -value[slot] : value[slot]) - bound - state.sigma;
+    }
+    Lanes missed(int slot, int side, double bound, const State& state) const {
+        return mask[slot] * (excess(slot, side, bound, state) + state.s[side][slot]);
+    }
+
+    // The unknowns of a control point: number, factor, and by which power of T the factor grows.
+    template <class Visit>
+    void unknowns_of(int segment, int point, double T, Visit&& visit) const {
+        const int end = point >= K - D, near = end ? K - 1 - point : point;
+        if (near >= D) return visit(base(segment) + point - 1, 1.0, 0);
+        double power = T;
+        for (int e = 1; e <= near; ++e, power *= T)
+            visit(base(segment + end) + e - 1, bend(segment, end, e, point) * power, e);
+    }
+
+    // Pairs an unknown, and its lane, with the number that Python knows.
+    template <class Pair>
+    void visit(double* rates, double* inner, Pair&& pair) {
+        const int k = stops.joints, free = K - 2 * D;
+        for (int lane = 0; lane < k; ++lane)
+            for (int i = 0; i <= S; ++i) {
+                const auto own = [&](int unknown) -> Lanes& { return now.u[unknown * G + lane / LANES]; };
+                for (int e = 0; e < E; ++e) {
+                    double given = stops.ends[((i == S) * E + e) * k + lane];
+                    pair(own(base(i) + e), lane % LANES, i > 0 && i < S ? rates[((i - 1) * E + e) * k + lane] : given);
+                }
+                for (int p = 0; p < free && i < S; ++p)
+                    pair(own(base(i) + D + p - 1), lane % LANES, inner[(i * free + p) * k + lane]);
+            }
+    }
+
+    void start() {
+        reference = now.T;
+        for (int i = 0; i < S; ++i) total += now.T[i];
+        each_slot([&](int slot, int i, int order) { scale[slot] = inverse_limit(i, order, slot % G, mask[slot]); });
+        for (int u = 0; u < n; ++u) {
+            const int i = std::min(u / (N - 1), S - 1), e = u - base(i) + 1;
+            for (int g = 0; g < G; ++g) {
+                Lanes known{};
+                const Lanes found = inverse_limit(i, e <= E ? e : 1, g, known) * (e <= E ? std::pow(reference[i], e) : N);
+                unit[u * G + g] = known > 0.0 ? found : all(1.0);
+            }
+        }
+        for (const Lanes& each : mask) products += 2.0 * sum(each);
+        evaluate(now);
+        mu = FIRST_PRODUCTS / products;
+        now.sigma = std::max(mu / cells.price, violation());
+        zeta = mu / now.sigma;
+        each_slot([&](int slot, int i, int order) {
+            for (int side : {0, 1}) {
+                now.s[side][slot] = most(-excess(slot, side, bound(i, order, now), now), all(LEAST_SLACK));
+                z[side][slot] = mask[slot] * mu / now.s[side][slot];
+            }
+        });
+    }
+
+    // 1 / (limit T^r) of the joints of a group, and 1 where there is a limit.
+    Lanes inverse_limit(int segment, int order, int g, Lanes& known) const {
+        Lanes found{};
+        for (int lane = 0; lane < LANES && g * LANES + lane < stops.joints; ++lane) {
+            const double limit = stops.limits[order * stops.joints + g * LANES + lane];
+            known[lane] = std::isfinite(limit);
+            if (std::isfinite(limit)) found[lane] = 1.0 / (limit * std::pow(reference[segment], order));
+        }
+        return found;
+    }
+
+    void evaluate(State& state) {
+        std::vector<Lanes> c(K);
+        for (int i = 0; i < S; ++i) {
+            double* b = &state.bounds[i * (D + 1)];
+            b[0] = 1.0;
+            for (int r = 1; r <= D; ++r) b[r] = b[r - 1] * state.T[i] / reference[i];
+            for (int g = 0; g < G; ++g) {
+                for (int p = 0; p < K; ++p) {
+                    c[p] = p < D ? places[i * G + g] : p >= K - D ? places[(i + 1) * G + g] : Lanes{};
+                    unknowns_of(i, p, state.T[i], [&](int u, double by, int) { c[p] += by * state.u[u * G + g]; });
+                }
+                for (int r = 0; r < m; ++r) {
+                    const int slot = slot_of(i, r, g);
+                    const Lanes from = cells.rows[r].order == 0 ? middles[g] : Lanes{};
+                    value[slot] = (sum_of(i, r, c) - from) * scale[slot];
+                }
+            }
+        }
+    }
+
+    Lanes sum_of(int segment, int row, const std::vector<Lanes>& points) const {
+        const Lanes* from = &points[cells.rows[row].first];
+        const double* w = weights(segment, row);
+        Lanes found{};
+        for (int a = 0; a <= D; ++a) found += w[a] * from[a];
+        return found;
+    }
+
+    double gap() const {
+        Lanes found{};
+        for (int side : {0, 1})
+            for (int slot = 0; slot < slots; ++slot) found += z[side][slot] * now.s[side][slot];
+        return sum(found) + now.sigma * zeta;
+    }
+
+    // The largest excess over bounds.
+    double violation() const {
+        Lanes worst{};
+        each_slot([&](int slot, int i, int order) {
+            worst = most(worst, mask[slot] * (size(value[slot]) - bound(i, order, now)));
+        });
+        return greatest(worst);
+    }
+
+    // The largest derivative that is left, by unknowns in the units of limits and durations.
+    double stationarity() const {
+        double worst = std::max(worst_tau, std::abs(dual_sigma));
+        for (int u = E; u < n - E; ++u)
+            for (int g = 0; g < G; ++g) worst = std::max(worst, greatest(size(dual[u * G + g]) / unit[u * G + g]));
+        return worst;
+    }
+
+    // The equations of the next step; whether they are of numbers.
+    bool linearise() {
+        evaluate(now);
+        mu = CENTERING * gap() / products;
+        system.clear();
+        std::fill(dual.begin(), dual.end(), Lanes{});
+        dual_sigma = cells.price - zeta, worst_tau = 0.0;
+        for (int i = 0; i < S; ++i) {
+            system.corner_at(i, i) += now.T[i] / total;
+            system.last[i] -= now.T[i] / total;
+            double dual_tau = now.T[i] / total;
+            for (int g = 0; g < G; ++g) dual_tau += linearise(i, g);
+            worst_tau = std::max(worst_tau, std::abs(dual_tau));
+        }
+        system.corner_at(S, S) += zeta / now.sigma;
+        system.last[S] -= cells.price - mu / now.sigma;
+        for (int u = 0; u < n; ++u)
+            if (is_given(u)) system.fix(u);
+        return std::isfinite(mu) && std::isfinite(stationarity());
+    }
+
+    // Sums over the rows of a segment, of one group: of control points, then of its duration and sigma.
+    struct Sums {
+        std::vector<Lanes> square, by_bound, by_slack, first, multiplier;
+        Lanes tt{}, ts{}, ss{}, t{}, s{}, dual_t{}, dual_s{};
+    };
+
+    Sums summed(int i, int g) const {
+        const std::vector<Lanes> none(K, Lanes{});
+        Sums sums{std::vector<Lanes>(K * (D + 1), Lanes{}), none, none, none, none};
+        for (int r = 0; r < m; ++r) {
+            const int slot = slot_of(i, r, g), order = cells.rows[r].order, from = cells.rows[r].first;
+            const double b = bound(i, order, now), slope = order * b, *w = weights(i, r);
+            Lanes weight[2], y[2];
+            for (int side : {0, 1}) {
+                weight[side] = z[side][slot] / now.s[side][slot];
+                y[side] = mask[slot] * mu / now.s[side][slot] + weight[side] * missed(slot, side, b, now);
+            }
+            const Lanes both = weight[0] + weight[1], turns = z[0][slot] + z[1][slot];
+            sums.tt += both * (slope * slope) - turns * (order * slope);
+            sums.ts += both * slope, sums.ss += both;
+            sums.t -= slope * (y[0] + y[1]), sums.s -= y[0] + y[1];
+            sums.dual_t -= slope * turns, sums.dual_s -= turns;
+            const Lanes share = scale[slot], first = (y[0] - y[1]) * share, multiplier = (z[0][slot] - z[1][slot]) * share;
+            const Lanes other = (weight[1] - weight[0]) * share, square = both * share * share;
+            for (int a = 0; a <= D; ++a) {
+                const int p = from + a;
+                sums.first[p] += w[a] * first, sums.multiplier[p] += w[a] * multiplier;
+                sums.by_slack[p] += w[a] * other, sums.by_bound[p] += (w[a] * slope) * other;
+                for (int b = 0; b <= a; ++b) sums.square[p * (D + 1) + a - b] += (w[a] * w[b]) * square;
+            }
+        }
+        return sums;
+    }
+
+    // Adds a segment, of one group, to the equations; its part of the derivative by tau of f + z'g.
+    double linearise(int i, int g) {
+        const double T = now.T[i];
+        Sums sums = summed(i, g);
+        std::vector<Lanes> turn(K, Lanes{}), turned(sums.by_bound);  // turn: of control points with tau
+        for (int p = 0; p < K; ++p)
+            unknowns_of(i, p, T, [&](int u, double by, int e) { turn[p] += (e * by) * now.u[u * G + g]; });
+        for (int p = 0; p < K; ++p)
+            for (int q = std::max(0, p - D); q <= std::min(K - 1, p + D); ++q) turned[p] += square_of(sums, p, q) * turn[q];
+        for (int p = 0; p < K; ++p) {
+            sums.tt += turn[p] * (turned[p] + sums.by_bound[p]);
+            sums.ts += turn[p] * sums.by_slack[p], sums.t += turn[p] * sums.first[p];
+            sums.dual_t += turn[p] * sums.multiplier[p];
+            unknowns_of(i, p, T, [&](int u, double by, int) {
+                system.right[u * G + g] -= by * sums.first[p], dual[u * G + g] += by * sums.multiplier[p];
+                system.side(i, u, g) += by * turned[p], system.side(S, u, g) += by * sums.by_slack[p];
+                for (int q = std::max(0, p - D); q <= std::min(K - 1, p + D); ++q)
+                    unknowns_of(i, q, T, [&](int v, double other, int) {
+                        if (v <= u) system.at(u, v, g) += (by * other) * square_of(sums, p, q);
+                    });
+            });
+        }
+        system.corner_at(i, i) += sum(sums.tt + curved(i, g, sums.multiplier));
+        system.corner_at(S, i) += sum(sums.ts), system.corner_at(S, S) += sum(sums.ss);
+        system.last[i] -= sum(sums.t), system.last[S] -= sum(sums.s);
+        dual_sigma += sum(sums.dual_s);
+        return sum(sums.dual_t);
+    }
+
+    static Lanes square_of(const Sums& sums, int p, int q) {
+        return sums.square[std::max(p, q) * (D + 1) + std::abs(p - q)];
+    }
+
+    // Second derivatives along bent steps: by rates and tau, which go to the border, and by tau alone.
+    Lanes curved(int i, int g, const std::vector<Lanes>& multiplier) {
+        Lanes found{};
+        double power = now.T[i];
+        for (int e = 1; e <= E; ++e, power *= now.T[i])
+            for (int end : {0, 1}) {
+                Lanes by{};
+                for (int p = 0; p < K; ++p) by += bend(i, end, e, p) * multiplier[p];
+                const int rate = base(i + end) + e - 1;
+                system.side(i, rate, g) += (e * power) * by;
+                found += (e * e * power) * by * now.u[rate * G + g];
+            }
+        return found;
+    }
+
+    // One step; whether there is one.
+    bool advance() {
+        const std::vector<double>& tau = system.last;
+        const double dzeta = mu / now.sigma - zeta - zeta / now.sigma * tau[S];
+        step_sides();
+        double primal = shares(now.s, ds, TO_BOUNDARY), dual_share = shares(z, dz, TO_BOUNDARY);
+        primal = shortened(primal, now.sigma, tau[S]), dual_share = shortened(dual_share, zeta, dzeta);
+        for (int i = 0; i < S; ++i) primal = std::min(primal, LARGEST_TAU / std::max(std::abs(tau[i]), LARGEST_TAU));
+        const double before = merit(now), missing = missed(now), slope = std::min(merit_slope(), 0.0);
+        for (double share = primal; share > SHORTEST_STEP; share *= 0.5) {
+            bend_to(share);
+            const double enough = ENOUGH_DESCENT * share, left = missed(trial);
+            const bool is_lower = merit(trial) <= before + enough * slope + 1e-12 * std::abs(before);
+            if (!(left < MOST_MISSED && (is_lower || left <= (1.0 - enough) * missing))) continue;
+            std::swap(now, trial);
+            for (int side : {0, 1})
+                for (int slot = 0; slot < slots; ++slot) z[side][slot] += dual_share * dz[side][slot];
+            zeta += dual_share * dzeta;
+            return true;
+        }
+        return false;
+    }
+
+    // Steps of slacks and multipliers.
+    void step_sides() {
+        std::vector<Lanes> moved(K);
+        for (int i = 0; i < S; ++i)
+            for (int g = 0; g < G; ++g) {
+                for (int p = 0; p < K; ++p) {
+                    moved[p] = Lanes{};
+                    unknowns_of(i, p, now.T[i], [&](int u, double by, int e) {
+                        moved[p] += by * (system.right[u * G + g] + (e * system.last[i]) * now.u[u * G + g]);
+                    });
+                }
+                for (int r = 0; r < m; ++r) {
+                    const int slot = slot_of(i, r, g), order = cells.rows[r].order;
+                    const Lanes along = sum_of(i, r, moved) * scale[slot];
+                    const double b = bound(i, order, now), more = order * b * system.last[i] + system.last[S];
+                    for (int side : {0, 1}) {
+                        const Lanes s = now.s[side][slot], own = z[side][slot];
+                        const Lanes change = more - (side ? -along : along) - missed(slot, side, b, now);
+                        ds[side][slot] = mask[slot] * change;
+                        dz[side][slot] = mask[slot] * (mu / s) - own - own / s * change;
+                    }
+                }
+            }
+    }
+
+    static double shortened(double share, double from, double change) {
+        return change < 0.0 ? std::min(share, -TO_BOUNDARY * from / change) : share;
+    }
+
+    // The share of steps that keeps values positive, of those that count.
+    double shares(const Sides& values, const Sides& steps, double share) const {
+        for (int side : {0, 1})
+            for (int slot = 0; slot < slots; ++slot)
+                for (int lane = 0; lane < LANES; ++lane)
+                    if (mask[slot][lane] > 0.0)
+                        share = shortened(share, values[side][slot][lane], steps[side][slot][lane]);
+        return share;
+    }
+
+    // The trial state at a share of the step, bent.
+    void bend_to(double share) {
+        for (int j = 0; j < n * G; ++j) trial.u[j] = now.u[j] + share * system.right[j];
+        trial.sigma = now.sigma + share * system.last[S];
+        for (int i = 0; i < S; ++i) {
+            const double change = share * system.last[i], T = now.T[i];
+            trial.T[i] = T * std::exp(change);
+            double power = T, later = trial.T[i];
+            for (int e = 1; e <= E; ++e, power *= T, later *= trial.T[i])
+                for (int end : {0, 1})
+                    for (int g = 0; g < G; ++g) {
+                        const int rate = (base(i + end) + e - 1) * G + g;
+                        const Lanes straight = power * (now.u[rate] * (1.0 + e * change) + share * system.right[rate]);
+                        const Lanes rest = trial.u[rate] * later - straight;
+                        for (int p = D; p < K - D; ++p) trial.u[(base(i) + p - 1) * G + g] += rest * bend(i, end, e, p);
+                    }
+        }
+        evaluate(trial);
+        each_slot([&](int slot, int i, int order) {
+            for (int side : {0, 1}) {
+                const Lanes straight = now.s[side][slot] + share * ds[side][slot];
+                trial.s[side][slot] = most(straight, -excess(slot, side, bound(i, order, trial), trial));
+            }
+        });
+    }
+
+    // What slacks miss, in all, of the state that was evaluated last.
+    double missed(const State& state) const {
+        Lanes found{};
+        each_slot([&](int slot, int i, int order) {
+            for (int side : {0, 1}) found += size(missed(slot, side, bound(i, order, state), state));
+        });
+        return sum(found);
+    }
+
+    double merit(const State& state) const {
+        double found = cells.price * state.sigma - mu * std::log(state.sigma);
+        for (int i = 0; i < S; ++i) found += state.T[i] / total;
+        for (int slot = 0; slot < slots; ++slot)
+            for (int lane = 0; lane < LANES; ++lane)
+                if (mask[slot][lane] > 0.0) found -= mu * std::log(state.s[0][slot][lane] * state.s[1][slot][lane]);
+        return found;
+    }
+
+    double merit_slope() const {
+        double found = (cells.price - mu / now.sigma) * system.last[S];
+        for (int i = 0; i < S; ++i) found += now.T[i] / total * system.last[i];
+        Lanes barrier{};
+        for (int side : {0, 1})
+            for (int slot = 0; slot < slots; ++slot) barrier += ds[side][slot] / now.s[side][slot];
+        return found - mu * sum(barrier);
+    }
+};
+
+}  // namespace core

@@ -1,0 +1,130 @@
+"""The fastest motions through given postures."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from helpers.slow import slow_except
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import PPoly
+
+from benchmarks.through import Case, by_nonlinear_program, published
+from problems.base import FloatArray
+from problems.motions import Trajectory
+from problems.robots import JointLimits
+from problems.timing import fastest_through, least_durations, rest_to_rest, through
+
+LIN_OPTIMUM = 16.0375  # s, by IPOPT with 32 cells a segment
+CASES = {case.name: case for case in published()}
+
+
+def limits(rng: np.random.Generator, joints: int, with_jerk: bool = True) -> JointLimits:
+    speed = rng.uniform(0.5, 3.0, joints)
+    acceleration = speed * rng.uniform(1.0, 8.0, joints)
+    jerk = tuple(acceleration * rng.uniform(1.0, 15.0, joints)) if with_jerk else None
+    return JointLimits(speed=tuple(speed), acceleration=tuple(acceleration), jerk=jerk)
+
+
+def found_through(
+    postures: FloatArray, bounds: JointLimits, velocities: FloatArray | None = None
+) -> tuple[Trajectory, PPoly]:
+    """The motion, and the same by SciPy."""
+    found = fastest_through(postures, bounds, velocities)
+    assert found is not None
+    return found, PPoly(found.coefficients, found.breakpoints)
+
+
+def check(postures: FloatArray, bounds: JointLimits, velocities: FloatArray | None = None) -> Trajectory:
+    """Postures are passed in their order without jumps, and limits kept, as SciPy sees it."""
+    found, theta = found_through(postures, bounds, velocities)
+    cells = (found.breakpoints.size - 1) // (len(postures) - 1)
+    np.testing.assert_allclose(theta(found.breakpoints[::cells]), postures, atol=1e-9)
+    times = np.linspace(0.0, found.duration, 5_000)
+    for order, bound in enumerate(bounds.by_order, start=1):
+        assert (np.abs(theta(times, order)) <= bound * (1.0 + 1e-8)).all()
+        if order < len(bounds.by_order):
+            before, after = (theta(found.breakpoints[1:-1] + side, order) for side in (-1e-9, 1e-9))
+            np.testing.assert_allclose(before, after, atol=1e-6 * bound.max() + 1e-8 * max(map(max, bounds.by_order)))
+    at_ends = theta(found.breakpoints[[0, -1]], 1)
+    np.testing.assert_allclose(at_ends, np.zeros_like(at_ends) if velocities is None else velocities, atol=1e-9)
+    return found
+
+
+@given(seed=st.integers(0, 10_000), with_jerk=st.booleans(), moving=st.booleans())
+@settings(max_examples=12, deadline=None)
+def test_postures_are_passed_within_the_limits_sooner_than_with_stops(seed: int, with_jerk: bool, moving: bool) -> None:
+    rng = np.random.default_rng(seed)
+    joints, count = int(rng.integers(1, 10)), int(rng.integers(2, 7))
+    postures, bounds = rng.uniform(-2.0, 2.0, (count, joints)), limits(rng, joints, with_jerk)
+    velocities = rng.uniform(-0.2, 0.2, (2, joints)) * np.array(bounds.speed) if moving else None
+    found = check(postures, bounds, velocities)
+    if not moving:
+        stopping = sum(rest_to_rest(*pair, bounds).duration for pair in pairwise(postures))
+        ends = float(least_durations(postures[-1] - postures[0], bounds).max())
+        assert ends * (1.0 - 1e-9) <= found.duration <= stopping * 1.01
+
+
+@pytest.mark.parametrize("name", slow_except(CASES, "Piazzi and Visioli, after [2]"))
+def test_no_nonlinear_program_is_faster(name: str) -> None:
+    case = CASES[name]
+    assert check(case.postures, case.limits).duration <= 1.0005 * by_nonlinear_program(case, 16)
+
+
+def test_the_classical_problem_is_at_its_optimum() -> None:
+    case = CASES["Lin 1983 [1]"]
+    assert check(case.postures, case.limits).duration == pytest.approx(LIN_OPTIMUM, rel=1e-3)
+
+
+def test_ends_that_move_are_no_slower_than_a_nonlinear_program() -> None:
+    rng = np.random.default_rng(3)
+    case = Case("moving", rng.uniform(-1.0, 1.0, (3, 2)), limits(rng, 2), np.array([[0.1, -0.1], [0.2, 0.0]]))
+    assert check(case.postures, case.limits, case.velocities).duration <= 1.0005 * by_nonlinear_program(case, 16)
+
+
+@pytest.mark.parametrize("on_the_way", [[], [41.0, 72.0], [30.0, 45.0, 69.0, 85.0]])
+def test_postures_on_the_way_of_one_joint_cost_no_time(on_the_way: list[float]) -> None:
+    """85 degrees at 100 deg/s and 150 deg/s^2 take 100 / 150 + 85 / 100 s."""
+    postures = np.radians([[15.0], *([each] for each in on_the_way), [100.0]])
+    bounds = JointLimits(speed=(float(np.radians(100.0)),), acceleration=(float(np.radians(150.0)),))
+    assert check(postures, bounds).duration == pytest.approx(100.0 / 150.0 + 0.85, rel=2e-3)
+
+
+def test_ranges_are_kept_that_the_motion_would_leave() -> None:
+    rng = np.random.default_rng(8)
+    postures, free = rng.uniform(-1.0, 1.0, (6, 3)), limits(rng, 3)
+    box = JointLimits(
+        speed=free.speed, acceleration=free.acceleration, jerk=free.jerk,
+        position=tuple(zip(postures.min(axis=0) - 0.01, postures.max(axis=0) + 0.01, strict=True)),
+    )  # fmt: skip
+    found, (low, high) = check(postures, box), np.array(box.position).T
+    theta = found.at(np.linspace(0.0, found.duration, 5_000))
+    assert (theta >= low - 1e-9).all() and (theta <= high + 1e-9).all()
+    outside, _ = found_through(postures, free)
+    beyond = outside.at(np.linspace(0.0, outside.duration, 5_000))
+    assert ((beyond < low) | (beyond > high)).any()
+    assert outside.duration <= 1.001 * found.duration
+
+
+def test_a_posture_twice_in_a_row_is_passed_once_and_one_alone_is_no_motion() -> None:
+    rng = np.random.default_rng(5)
+    postures, bounds = rng.uniform(-1.0, 1.0, (4, 3)), limits(rng, 3)
+    once, twice = (found_through(each, bounds)[0] for each in (postures, np.repeat(postures, 2, axis=0)))
+    assert once.duration == twice.duration
+    assert fastest_through(postures[:1].repeat(3, axis=0), bounds) is None
+
+
+def test_what_no_motion_keeps_is_none() -> None:
+    """A joint arrives at the end of its range with a velocity that leads beyond it."""
+    bounds = JointLimits(speed=(1.0,), acceleration=(1.0,), jerk=(1.0,), position=((0.0, 1.0),))
+    postures = np.array([[0.5], [0.2], [1.0 - 1e-6]])
+    assert fastest_through(postures, bounds, np.array([[0.0], [0.5]])) is not None
+    assert fastest_through(postures, bounds, np.array([[0.0], [-0.5]])) is None
+
+
+def test_without_a_core_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(through, "found_core", lambda: None)
+    rng = np.random.default_rng(5)
+    assert fastest_through(rng.uniform(-1.0, 1.0, (3, 2)), limits(rng, 2)) is None
