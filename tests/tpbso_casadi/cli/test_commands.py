@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 from helpers.commands import module_of, options_of, parser_of, parsers
-from helpers.running import refusal
 from helpers.scenes import CART, SHORT_ARM, TURN, toml
 
 from problems.core import core_account
@@ -217,7 +216,3 @@ def test_every_shell_has_a_script_with_every_command_scenario_and_solver(
     assert completion.main([shell]) == 0
     script = capsys.readouterr().out
     assert all(name in script for name in (*COMMANDS, *TITLES, *SOLVER_CATALOGUE.registry))
-
-
-def test_a_shell_that_is_none(in_an_empty_folder: None, capsys: pytest.CaptureFixture[str]) -> None:
-    assert refusal(capsys, completion.main, "cmd.exe").startswith("argument SHELL: invalid choice: 'cmd.exe'")

@@ -7,7 +7,6 @@ import json
 import os
 import random
 import re
-import shlex
 import shutil
 import signal
 import sqlite3
@@ -18,7 +17,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from helpers.running import campaigns_here, refusal, status
+from helpers.running import campaigns_here, status
 from helpers.scenes import SWING, TWO_LINKS, toml
 from helpers.stores import wait_for_rows
 from helpers.waiting import PATIENCE, wait_until
@@ -98,35 +97,6 @@ def test_parquet_has_the_same_rows() -> None:
         expected = list(csv.DictReader(file))
     exported = parquet.read_table("runs.parquet").to_pylist()
     assert [{key: str(value) for key, value in row.items()} for row in exported] == expected
-
-
-WRONG = {
-    "": "the following arguments are required: SCENARIO",
-    "nope": "nope: neither a file nor a built-in scenario",
-    "no.toml": "no.toml: cannot be read",
-    "time-2 --solvers bos": "time-2: bos: solver.name: no solver 'bos'; did you mean bso?",
-    "time-2 --runs 0": "argument --runs: 0 is not positive",
-    "time-2 --workers 2 --dask x:1": "argument --dask: not allowed with argument --workers",
-    "time-2 --table runs.xlsx": "--table runs.xlsx: the name must end with .csv or .parquet",
-    "time-2 --out file/below": "file/below: file is a file, not a folder",
-    "time-2 --out .": "runs.sqlite: not a database",
-    "time-2 --out taken": "taken/summary.csv: is a folder, and would be replaced",
-    "time-2 --table runs/compare/summary.csv": "--table runs/compare/summary.csv: is a file that is",
-    f"time-2 --runs {10**30}": "argument --runs: 1000000000000000000000000000000 is more than",
-    f"time-2 --seed {2**63 - 1}": "seed: the last one would be larger than 9223372036854775807",
-    f"time-2 --workers {10**9}": "--workers: more than ",
-    "time-2 --dask nonsense": "--dask nonsense: is not an address like tcp://host:port",
-    "time-2 --dask here:65536": "--dask here:65536: is not an address like tcp://host:port",
-    "time-2 --dask carrier://here:1": "--dask carrier://here:1: carrier is none of tcp, tls, ws",
-}
-
-
-def test_bad_input_takes_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("file").write_text("")
-    Path("taken/summary.csv").mkdir(parents=True)
-    Path("runs.sqlite").write_text("no database " * 100)
-    for line, expected in WRONG.items():
-        assert refusal(capsys, main, *shlex.split(line)).startswith(expected), line
 
 
 def test_ipopt_has_a_budget_of_its_own() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.running import campaigns_here, refusal, status
+from helpers.running import campaigns_here, status
 
 import tpbso_casadi as tp
 from tpbso_casadi.cli.commands.compare import main
@@ -70,23 +70,3 @@ def test_functions_have_figures_and_a_page() -> None:
 def visible(page: str) -> str:
     """What a reader reads, without style and drawings."""
     return re.sub(r"<style>.*?</style>|<svg.*?</svg>|<[^>]*>", "", page, flags=re.DOTALL)
-
-
-WRONG = [
-    (["function:sphere"], "function:sphere: 'sphere' is not FUNCTION-D or FUNCTION-D@N"),
-    (["function:spere-2"], "function:spere-2: no benchmark function 'spere'; did you mean sphere?"),
-    (["function:sphere-2", "function:sphere-2"], "function:sphere-2: is there twice"),
-    (["function:sphere-2", "time-2"], "time-2: a scenario beside benchmark functions; compare each by itself"),
-    (["function:sphere-2", "--solvers", "ipopt"], "function:sphere-2: ipopt: IPOPT needs the derivatives"),
-    (["function:sphere-2", "--runs", "100001"], "runs: a campaign has at most 100000 in all"),
-    (["function:sphere-2", "--format", "csv"], "argument --format: csv is none of coco, ioh"),
-    ([f"function:sphere-{d}" for d in range(1, 26)] + ["--format", "coco"], "--format coco: 25 cases where COCO's"),
-    (["function:sphere-2", "--out", "out", "--format", "coco"], "out/coco is a file, not a folder"),
-]
-
-
-def test_errors_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("out").mkdir()
-    Path("out/coco").write_text("")
-    for arguments, expected in WRONG:
-        assert expected in refusal(capsys, main, *arguments, "--quiet"), arguments

@@ -172,26 +172,6 @@ def test_overwriting_leaves_nothing_of_before(complete: list[dict[str, str]]) ->
     assert list(Path("front/points").iterdir()) == []
 
 
-WRONG = [
-    (["--objectives", "time"], "--objectives time: two different ones are needed"),
-    (["--objectives", "time,lenght"], "--objectives: no objective 'lenght'; did you mean length?"),
-    (["--points", "1"], "argument --points: 1 is less than 2"),
-    (["--method", "simplex"], "argument --method: invalid choice: 'simplex'"),
-    (["--objectives", "rotation,length", "--method", "epsilon-constraint"], "needs time as one objective"),
-    (["--out", SCENARIO], f"{SCENARIO}: {SCENARIO} is a file, not a folder"),
-]
-
-
-def test_errors_take_a_line(capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments, reason in WRONG:
-        assert reason in refusal(capsys, main, *COMMAND, *arguments), arguments
-    Path(SCENARIO).write_text(scene({"motion": "paper"}))  # which knows no bound
-    assert "needs time as one objective" in refusal(capsys, main, *COMMAND, "--method", "epsilon-constraint")
-    Path(SCENARIO).write_text(scene(solver={"within": 1.0}))
-    reason = "solver.within: a trade-off makes plans of so many evaluations; leave it out"
-    assert reason in refusal(capsys, main, *COMMAND)
-
-
 @pytest.mark.slow
 def test_where_there_is_no_plan_what_there_is_is_written(capsys: pytest.CaptureFixture[str]) -> None:
     Path(SCENARIO).write_text(scene(obstacles=[{"shape": "box", "center": [0.0, 0.9], "size": [6.0, 0.3]}]))

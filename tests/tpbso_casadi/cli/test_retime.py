@@ -1,4 +1,4 @@
-"""``tpbso retime``: what it writes and says, payloads, one line for what is wrong."""
+"""``tpbso retime``: what it writes and says, payloads."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.running import refusal, result_of, status
+from helpers.running import result_of, status
 
-from tpbso_casadi.cli.commands import audit, solve
+from tpbso_casadi.cli.commands import audit
 from tpbso_casadi.cli.commands.retime import main
 
 ARM = "[arm]\nlink_lengths = [0.5, 0.5]\nmax_speed = [2.0, 3.0]\nmax_acceleration = [10.0, 8.0]\n"
@@ -68,35 +68,6 @@ def test_how_close_it_comes_to_what_moves_and_how_long_the_goal_is_clear_is_prin
     assert said["leaves"] == "at the goal: clear for ever"
     assert said["comes"].startswith("at the goal: clear until t = ")
     assert said["creeps"] == "at the goal: clear for 60 s, and no farther was looked"
-
-
-WRONG = [
-    (["path.csv"], "path.csv: says nothing of a robot; say --robot ARM.toml"),
-    (["path.csv", "--robot", "none.toml"], "none.toml: cannot be read"),
-    (["path.csv", "--robot", "path.csv"], "path.csv: not TOML"),
-    (["path.csv", "--robot", "empty.toml"], "empty.toml: arm: missing key"),
-    (["path.csv", "--robot", "arm.toml", "--blend", "-1"], "--blend: -1 is not 0 or a positive number"),
-    (["path.csv", "--robot", "arm.toml", "--start-speed", "9"], "task.start_speed: joint"),
-    (["path.csv", "--robot", "arm.toml", "--out", "."], "is the working folder"),
-    (["nothing", "--out", "x"], "nothing/result.json: cannot be read"),
-    (["path.csv", "--robot", "arm.toml", "--payload", "1"], "payload"),  # of links without masses
-    (["path.csv", "--robot", "motors.toml", "--payload", "-1"], "--payload: -1 is not 0 or a positive number"),
-    (  # level but for 0.5 rad: (1 kg 0.25 m + 5 kg 0.5 m) 9.81 m/s^2 cos(0.5)
-        ["path.csv", "--robot", "motors.toml", "--payload", "5"],
-        "joint 2 has to give 23.67 N m to hold the arm 0% along the path, and may give 6 N m",
-    ),
-]
-
-
-def test_what_is_wrong_takes_one_line(capfd: pytest.CaptureFixture[str]) -> None:
-    Path("empty.toml").write_text("")
-    Path("nothing").mkdir()
-    Path("motors.toml").write_text(ARM + MOTORS)
-    for arguments, expected in WRONG:
-        assert expected in refusal(capfd, main, *arguments, "--quiet"), arguments
-    Path("s.toml").write_text(ARM + '[task]\nkind = "joint-path"\njoints = "path.csv"\n')
-    reason = "solver: 'joint-path' is timed; there is nothing to search for"
-    assert reason in refusal(capfd, solve.main, "s.toml", "--solver", "pso")
 
 
 SETTINGS = '[robot]\nmodel = "planar"\n[robot.settings]\npayload = { mass = 0.2 }\n' + (ARM + MOTORS).partition("\n")[2]

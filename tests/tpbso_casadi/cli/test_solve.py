@@ -109,37 +109,8 @@ def test_an_accuracy_that_nothing_met_is_said_and_written(capfd: pytest.CaptureF
     assert not next(c for c in result["constraints"] if c["name"] == "accuracy")["satisfied"]
 
 
-def test_a_bad_file_is_refused(capfd: pytest.CaptureFixture[str]) -> None:
-    Path("mine.toml").write_text(toml(arm=TWO_LINKS, task=SWING | {"colour": 3}))
-    assert "mine.toml: task.colour: unknown key" in refusal(capfd, main, "mine.toml")
-    for content in (b"not = = toml", b"\xff\xfe\x00binary", b""):
-        Path("odd.toml").write_bytes(content)
-        assert "odd.toml" in refusal(capfd, main, "odd.toml"), content
-    if os.geteuid() != 0:  # root may read anything
-        Path("mine.toml").chmod(0)
-        assert "cannot be read" in refusal(capfd, main, "mine.toml")
-
-
-OPTIONS = [
-    (["--iterations", "0"], "greater than 0, not 0"),
-    (["--time-limit", "nan"], "a finite number is needed"),
-    (["--links", "1"], "link"),
-    (["--colour", "red"], "--colour"),
-    (["--objective", "beauty"], "beauty"),
-    (["--figures", "jpg"], "png, pdf, svg"),
-    (["pentagram-time", "--links", "2"], "at least 3 links"),
-    (["missing.toml"], "No such file"),
-    (["missing"], "--list"),
-    (["."], "."),
-    (["--out", "taken/out"], "is a file"),
-    (["--out", "taken"], "is a file"),
-    (["--out", "."], ".: is the working folder, which cannot be replaced"),
-    (["--out", "out", "--animate", "out/films/arm.gif"], "arm.gif: a run folder holds no other folders"),
-    (["--out", "/proc/nowhere"], "cannot be written"),
-]
-
-
-def test_bad_options_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
-    Path("taken").write_text("mine")
-    for arguments, expected in OPTIONS:
-        assert expected in refusal(capfd, main, *arguments), arguments
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read anything")
+def test_a_file_that_may_not_be_read(capfd: pytest.CaptureFixture[str]) -> None:
+    Path("mine.toml").write_text(toml(arm=TWO_LINKS, task=SWING))
+    Path("mine.toml").chmod(0)
+    assert "cannot be read" in refusal(capfd, main, "mine.toml")

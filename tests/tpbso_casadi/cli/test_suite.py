@@ -104,22 +104,6 @@ def test_run_judge_and_add_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert "no runs of these" in refusal(capsys, main, "report", "judged", "--functions", "panda-boxes", "--no-plots")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (("run", "--functions", "nope"), "no function or group 'nope'"),
-        (("run", "--instances", "16"), "no instance 16; they are 1 to 15"),
-        (("list", "--suite", "arm-motions-3"), "invalid choice: 'arm-motions-3'"),
-        (("run", "--solvers", "ipopt", "--functions", "spline-2"), "ipopt: IPOPT needs the derivatives"),
-        (("run", "--budget", "0"), "0 is not positive"),
-        (("report", "nowhere"), "there are no runs; say --runs FILE"),
-        (("report", "nowhere", "--runs", "none.csv"), "none.csv: No such file"),
-    ],
-)
-def test_errors_are_one_line(arguments: tuple[str, ...], reason: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert reason in refusal(capsys, main, *arguments)
-
-
 def test_numbers() -> None:
     assert numbers("1-3,2,9") == (1, 2, 3, 9)
     for text in ("", "1-", "x", "1-2000", "-3", "5-4"):
