@@ -136,7 +136,7 @@ REFUSED: dict[str, dict[str, str]] = {
         f"{FRONT} --method simplex": "argument --method: invalid choice: 'simplex'",
         f"{FRONT} --objectives rotation,length --method epsilon-constraint": "...needs time as one objective",
         f"{FRONT.replace('two', 'paper')} --method epsilon-constraint": "...needs time as one objective",
-        f"{FRONT.replace('two', 'within')}": "...solver.within: a trade-off makes plans of so many evaluations; leave it out",
+        f"{FRONT.replace('two', 'within')}": "...solver.within: a trade-off makes plans of so many evaluations",
         f"{FRONT} --out two.toml": "two.toml: two.toml is a file, not a folder",
     },
     "retime": {
