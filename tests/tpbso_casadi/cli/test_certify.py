@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -77,3 +78,25 @@ def test_a_repaired_motion_lies_beside_the_folder_that_was_written(capsys: pytes
     folders = ("fast-certified", "fast-certified-repaired", "fast-certified-2", "fast-certified-2-repaired")
     assert {path.name for path in Path("runs").iterdir()} == set(folders)
     assert [audit.main([f"runs/{name}", "--quiet"]) for name in folders] == [1, 0, 1, 0]
+
+
+def test_a_folder_has_a_table_that_is_printed_and_none_of_its_trajectories(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("many").mkdir()
+    for name, seconds in (("a", 2.0), ("b", 0.5)):
+        write_rows(f"many/{name}.csv", seconds)
+    command = ["many", "--robot", "arm.toml", "--out", "many"]
+    assert status(main, *command) == 1
+    out = capsys.readouterr().out
+    assert out.startswith("1 violated, 1 certified\n") or out.startswith("1 certified, 1 violated\n")
+    assert out.index("b.csv") < out.index("a.csv") and "written to many/certificates.csv\n" in out
+    with Path("many/certificates.csv").open(newline="") as file:
+        rows = {row["file"]: row for row in csv.DictReader(file)}
+    assert {name: row["status"] for name, row in rows.items()} == {"a.csv": "certified", "b.csv": "violated"}
+    assert status(main, *command, "--json") == 1
+    assert [row["file"] for row in json.loads(capsys.readouterr().out)["certificates"]] == ["a.csv", "b.csv"]
+    limits = ["--without", "speed", "--without", "acceleration", "--without", "jerk"]
+    assert status(main, *command, *limits) == 0
+    assert capsys.readouterr().out.startswith("2 certified without a verdict on speed, acceleration, jerk\n")
+    Path("many/b.csv").unlink()
+    assert status(main, *command, "--interpolation", "cubic", "--payload", "0", "--quiet") == 0
+    assert capsys.readouterr().out == ""

@@ -75,6 +75,9 @@ def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str], monkeypatch
     assert any(line.startswith(said) for line in capsys.readouterr().err.splitlines())
     assert run(*arguments, "--quiet") == 0
     assert capsys.readouterr().err == ""
+    assert run(*arguments, "--runs", "4", "-qv") == 0
+    said = re.findall(r"run: ([\w-]+, \S+, seed \d): done in", capsys.readouterr().err)
+    assert sorted(said) == sorted(f"{case}, {solver}, seed 4" for case in cases for solver in solvers)
 
 
 def check_progress(lines: list[str], runs: int, grid: str) -> None:

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +17,9 @@ import pytest
 from helpers.running import refusal
 from helpers.scenes import SWING, TWO_LINKS, toml
 
-from tpbso_casadi import builtin, parse_scenario
 from tpbso_casadi.cli.commands.solve import main
-from tpbso_casadi.planning import JudgedMotion, plan
-from tpbso_casadi.storage import OutputError, add_to_plan, read_run, write_plan
+from tpbso_casadi.planning import JudgedMotion
+from tpbso_casadi.storage import read_run
 from tpbso_casadi.storage.exporting import write_motion
 
 process = pytest.mark.process
@@ -129,20 +127,6 @@ def test_what_comes_into_the_folder_meanwhile_is_not_lost(
     assert sorted(contents(FOLDER)) == ["result.json", "trajectory.csv"]
     assert read_run(FOLDER).scenario.solver.evaluations == 500
     assert [path.name for path in Path().iterdir()] == ["out"]
-
-
-def test_figures_are_not_put_beside_another_plan_of_the_same_scenario(tmp_path: Path) -> None:
-    one = plan(parse_scenario(builtin("time-2").table() | {"solver": {"name": "pso", "evaluations": 100}}))
-    slower = replace(one, motion=replace(one.motion, trajectory=one.trajectory.time_scaled(2.0)))
-    write_plan(tmp_path / "run", one)
-    write_plan(tmp_path / "run", slower)
-    before = contents(tmp_path / "run")
-    with pytest.raises(OutputError, match="another run was written there meanwhile"):
-        add_to_plan(tmp_path / "run", one, [lambda staged: (staged / "path.png").write_text("figure")])
-    assert contents(tmp_path / "run") == before
-    with pytest.raises(OutputError, match="another run was written there meanwhile"):
-        add_to_plan(tmp_path / "none", one)
-    assert not (tmp_path / "none").exists()
 
 
 def test_the_plan_is_written_and_printed_before_it_is_drawn(

@@ -100,7 +100,10 @@ REFUSED: dict[str, dict[str, str]] = {
         "empty.toml": "...empty.toml",
         "timed.toml --solver pso": "...solver: 'joint-path' is timed; there is nothing to search for",
     },
-    "audit": {"time-2 --figures pdf": "--figures: an audit draws nothing by itself; say --plots DIR too"},
+    "audit": {
+        "time-2 --figures pdf": "--figures: an audit draws nothing by itself; say --plots DIR too",
+        "nothing --plots drawn": "--plots: nothing is a run, whose figures are made with it; say a scenario",
+    },
     "compare": {
         "": "the following arguments are required: SCENARIO",
         "nope": "nope: neither a file nor a built-in scenario",

@@ -1,9 +1,9 @@
-"""The scenario file: defaults and round trips."""
+"""The scenario file: defaults and round trips; built-in scenarios and the best plans known of them."""
 
 from __future__ import annotations
 
 from tpbso_casadi import Scenario, builtin, parse_scenario
-from tpbso_casadi.scenario.cases import TITLES
+from tpbso_casadi.scenario.cases import BEST_KNOWN, TITLES, best_known
 
 ARM = {"link_lengths": [0.5, 0.5, 0.5, 0.5], "max_speed": 4.0, "max_acceleration": 20.0}
 POINT = {
@@ -26,3 +26,13 @@ def test_defaults_are_filled_in() -> None:
     assert (scenario.model.samples, scenario.model.motion, scenario.model.retime) == (50, "spline", True)
     assert (scenario.solver.name, scenario.solver.seed, scenario.solver.budget().evaluations) == ("bso", 1, 30_000)
     assert scenario.problem().criteria.robot.limits.speed == (4.0,) * 4
+
+
+def test_the_best_known_is_that_of_the_same_statement() -> None:
+    assert set(BEST_KNOWN) == set(TITLES)
+    for name, best in BEST_KNOWN.items():
+        assert best_known(builtin(name)) == best
+    content = builtin("time-3").table()
+    assert best_known(parse_scenario(content | {"model": {"formulation": "reduced"}})) == BEST_KNOWN["time-3"]
+    content["arm"]["max_speed"] = 5.0
+    assert best_known(parse_scenario(content)) is None

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -26,6 +26,7 @@ from tpbso_casadi.storage import (
     InvalidRun,
     OutputError,
     RunResult,
+    add_to_plan,
     read_run,
     result_of,
     sealed,
@@ -281,6 +282,20 @@ def test_a_file_that_cannot_be_written_does_not_lose_the_plan(failure: Exception
         write_plan(tmp_path / "run", planned(), further=[fail])
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["result.json", "trajectory.csv"]
     assert read_run(tmp_path / "run").result.feasible == planned().feasible
+
+
+def test_figures_are_not_put_beside_another_plan_of_the_same_scenario(tmp_path: Path) -> None:
+    one, folder = planned(), tmp_path / "run"
+    slower = replace(one, motion=replace(one.motion, trajectory=one.trajectory.time_scaled(2.0)))
+    write_plan(folder, one)
+    write_plan(folder, slower)
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    with pytest.raises(OutputError, match="another run was written there meanwhile"):
+        add_to_plan(folder, one, [lambda staged: (staged / "path.png").write_text("figure")])
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    with pytest.raises(OutputError, match="another run was written there meanwhile"):
+        add_to_plan(tmp_path / "none", one)
+    assert not (tmp_path / "none").exists()
 
 
 # Folders that are replaced as a whole
