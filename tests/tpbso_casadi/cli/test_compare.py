@@ -16,12 +16,14 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.running import campaigns_here, status
 from helpers.scenes import SWING, TWO_LINKS, toml
 from helpers.stores import wait_for_rows
 from helpers.waiting import PATIENCE, wait_until
 
+import tpbso_casadi as tp
 from solvers import Budget
 from tpbso_casadi.cli.commands.compare import campaign, main, parser
 
@@ -70,14 +72,14 @@ def test_what_it_leaves_and_says(capsys: pytest.CaptureFixture[str], monkeypatch
     assert run(*arguments, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     assert [repr(row["mean"]) for row in printed] == [row["mean"] for row in rows]
-    assert run(*arguments, "--runs", "3") == 0
+    assert run(*arguments, "--runs", "3", "-v") == 0
+    errors = capsys.readouterr().err
     said = "12 runs (2 scenarios, 2 solvers, 3 seeds), 8 of them stored already: "
-    assert any(line.startswith(said) for line in capsys.readouterr().err.splitlines())
+    assert any(line.startswith(said) for line in errors.splitlines())
+    done = re.findall(r"run: ([\w-]+, \S+, seed \d): done in", errors)
+    assert sorted(done) == sorted(f"{case}, {solver}, seed 3" for case in cases for solver in solvers)
     assert run(*arguments, "--quiet") == 0
     assert capsys.readouterr().err == ""
-    assert run(*arguments, "--runs", "4", "-qv") == 0
-    said = re.findall(r"run: ([\w-]+, \S+, seed \d): done in", capsys.readouterr().err)
-    assert sorted(said) == sorted(f"{case}, {solver}, seed 4" for case in cases for solver in solvers)
 
 
 def check_progress(lines: list[str], runs: int, grid: str) -> None:
@@ -100,6 +102,51 @@ def test_parquet_has_the_same_rows() -> None:
         expected = list(csv.DictReader(file))
     exported = parquet.read_table("runs.parquet").to_pylist()
     assert [{key: str(value) for key, value in row.items()} for row in exported] == expected
+
+
+FUNCTIONS = ["function:sphere-3", "function:rastrigin-2@4"]
+FEW = ["--runs", "2", "--evaluations", "200", "--quiet", "--workers", "1"]
+
+
+def test_functions_are_compared_as_scenarios_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *FEW, "--no-plots", "--format", "coco,ioh") == 0
+    rows = table("runs/compare")
+    assert [(row["case"], row["solver"]) for row in rows] == [
+        *(("sphere-3", "pso"), ("sphere-3", "bso(c1=1.5)")),
+        *(("rastrigin-2@4", "pso"), ("rastrigin-2@4", "bso(c1=1.5)")),
+    ]
+    function = tp.benchmark_function("rastrigin-2@4")
+    alone = [tp.minimize(function, function.bounds, tp.BSO(c1=1.5), 200, seed, vectorized=True) for seed in (1, 2)]
+    assert float(rows[3]["mean"]) == pytest.approx(np.mean([result.cost for result in alone]), rel=1e-12)
+    assert rows[3]["unit"] == "above minimum"
+    assert all(row["median_gap"] == row["median"] != "" for row in rows)  # to the minimum, absolutely
+    assert run(*FUNCTIONS, "--solvers", "pso,bso(c1=1.5)", *FEW, "--no-plots", "--json") == 0
+    assert [row["mean"] for row in json.loads(capsys.readouterr().out)] == [float(row["mean"]) for row in rows]
+    assert Path("runs/compare/coco/cases.txt").read_text().startswith("f1: sphere-3\nf2: rastrigin-2@4\n")
+    meta = json.loads(Path("runs/compare/ioh/bso_c1=1.5/IOHprofiler_f2_rastrigin-2-4.json").read_text())
+    assert [described["evals"] for described in meta["scenarios"][0]["runs"]] == [200, 200]
+    lowest = [described["best"]["y"] for described in meta["scenarios"][0]["runs"]]
+    assert lowest == pytest.approx([result.cost for result in alone], rel=1e-12)
+
+
+@pytest.mark.slow
+def test_functions_have_figures_and_a_page() -> None:
+    arguments = [*FUNCTIONS, "--solvers", "pso,bso", "--runs", "4", *FEW[2:]]
+    assert run(*arguments) == 0
+    written = {path.name for path in Path("runs/compare").glob("*.png")}
+    assert written == {"comparison.png", "ecdf.png", "effect-sizes.png"}
+    page = Path("runs/compare/comparison.html").read_text()
+    assert page.count('<svg class="figure"') == 3  # and no motions
+    assert "51 gaps to\nthe known minimum of the function, from 100 to 1e-08" in page
+    assert "the lowest value of every run" in page and "certified" not in page and "plan" not in visible(page)
+    assert "where 0 is the minimum, at x = (" in page
+    assert run(*arguments, "--no-plots") == 0
+    assert "No figures were drawn" in Path("runs/compare/comparison.html").read_text()
+
+
+def visible(page: str) -> str:
+    """What a reader reads, without style and drawings."""
+    return re.sub(r"<style>.*?</style>|<svg.*?</svg>|<[^>]*>", "", page, flags=re.DOTALL)
 
 
 def test_ipopt_has_a_budget_of_its_own() -> None:

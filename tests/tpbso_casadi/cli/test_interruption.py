@@ -218,19 +218,14 @@ STRANGERS = {
 }
 
 
-def test_strangers_in_a_folder_are_not_lost(capfd: pytest.CaptureFixture[str]) -> None:
+def test_strangers_in_a_folder_and_a_run_that_was_changed_are_not_lost(capfd: pytest.CaptureFixture[str]) -> None:
     FOLDER.mkdir()
     for name, content in STRANGERS.items():
         (FOLDER / name).write_text(content)
         assert f"out: holds {name}, which is not of a run" in refusal(capfd, main, *QUICK)
         (FOLDER / name).unlink()
-
-
-def test_a_run_that_was_changed_is_not_lost(old: dict[str, bytes], capfd: pytest.CaptureFixture[str]) -> None:
-    table, picture = FOLDER / "trajectory.csv", FOLDER / "convergence.png"
-    picture.write_text("of mine")
-    assert refusal(capfd, main, *QUICK)
-    picture.unlink()
+    main([*QUICK, "--export", "npz"])
+    old, table = contents(FOLDER), FOLDER / "trajectory.csv"
     table.write_text("with remarks of mine")
     assert refusal(capfd, main, *QUICK)
     table.unlink()

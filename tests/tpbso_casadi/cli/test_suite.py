@@ -29,16 +29,13 @@ def run(*arguments: str) -> int:
     return status(main, *arguments)
 
 
-def test_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_list_and_check(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     assert run("list", "--functions", "spline") == 0
     printed = capsys.readouterr().out
     assert "105 problems" in printed and "rotation-5" in printed and "narrow-3" not in printed
     assert run() == 0
     assert f"{len(tp.suite())} problems" in capsys.readouterr().out
-
-
-def test_check(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     chosen = ("check", "--functions", "spline-2", "--instances", "1,3")
     assert run(*chosen) == 0
     assert capsys.readouterr().out == "2 of 2 problems give the bits of arm-motions-1\n"
