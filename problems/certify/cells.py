@@ -37,7 +37,7 @@ LARGEST_ANGLE = 1e6  # rad; beyond, remainders of turns are too rough to tell wh
 CONTINUOUS = {  # expressions of these alone obey the mean value theorem
     *("neg", "sq", "twice", "inv", "sqrt", "fabs", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "log"),
     *("sinh", "cosh", "tanh", "asinh", "erf", "log1p", "expm1", "add", "sub", "mul", "div", "fmin", "fmax", "pow"),
-    "hypot",
+    *("hypot", "atan2"),  # the last where it does not jump by a turn
 }
 
 EXACT = {  # operations without rounding
@@ -57,6 +57,7 @@ class Ranges:
     def __init__(self, count: int) -> None:
         self._count = count
         self.operations: set[str] = set()
+        self.jumps = np.zeros(count, dtype=bool)  # boxes in which an angle may jump by a turn
 
     def constant(self, value: float) -> Range:
         """The range of a number, equal in all boxes."""
@@ -72,6 +73,8 @@ class Ranges:
     def binary(self, name: str, a: Range, b: Range) -> Range:
         """The range of an operation on two ranges."""
         self.operations.add(name)
+        if name == "atan2":
+            self.jumps |= _jumps(a, b)
         with np.errstate(all="ignore"):
             return _certain(name, BINARY[name](a, b) if name in BINARY else self._undefined)
 
@@ -168,11 +171,21 @@ def _power(a: Range, b: Range) -> Range:
     return np.exp(low), np.exp(high)
 
 
+def _jumps(y: Range, x: Range) -> NDArray[np.bool_]:
+    """Whether a box may hold points at which atan2 jumps: those to the left of 0 and 0 itself."""
+    return np.asarray(~((x[0] > 0.0) | (y[0] > 0.0) | (y[1] < 0.0)))
+
+
 def _angle(y: Range, x: Range) -> Range:
-    """atan2: sharp to the right of 0, anything within a turn elsewhere."""
-    right, turn = x[0] > 0.0, np.where(np.isnan(y[0]) | np.isnan(x[0]), np.nan, pi)
-    low, high = _product(y, _inverse(*x))
-    return np.where(right, np.arctan(low), -turn), np.where(right, np.arctan(high), turn)
+    """atan2: sharp to the right of 0, above it and below it, anything within a turn elsewhere."""
+    turn = np.where(np.isnan(y[0]) | np.isnan(x[0]), np.nan, pi)
+    (low, high), (left, right) = _product(y, _inverse(*x)), _product(x, _inverse(*y))
+    beside, rounding = np.where(y[0] > 0.0, pi / 2.0, -pi / 2.0), OPERATION_ROUNDING * pi
+    jumps, is_right = _jumps(y, x), x[0] > 0.0
+    return (
+        np.where(jumps, -turn, np.where(is_right, np.arctan(low), beside - np.arctan(right) - rounding)),
+        np.where(jumps, turn, np.where(is_right, np.arctan(high), beside - np.arctan(left) + rounding)),
+    )
 
 
 def _hypotenuse(a: Range, b: Range) -> Range:
@@ -390,7 +403,7 @@ class _Expression:
         at_middle = as_array(self.values(middles)).T
         proven = np.ones(len(cells), dtype=bool)
         for column, (range_, change, least, most) in enumerate(zip(inside, changes, *self._bounds, strict=True)):
-            around = _around(at_middle[:, column], change, cells.halves) if certain else range_
+            around = _around(at_middle[:, column], change, cells.halves, certain & ~interpreter.jumps)
             proven &= (np.maximum(range_[0], around[0]) >= least) & (np.minimum(range_[1], around[1]) <= most)
         return proven, at_middle
 
@@ -421,8 +434,8 @@ class _Expression:
         return np.vstack([*values, times]), ranges
 
 
-def _around(middle: FloatArray, changes: Range, halves: FloatArray) -> Range:
-    """The range within half a cell of its middle, by the mean value theorem."""
+def _around(middle: FloatArray, changes: Range, halves: FloatArray, certain: NDArray[np.bool_]) -> Range:
+    """The range within half a cell of its middle, by the mean value theorem; unbounded where it may not hold."""
     away = np.maximum(np.abs(changes[0]), np.abs(changes[1])) * halves
-    known = np.isfinite(middle) & np.isfinite(away)
+    known = certain & np.isfinite(middle) & np.isfinite(away)
     return np.where(known, middle - away, -np.inf), np.where(known, middle + away, np.inf)

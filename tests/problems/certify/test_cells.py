@@ -51,6 +51,14 @@ def test_values_stay_in_their_interval(
         assert least[0] - 1e-9 <= value <= most[0] + 1e-9
 
 
+@pytest.mark.parametrize("x", [(-2.0, -1.0), (-1.0, 1.0), (1.0, 2.0)])
+@pytest.mark.parametrize("y", [(1.0, 2.0), (-2.0, -1.0)])
+def test_an_angle_is_sharp_wherever_it_does_not_jump(x: tuple[float, float], y: tuple[float, float]) -> None:
+    least, most = bounds(ca.Function("f", [X], [ca.atan2(X[1], X[0])]), *np.array([x, y]).T)
+    corners = np.arctan2(*np.array(list(itertools.product(y, x))).T)
+    np.testing.assert_allclose([least[0], most[0]], [corners.min(), corners.max()], atol=1e-12)
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10_000), st.integers(0, 5))
 def test_bernstein_bounds_decide_as_dense_samples_do(seed: int, degree: int) -> None:

@@ -86,13 +86,16 @@ def test_impossible_ways(make: object, field: str) -> None:
     assert error.value.field == field
 
 
-@pytest.mark.parametrize("kind", slow_except(["arc", "turning", "line", "corners"], 2))
+@pytest.mark.parametrize("kind", slow_except(["three quarters", "turning", "arc", "line", "corners"], 2))
 def test_a_panda_follows(kind: str) -> None:
     (start,), (turned,) = tool(PANDA, READY)
     goal, turn = start + np.array([0.05, 0.2, -0.1]), turned
+    if kind == "three quarters":
+        goal = start + np.array([0.0, 0.1, -0.1])
     ways: dict[str, ToolCurve] = {
         "line": StraightLine(start, goal),
         "arc": Arc(start, start + np.array([0.0, 0.1, 0.05]), goal),
+        "three quarters": Arc(start, start + np.array([0.0, 0.1, 0.1]), goal),
         "corners": Corners(np.array([start, start + np.array([0.0, 0.2, 0.0]), goal]), 3e-4),
         "turning": StraightLine(start, goal),
     }
