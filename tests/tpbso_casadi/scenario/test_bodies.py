@@ -206,10 +206,7 @@ def test_a_broken_scene(old: str, new: str, reason: str, tmp_path: Path) -> None
         ({"shape": "mesh", "file": "none.stl"}, r"obstacles\.0\.file: .*none\.stl: cannot be read: No such file"),
         ({"shape": "mesh", "file": "fixture.stl"}, r"obstacles\.0\.file: .*fixture\.stl: it is .* in mm, and scale"),
         ({"shape": "mesh", "file": "../secret.stl"}, r"lies outside the scenario's folder"),
-        ({"shape": "points", "file": "cloud.npy"}, r"obstacles\.0\.radius: missing key"),
         ({"shape": "points", "file": "fixture.stl", "radius": 0.1}, r"ends with 'stl'; ply, xyz, npy are read"),
-        ({"shape": "polytope", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}, r"in one plane"),
-        ({"shape": "mesh", "name": "two\nlines"}, r"obstacles\.0\.name: a name of one line is needed"),
     ],
 )
 def test_what_is_refused(table: dict[str, Any], reason: str, folder: Path) -> None:

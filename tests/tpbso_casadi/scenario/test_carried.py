@@ -104,14 +104,6 @@ def test_a_mass_that_is_not_stated_is_said() -> None:
     assert arm.payload is None and "the weight of part: no mass is stated" in arm.unjudged
 
 
-def test_in_the_plane_nothing_is_carried() -> None:
-    content: dict[str, Any] = tp.builtin("obstacle-3").table()
-    with pytest.raises(ScenarioError, match="carried: of robots in space alone"):
-        parse_scenario(content | {"carried": [BOX]}).problem()
-    with pytest.raises(ScenarioError, match="may_touch: two bodies of the robot itself"):
-        parse_scenario(content | {"may_touch": [["link 1", "link 3"]]}).problem()
-
-
 def test_a_link_in_the_plane_may_touch_an_obstacle() -> None:
     content: dict[str, Any] = tp.builtin("obstacle-3").table()
     content["obstacles"][0]["name"] = "post"

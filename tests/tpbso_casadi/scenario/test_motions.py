@@ -145,14 +145,6 @@ def test_one_entry_of_weight_one_is_the_objective_itself() -> None:
     assert not weighed({"time": 1.0, "energy": 1.0}, MASSIVE | {"segment_time": [0.1, 9.0]}).model.retime
 
 
-def test_what_the_problem_refuses_names_the_key() -> None:
-    same = {"energy": 1.0, "problems.objectives:Energy": 2.0}
-    with pytest.raises(ScenarioError, match=r"^task\.objective: the same objective twice: energy, energy$"):
-        weighed(same).problem()
-    with pytest.raises(ScenarioError, match=r"^task\.objective: 'energy' needs masses, and those of this robot"):
-        weighed({"time": 1.0, "energy": 1.0}, link_masses=None).problem()
-
-
 def test_a_plugin_may_be_weighed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     code = "from problems import Objective\nclass Steps(Objective):\n    name, symbol, unit = 'steps', 'n', '1'\n"
     (tmp_path / "weighed_plugin.py").write_text(code)

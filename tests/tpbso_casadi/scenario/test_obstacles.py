@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.running import line_of
-from helpers.scenes import SWING, TWO_LINKS, toml
+from helpers.scenes import TWO_LINKS, toml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -110,8 +110,6 @@ def test_what_is_stored_is_complete_without_files(tmp_path: Path) -> None:
 
 
 STATED: list[tuple[dict[str, Any], str]] = [
-    ({"velocity": [1.0, 0.0], "margin_rate": -0.1}, "obstacles.1.margin_rate: "),
-    ({"velocity": [1.0, 0.0], "margin_rate": 1e9}, "obstacles.1.margin_rate: "),
     ({"motion": "gone.csv"}, "obstacles.1.motion: "),
     ({"motion": "../scene.toml"}, "lies outside the scenario's folder; --allow-outside-files allows that"),
     ({"motion": "/etc/passwd"}, "lies outside the scenario's folder"),
@@ -196,13 +194,6 @@ def test_too_many_rows(tmp_path: Path) -> None:
         parse_scenario(content).problem()
 
 
-def test_a_file_cannot_be_named_where_there_is_no_folder(tmp_path: Path) -> None:
-    content: dict[str, Any] = read_scenario(plane(tmp_path)).table()
-    content["obstacles"][1]["motion"] = "cart.csv"
-    with pytest.raises(ScenarioError, match=r"obstacles\.1\.motion: 'cart.csv' has not been read; only a scenario"):
-        parse_scenario(content).problem()
-
-
 class Round(ObstacleSection):
     """A shape of a plug-in, which knows nothing of motions."""
 
@@ -233,11 +224,3 @@ def test_a_half_space_is_below_its_normal(normal: tuple[float, float, float]) ->
     assert solid.distance_of(tuple(CENTER + 0.7 * away), CENTER) == pytest.approx(0.7, abs=1e-9)
     across = np.cross(away, np.roll(away, 1) + 0.1)
     assert solid.distance_of(tuple(CENTER + across - 0.7 * away), CENTER) == pytest.approx(-0.7, abs=1e-9)
-
-
-def test_a_solid_is_nothing_for_a_robot_in_the_plane() -> None:
-    scenario = parse_scenario(
-        {"arm": TWO_LINKS, "task": SWING, "obstacles": [{"shape": "sphere", "center": CENTER, "radius": 0.1}]}
-    )
-    with pytest.raises(ScenarioError, match=r"^obstacles: obstacle 1, Ball at .* it has 3 dimensions, the robot 2"):
-        scenario.problem()

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.running import line_of, refusal, scenario_error
+from helpers.running import line_of, refusal
 from helpers.scenes import toml
 from oracles.space import away_from_path, tool_poses
 
 from problems.tasks import SpaceTracing
-from tpbso_casadi import ScenarioError, parse_scenario
+from tpbso_casadi import parse_scenario
 from tpbso_casadi.cli.commands import audit, solve
 from tpbso_casadi.scenario import read_scenario
 
@@ -101,32 +101,6 @@ def test_what_is_wrong_with_a_file_of_poses(folder: Path) -> None:
     for text, expected in WRONG_FILES:
         (folder / "way.csv").write_text(text)
         assert expected in line_of(lambda: read_scenario(folder / "mine.toml").problem())
-
-
-WRONG_TASKS: list[tuple[dict[str, Any], str]] = [
-    ({"points": [[0.4, 0.0, 0.5], [0.4, 0.1]]}, "task.points: points[1] has 2 numbers, points[0] has 3"),
-    ({"points": [[0.4, 0.0, 0.5, 1.0]]}, "task.points.0: two numbers x,y are needed, three in space"),
-    ({"angular_accuracy": 0.1}, "task.angular_accuracy: the path gives no orientations"),
-    ({"elbow": "up"}, "task.elbow: of an arm in space the search chooses among all postures"),
-    ({"points": [[1.0, 0.0, 0.0], [0.5, 0.0, 0.0]]}, "task.points: points[0]: inverse kinematics finds no posture"),
-]
-
-
-def test_what_is_wrong_with_a_task_in_space() -> None:
-    for changes, expected in WRONG_TASKS:
-        assert expected in scenario_error(content(**changes))
-
-
-def test_equal_intervals_of_time_and_planar_arms_are_refused() -> None:
-    stated = content()
-    stated["model"]["motion"] = "paper"
-    with pytest.raises(ScenarioError, match=r'model.motion: a path in space is traced, with motion = "spline"'):
-        parse_scenario(stated).problem()
-    planar = {"link_lengths": [1.0, 1.0, 1.0], "max_speed": 4.0, "max_acceleration": 20.0}
-    for motion in ("paper", "spline"):
-        task = content(angular_accuracy=0.1, points=[[1.0, 0.0], [1.0, 0.5]])["task"]
-        with pytest.raises(ScenarioError, match=r"task\.angular_accuracy: this robot's tool has no orientation"):
-            parse_scenario({"arm": planar, "task": task, "model": {"motion": motion}}).problem()
 
 
 def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
