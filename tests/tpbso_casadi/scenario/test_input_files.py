@@ -92,27 +92,6 @@ def test_points_are_read_from_beside_the_scenario(tmp_path: Path, text: str) -> 
     assert parse_scenario(scenario.table()) == scenario
 
 
-WRONG_POINTS: list[tuple[str | None, str]] = [
-    (None, "cannot be read: No such file"),
-    ("1,0\none,1\n", "way.csv line 2: two numbers x,y are needed"),
-    ("1,0\n1\n", "way.csv line 2: two numbers x,y are needed"),
-    ("1,0\n1,2,3\n", "way.csv line 2: two numbers x,y are needed"),
-    ("1,0\n1,nan\n", "way.csv line 2: a number is not finite, or larger than 1e+12"),
-    ("1,0\n1,1e13\n", "larger than 1e+12"),
-    ("", "at least 2 points"),
-    ("1,0\n1,1\n3,1\n", "points[2] = (3.0, 1.0) is 3.16228 m from the base, out of reach: the arm reaches 3 m"),
-]
-
-
-def test_what_is_wrong_with_a_file_of_points(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text(with_points("way.csv"))
-    for text, expected in WRONG_POINTS:
-        if text is not None:
-            (tmp_path / "way.csv").write_text(text)
-        error = line_of(lambda: read_scenario(tmp_path / "mine.toml").problem())
-        assert expected in error and "task.points" in error
-
-
 @pytest.fixture
 def folders(tmp_path: Path) -> Path:
     """A folder with a scenario in it, and points outside."""
@@ -167,33 +146,6 @@ def test_waypoints_recordings_and_tables_of_runs_are_read(tmp_path: Path) -> Non
     assert read(tmp_path, "t,q1\n0,1\n0.1,1\n0.2,2\n") == [[1.0], [2.0]]  # without where nothing moves
     table = "t,q1,q2,qd1,qd2,qdd1,qdd2,x,y\n0,1,2,0,0,0,0,0,0\n1,3,4,0,0,0,0,0,0\n"
     assert read(tmp_path, table) == [[1, 2], [3, 4]]
-
-
-WRONG_ROWS = [
-    ("", "path.csv: is empty; the header"),
-    ("0,1\n1,2\n", "path.csv line 1: the header q1,q2,... or t,q1,q2,... is needed"),
-    ("q1,q3\n0,1\n", "path.csv line 1: the header"),
-    ("q1,Q2\n0,1\n", "path.csv line 1: the header"),
-    ("q1,q2,t\n0,1,2\n", "path.csv line 1: the header"),
-    ("t\n0\n", "path.csv line 1: the header"),
-    ("q1,q2\n0,1\n", "path.csv: 1 rows of different joint angles; a path needs two at least"),
-    ("q1,q2\n", "path.csv: 0 rows"),
-    ("q1,q2\n0,1\n\n0,1,2\n", "path.csv line 4: 3 numbers where the header has 2 names"),
-    ("q1,q2\n0,1\n0\n", "path.csv line 3: 1 numbers where the header has 2 names"),
-    ("q1,q2\n0,1\n0,x\n", "path.csv line 3: 2 numbers are needed"),
-    ("q1,q2\n0,1\n0,1_0\n", "path.csv line 3: 2 numbers are needed"),
-    ("q1,q2\n0,1\n0,nan\n", "path.csv line 3: a number is not finite"),
-    ("q1,q2\n0,1\n0,1e7\n", "path.csv line 3: a number is not finite, or an angle larger than 1e+06"),
-    ("q1,q2\n0,1\n0,1\n1,1\n", "path.csv line 3: the same joint angles as in the line before"),
-    ("t,q1\n0,1\n0,2\n", "path.csv line 3: times have to increase"),
-    ("t,q1\n0,1\nnan,2\n", "path.csv line 3: "),
-    ("t,q1\n0,1\n1,1\n", "path.csv: 1 rows of different"),
-]
-
-
-def test_what_is_wrong_with_joint_angles_takes_one_line(tmp_path: Path) -> None:
-    for text, expected in WRONG_ROWS:
-        assert expected in line_of(partial(read, tmp_path, text)), text
 
 
 def test_more_rows_than_are_planned_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

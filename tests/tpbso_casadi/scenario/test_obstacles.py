@@ -124,49 +124,6 @@ def test_what_is_wrong_with_a_key(tmp_path: Path) -> None:
         assert expected in message, motion
 
 
-TABLES = {
-    "": ": is empty; the header t,x,y or t,x,y,angle is needed",
-    "\n \n": ": is empty",
-    "x,y\n0,1\n1,1\n": " line 1: the header t,x,y or t,x,y,angle is needed of an obstacle in 2 dimensions",
-    "\nt,x,y,z\n0,1,1,1\n1,1,1,1\n": " line 2: the header",
-    "t,x,y\n": ": 0 rows; a motion needs two at least",
-    "t,x,y\n0,0,0\n": ": 1 rows; a motion needs two at least",
-    "t,x,y\n0,0,0\n1,0\n": " line 3: 2 numbers where the header has 3 names",
-    "t,x,y\n0,0,0\n1,0,zero\n": " line 3: 3 numbers are needed",
-    "t,x,y\n0,0,0\n1,0,1_0\n": " line 3: 3 numbers are needed",
-    "t,x,y\n0,0,0\n1,0,nan\n": " line 3: a number is not finite",
-    "t,x,y\n0,0,0\n1,0,inf\n": " line 3: a number is not finite",
-    "t,x,y\n0,0,0\n1,0,1e9\n": " line 3: 1e+09 is not within -1e+08 and 1e+08 m",
-    "t,x,y\n0,0,0\n1e10,0,0\n": " line 3: t = 1e+10 s is not within -1e+09 and 1e+09 s",
-    "t,x,y\n0,0,0\n\n1,0,0\n1,0,0\n": " line 5: times have to increase, by 1e-06 s at least",
-    "t,x,y\n1,0,0\n0,0,0\n": " line 3: times have to increase",
-    "t,x,y,angle\n0,0,0,0\n1,0,0,1e7\n": " line 3: 1e+07 is not within -1e+06 and 1e+06 rad",
-    "t,x,y\n0,0,0\n1e-6,1e7,0\n": ": row 2: faster than 1e+08 m/s or rad/s",
-}
-
-
-def test_what_is_wrong_with_a_table(tmp_path: Path) -> None:
-    for table, expected in TABLES.items():
-        (tmp_path / "cart.csv").write_text(table)
-        message = refusal(plane(tmp_path, motion="cart.csv"))
-        assert f"scene.toml: obstacles.1.motion: {tmp_path / 'cart.csv'}{expected}" in message, table
-
-
-QUATERNIONS = {
-    "0,0,0,1\n0,0,0.5,0.5": " line 3: quaternion of length 0.707107, not 1",
-    "0,0,0,0\n0,0,0,1": " line 2: quaternion of length 0, not 1",
-    "0,0,0,1\n1,0,0,0": " line 3: turned by more than 90 degrees from the row before; more rows are needed",
-}
-
-
-def test_what_is_wrong_with_a_quaternion(tmp_path: Path) -> None:
-    file = space(tmp_path)
-    for turns, expected in QUATERNIONS.items():
-        rows = [f"{t},0.5,0.5,0.5,{turn}" for t, turn in enumerate(turns.splitlines())]
-        (tmp_path / "box.csv").write_text("\n".join(["t,x,y,z,qx,qy,qz,qw", *rows]))
-        assert f"obstacles.0.motion: {tmp_path / 'box.csv'}{expected}" in refusal(file)
-
-
 def test_turns_that_a_spline_cannot_follow() -> None:
     """Each row is 80 degrees from the one before, to and fro about other axes: between them the spline is no turn."""
     angles, axes = np.deg2rad([0.0, 88.0, 0.0, 88.0, 0.0]) / 2.0, [0, 0, 0, 1, 1]

@@ -1,7 +1,7 @@
 """What is wrong with a scenario is one line that names its key, or, of a call in Python, its argument.
 
-Types and bounds in general are those of ``problems/base/test_tables.py``; what keys of a scenario ask for is the table
-of ``helpers/refused.py``, which both front ends read here.
+Types and bounds in general are those of ``problems/base/test_tables.py``. What is refused of keys, and of files that
+are named, stands in ``helpers/refused.py`` and ``helpers/refused_files.py``; both front ends read it here.
 """
 
 from __future__ import annotations
@@ -11,12 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.calls import in_python
 from helpers.refused import BASES, FILES, IN_FILES, NO_CALL, OUT_OF_BOUNDS, REFUSED, WITH_FILES
+from helpers.refused_files import NAMING, REFUSED_FILES, SCENES
 from helpers.running import changed, line_of
+from helpers.scenes import toml
 
 import tpbso_casadi as tp
 from tpbso_casadi.facade.arguments import as_argument
-from tpbso_casadi.scenario import InputFolder, parse_scenario
+from tpbso_casadi.scenario import InputFolder, parse_scenario, read_scenario
 
 
 @pytest.fixture(autouse=True)
@@ -30,17 +33,6 @@ def content_of(base: str, changes: dict[str, Any]) -> dict[str, Any]:
     for key, value in changes.items():
         content = changed(content, key, value)
     return content
-
-
-def in_python(content: dict[str, Any]) -> tp.Scenario:
-    """The scenario of a file's tables, from the arguments of a call."""
-    given = content["task"] | content.get("model", {}) | {"name": "bso"} | content.get("solver", {})
-    renamed = {"points": "path", "name": "solver", "polish_starts": "polish"}
-    keys = {renamed.get(key, key): value for key, value in given.items() if key != "kind"}
-    keys |= {key: content[key] for key in ("carried", "may_touch") if key in content}
-    robot = dict(content["arm"] if "arm" in content else content["robot"])
-    name = next(key for key in ("link_lengths", "model", "urdf") if key in robot)
-    return tp.scenario_of(tp.robot(robot.pop(name), **robot), obstacles=content.get("obstacles", []), **keys)
 
 
 def refusal(content: dict[str, Any], read: Callable[[dict[str, Any]], tp.Scenario] = parse_scenario) -> str:
@@ -79,3 +71,16 @@ def test_what_is_wrong_with_a_file_is_named_by_its_key(base: str) -> None:
 def test_what_is_wrong_with_a_call_is_named_by_its_argument(base: str) -> None:
     for changes, expected in REFUSED.get(base, []) + bounds(base):
         check(as_argument(refusal(content_of(base, changes), in_python)), as_argument(expected))
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_what_is_wrong_with_a_file_that_is_named_is_said_of_scenarios_and_calls(kind: str) -> None:
+    scene, named = SCENES[kind], Path("named.csv")
+    Path("mine.toml").write_text(toml(**scene))
+    for text, expected in [(None, "named.csv: cannot be read: No such file"), *REFUSED_FILES[kind]]:
+        if text is not None:
+            named.write_text(text)
+        line = line_of(lambda: read_scenario(Path("mine.toml")).problem())
+        assert expected in line and NAMING[kind] in line, f"{line}\nin place of\n{expected}"
+        line = as_argument(refusal(scene, in_python))
+        assert as_argument(expected) in line, f"{line}\nin place of\n{expected}"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from helpers.running import line_of, refusal
+from helpers.running import refusal
 from helpers.scenes import toml
 from oracles.space import away_from_path, tool_poses
 
@@ -81,26 +81,6 @@ def test_poses_are_read_from_beside_the_scenario(folder: Path, heading: str) -> 
     scenario = read_scenario(folder / "mine.toml")
     assert scenario.task.points == [tuple(pose) for pose in POSES]
     assert parse_scenario(scenario.table()) == scenario
-
-
-WRONG_FILES = [
-    ("x,y,z\n0.4,0,0.5\n0.4,1_0,0.5\n", "way.csv line 3: three numbers x,y,z are needed"),
-    ("x,y,z\n0.4,0,0.5\n0.4,0.1\n", "way.csv line 3: three numbers x,y,z are needed"),
-    ("0.4,0,0.5,1\n", "way.csv line 1: two numbers x,y are needed, three in space, seven of a pose"),
-    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,one\n", "way.csv line 2: seven numbers x,y,z,qx,qy,qz,qw are needed"),
-    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0.5\n", "task.points: points[1]: its quaternion"),
-    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,0,1,0,0\n", "task.points: points[0] and points[1]: the tool turns by"),
-    ("0.4,0,0.5,1,0,0,0\n0.4,0.1,0.5,1,0,0,0\n", "task.angular_accuracy: missing: the path gives poses"),
-    ("0.4,0\n0.4,0.1\n", "task.points: points[0] has 2 coordinates; the robot is in 3 dimensions"),
-    ("0.4,0,0.5\n0.4,0,9\n", "task.points: points[1] = (0.4, 0.0, 9.0) is 9.00888 m from the base, out of reach"),
-]
-
-
-def test_what_is_wrong_with_a_file_of_poses(folder: Path) -> None:
-    (folder / "mine.toml").write_text(file())
-    for text, expected in WRONG_FILES:
-        (folder / "way.csv").write_text(text)
-        assert expected in line_of(lambda: read_scenario(folder / "mine.toml").problem())
 
 
 def test_a_plan_is_written_audited_and_near_the_path(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
