@@ -19,11 +19,11 @@ from helpers.slow import slow_except
 from problems.core import core_account
 from tpbso_casadi import __version__
 from tpbso_casadi.cli import tpbso
-from tpbso_casadi.cli.command import LONGEST_PART, print_error
+from tpbso_casadi.cli.command import print_error
 from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.cli.options import natural, path, positive_float, positive_int, printable_name, whole_number
 from tpbso_casadi.cli.tpbso import COMMANDS
-from tpbso_casadi.plain import LONGEST_LINE, one_line
+from tpbso_casadi.plain import LONGEST_LINE
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -112,25 +112,6 @@ def test_an_overview_that_cannot_be_printed() -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([sys.executable, "-c", MAIN], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (2, "error: standard output: No space left on device\n")
-
-
-@pytest.mark.parametrize(
-    ("message", "line"),
-    [
-        ("two\nlines\t and  spaces", "two lines and spaces"),
-        ("\x1b[31mred\x07", "\\x1b[31mred\\x07"),
-        ("bytes \udcff, \u202eback", "bytes \\udcff, \\u202eback"),
-        ("[red]ä字[/]", "[red]ä字[/]"),
-        ("a" * 60 + "b" * 5000 + "c" * 60 + ".toml: missing", "a" * 47 + "..." + "c" * 44 + ".toml: missing"),
-    ],
-)
-def test_one_line(message: str, line: str) -> None:
-    assert one_line(message, LONGEST_PART) == line
-
-
-def test_a_line_has_an_end() -> None:
-    line = one_line("word " * 100)
-    assert len(line) == LONGEST_LINE and line.endswith("...")
 
 
 def test_what_an_encoding_lacks_is_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
