@@ -12,7 +12,7 @@ import pytest
 
 from solvers.budget import Interruption
 from tpbso_casadi.judging.executors import ExecutorFactory, in_process, processes
-from tpbso_casadi.scenario import ScenarioError, parse_scenario
+from tpbso_casadi.scenario import ScenarioError
 
 REMOVED = object()  # instead of a value: the key is not there
 
@@ -50,11 +50,6 @@ def line_of(call: Callable[[], object]) -> str:
         call()
     assert "\n" not in str(caught.value)
     return str(caught.value)
-
-
-def scenario_error(content: dict[str, Any]) -> str:
-    """The one line that is said of a scenario of which no problem can be made."""
-    return line_of(lambda: parse_scenario(content).problem())
 
 
 def changed(content: dict[str, Any], key: str, value: object) -> dict[str, Any]:
