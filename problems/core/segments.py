@@ -54,7 +54,8 @@ class SegmentMotion(NamedTuple):
 
     Attributes:
         rates: derivatives by time at the places between, (segments - 1, degree - 1, k).
-        inner: control points that no derivative at an end determines, (segments, points - 2 degree, k), rad.
+        inner: control points that no derivative at an end determines, from the segment's first place,
+            (segments, points - 2 degree, k), rad.
         durations: of the segments, (segments,), s.
     """
 

@@ -11,7 +11,7 @@ from problems.core import World
 from problems.motions import Trajectory
 from problems.polish.settings import DEFAULT_PINNED, PinnedSettings
 from problems.robots import JointLimits
-from problems.timing import ThroughSettings, fastest_through
+from problems.timing import ThroughSettings, apart, fastest_through
 
 
 def fastest_pinned(
@@ -35,7 +35,7 @@ def fastest_pinned(
         velocities: at both ends, (2, k), rad/s; at rest where None.
         settings: of the search.
     """
-    times, through = places, replace(ThroughSettings(), levels=settings.rough_levels)
+    times, through = places[apart(known.at(places))], replace(ThroughSettings(), levels=settings.rough_levels)
     for _ in range(settings.most_pins):
         found = fastest_through(known.at(times), limits, velocities, through)
         is_rough = through.levels == settings.rough_levels

@@ -59,7 +59,8 @@ class Rephased:
     def _least_shares(self) -> FloatArray:
         """Least durations of the joints as shares of the slowest one's, (dof,)."""
         durations = least_durations(self.goal - self.start, self.limits)
-        return np.asarray(np.where(durations > 0.0, durations / durations.max(), 1.0))
+        shares = np.ones_like(durations)
+        return np.asarray(np.divide(durations, durations.max(), out=shares, where=durations > 0.0))
 
     def postures(self, stretches: FloatArray, waits: FloatArray, share: float) -> FloatArray:
         """Postures (n, dof) at a share of the time of motions with stretches and waits (n, dof) of :class:`Phasing`."""

@@ -13,7 +13,7 @@ from problems.timing.from_motion import MotionState, fastest_move, fastest_stop,
 from problems.timing.retime import retime
 from problems.timing.settings import ThroughSettings
 from problems.timing.speed_profile import SpeedProfile
-from problems.timing.through import fastest_through, peak_shares
+from problems.timing.through import apart, fastest_through, peak_shares
 
 __all__ = [
     "AccelerationPieces",
@@ -21,6 +21,7 @@ __all__ = [
     "Phasing",
     "SpeedProfile",
     "ThroughSettings",
+    "apart",
     "departure",
     "deviation",
     "fastest_move",

@@ -162,14 +162,21 @@ class SegmentGrid:
         """The control points of each cell, (segments, cells, degree + 1, k)."""
         return points[:, np.arange(self.cells)[:, None] + np.arange(self.degree + 1)]
 
-    def trajectory(self, points: FloatArray, durations: FloatArray) -> Trajectory:
-        """The motion of control points (segments, points, k), rad, in durations (segments,), s, as cubics."""
+    def trajectory(self, starts: FloatArray, points: FloatArray, durations: FloatArray) -> Trajectory:
+        """The motion of segments, as cubics.
+
+        Args:
+            starts: where each begins, (segments, k), rad.
+            points: control points from there, (segments, points, k), rad.
+            durations: (segments,), s.
+        """
         own, rows = self._of_cells(points), []
         for order in range(3, -1, -1):
             scale = FACTORIALS[order] * durations[:, None, None] ** order
             weights = (
                 self.at_shares(0.0, order) if order <= self.degree else np.zeros((*own.shape[:2], self.degree + 1))
             )
-            rows.append((np.einsum("sca,scak->sck", weights, own) / scale).reshape(-1, points.shape[2]))
+            rows.append(np.einsum("sca,scak->sck", weights, own) / scale)
+        rows[-1] += starts[:, None]
         seconds = (self.widths * durations[:, None]).ravel()
-        return Trajectory(np.concatenate([[0.0], np.cumsum(seconds)]), np.stack(rows))
+        return Trajectory(np.concatenate([[0.0], np.cumsum(seconds)]), np.stack(rows).reshape(4, -1, points.shape[2]))

@@ -16,10 +16,12 @@ from problems.base import FloatArray
 from problems.core import SegmentMotion, Stops, found_core
 from problems.motions import Trajectory
 from problems.robots import JointLimits
+from problems.timing.free_space import least_durations
 from problems.timing.segment_grid import SegmentGrid
 from problems.timing.settings import DEFAULT_THROUGH, ThroughSettings
 
 TIME_ROUNDING = 1e-9  # of a share of a limit
+ANGLE_ROUNDING = 1e-10  # rad, of all joints together
 
 
 def peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:
@@ -42,7 +44,7 @@ def fastest_through(
 ) -> Trajectory | None:
     """The fastest motion through postures, in their order and within the limits; None where none is found.
 
-    A posture that is the same as the one before it is passed once.
+    A posture that is the same as the one before it, to rounding, is passed once.
 
     Args:
         postures: both ends included, (n, k), rad.
@@ -50,14 +52,23 @@ def fastest_through(
         velocities: at both ends, (2, k), rad/s; at rest where None. Accelerations are zero there, with a limit of jerk.
         settings: of the method.
     """
-    distinct = np.append(True, (np.diff(postures, axis=0) != 0.0).any(axis=1))
-    if found_core() is None or distinct.sum() < 2:
+    distinct = apart(postures)
+    if found_core() is None or len(distinct) < 2:
         return None
     passing = Passing.of(postures[distinct], limits, velocities, settings)
     found = passing.motion()
     if found is not None and not _in_ranges(found, limits):
         found = replace(passing, range_share=1.0).motion()
     return found
+
+
+def apart(postures: FloatArray) -> list[int]:
+    """The numbers of the first posture, of those that differ from the one before them, and of the last."""
+    numbers = [0]
+    for number in range(1, len(postures)):
+        if np.linalg.norm(postures[number] - postures[numbers[-1]]) > ANGLE_ROUNDING:
+            numbers.append(number)
+    return numbers if len(numbers) == 1 else [*numbers[:-1], len(postures) - 1]
 
 
 def _in_ranges(trajectory: Trajectory, limits: JointLimits) -> bool:
@@ -128,6 +139,8 @@ class Passing:
                 break
             finer, begun = self._finer(grid, start)
             found, was_solved = self._solved(finer, begun)
+            if is_solved and not was_solved:
+                break
             gain = 1.0 - float(found.durations.sum() / start.durations.sum())
             if was_solved or gain > 0.0:
                 grid, start, is_solved = finer, found, was_solved
@@ -138,6 +151,8 @@ class Passing:
             trajectory = passing._trajectory(grid, start)
             ranges = 0.0 if self.range_share is None else _range_share(trajectory, self.limits)
             excess = max(peak_shares(trajectory, self.limits)), ranges
+            if not is_solved and self.at_rest and trajectory.duration > self._stopping_time:
+                break
             if max(excess) <= 1.0 + TIME_ROUNDING:
                 return trajectory
             if not is_solved:
@@ -155,6 +170,11 @@ class Passing:
     def _reserved(self, excess: float) -> float:
         settings = self.settings
         return 1.0 if excess <= 1.0 else 1.0 + max(settings.reserve * (excess - 1.0), settings.least_reserve)
+
+    @property
+    def _stopping_time(self) -> float:
+        """The least time of a motion that stops at every posture, s."""
+        return float(least_durations(np.diff(self.postures, axis=0), self.limits).max(axis=1).sum())
 
     @property
     def _stops(self) -> Stops:
@@ -181,7 +201,7 @@ class Passing:
         for order, limit in enumerate(self.limits.by_order[:d], start=1):
             most = np.abs(values[cells.orders == order]).max()
             duration = np.maximum(duration, ((np.abs(distances) / limit).max(axis=1) * most) ** (1.0 / order))
-        inner = self.postures[:-1, None] + share[:, d:-d] * distances[:, None]
+        inner = share[:, d:-d] * distances[:, None]
         rates = np.zeros((self.segments - 1, d - 1, distances.shape[1]))
         return grid, SegmentMotion(rates, inner, settings.slower * duration)
 
@@ -192,13 +212,12 @@ class Passing:
         return core.pass_through(self._stops, cells, start)
 
     def _points(self, grid: SegmentGrid, motion: SegmentMotion) -> FloatArray:
-        """The control points of a motion, (segments, points, k), rad."""
+        """The control points of a motion, from the first posture of each segment, (segments, points, k), rad."""
         d, rates = self.degree, np.concatenate([self.ends[:1], motion.rates, self.ends[1:]])
         powers = motion.durations[:, None, None] ** np.arange(1, d)[:, None]
         by_ends = np.stack([rates[:-1] * powers, rates[1:] * powers], axis=1)
         found = np.einsum("seop,seok->spk", grid.bends, by_ends)
-        found[:, :d] += self.postures[:-1, None]
-        found[:, -d:] += self.postures[1:, None]
+        found[:, -d:] += np.diff(self.postures, axis=0)[:, None]
         found[:, d:-d] = motion.inner
         return np.asarray(found)
 
@@ -212,5 +231,5 @@ class Passing:
 
     def _trajectory(self, grid: SegmentGrid, motion: SegmentMotion) -> Trajectory:
         """The motion, from rest to rest as fast as limits allow."""
-        found = grid.trajectory(self._points(grid, motion), motion.durations)
+        found = grid.trajectory(self.postures[:-1], self._points(grid, motion), motion.durations)
         return found.time_scaled(self.limits.time_scale(peak_shares(found, self.limits))) if self.at_rest else found

@@ -2,9 +2,10 @@
 //
 // Segment i is a clamped spline of degree D of N cells in u = t / T_i. Its first and last D control points follow from
 // the places and the derivatives q_e (e < D) there, which neighbours share: they are P + sum of phi_e q_e T^e, so that
-// any values are a motion through all places. The others are free. With tau = log T the program is
+// any values are a motion through all places. The others are free. All count from the segment's first place, so that
+// rounding is small where places are near each other. With tau = log T the program is
 //
-//     minimise  sum of T / sum of T_0 + price * sigma    subject to    |w c| <= b(T) + sigma,  sigma >= 0,
+//     minimise  sum of T / sum of T_0 + price * sigma    subject to    |w c| <= (1 + sigma) b(T),  sigma >= 0,
 //
 // where a row w of a derivative of order r is a share of its limit and b = (T / T_ref)^r. It is solved by a primal-dual
 // interior-point method with slacks s of their own: with D = z / s and y = mu / s + D (g + s) of rows g <= 0 of slopes G,
@@ -41,7 +42,7 @@ struct Cells {
     const double *weights, *bends;
 };
 
-constexpr int THROUGH_ITERATIONS = 150;
+constexpr int THROUGH_ITERATIONS = 400;
 constexpr double FIRST_PRODUCTS = 0.03, LAST_PRODUCTS = 3e-4;  // sums of s z
 constexpr double STATIONARITY = 3e-3, VIOLATION = 1e-3;
 constexpr double CENTERING = 0.1, TO_BOUNDARY = 0.99;
@@ -138,9 +139,9 @@ private:
 
     double bound(int segment, int order, const State& state) const { return state.bounds[segment * (D + 1) + order]; }
 
-    // g = |w c| - b - sigma of a bound b, and what its slack misses.
+    // g = |w c| - (1 + sigma) b of a bound b, and what its slack misses.
     Lanes excess(int slot, int side, double bound, const State& state) const {
-        return (side ? -value[slot] : value[slot]) - bound - state.sigma;
+        return (side ? -value[slot] : value[slot]) - (1.0 + state.sigma) * bound;
     }
     Lanes missed(int slot, int side, double bound, const State& state) const {
         return mask[slot] * (excess(slot, side, bound, state) + state.s[side][slot]);
@@ -216,12 +217,12 @@ private:
             for (int r = 1; r <= D; ++r) b[r] = b[r - 1] * state.T[i] / reference[i];
             for (int g = 0; g < G; ++g) {
                 for (int p = 0; p < K; ++p) {
-                    c[p] = p < D ? places[i * G + g] : p >= K - D ? places[(i + 1) * G + g] : Lanes{};
+                    c[p] = p >= K - D ? places[(i + 1) * G + g] - places[i * G + g] : Lanes{};
                     unknowns_of(i, p, state.T[i], [&](int u, double by, int) { c[p] += by * state.u[u * G + g]; });
                 }
                 for (int r = 0; r < m; ++r) {
                     const int slot = slot_of(i, r, g);
-                    const Lanes from = cells.rows[r].order == 0 ? middles[g] : Lanes{};
+                    const Lanes from = cells.rows[r].order == 0 ? middles[g] - places[i * G + g] : Lanes{};
                     value[slot] = (sum_of(i, r, c) - from) * scale[slot];
                 }
             }
@@ -243,11 +244,11 @@ private:
         return sum(found) + now.sigma * zeta;
     }
 
-    // The largest excess over bounds.
+    // The largest excess over bounds, as a share of these.
     double violation() const {
         Lanes worst{};
         each_slot([&](int slot, int i, int order) {
-            worst = most(worst, mask[slot] * (size(value[slot]) - bound(i, order, now)));
+            worst = most(worst, mask[slot] * (size(value[slot]) / bound(i, order, now) - 1.0));
         });
         return greatest(worst);
     }
@@ -292,7 +293,7 @@ private:
         Sums sums{std::vector<Lanes>(K * (D + 1), Lanes{}), none, none, none, none};
         for (int r = 0; r < m; ++r) {
             const int slot = slot_of(i, r, g), order = cells.rows[r].order, from = cells.rows[r].first;
-            const double b = bound(i, order, now), slope = order * b, *w = weights(i, r);
+            const double b = bound(i, order, now), slope = order * b * (1.0 + now.sigma), *w = weights(i, r);
             Lanes weight[2], y[2];
             for (int side : {0, 1}) {
                 weight[side] = z[side][slot] / now.s[side][slot];
@@ -300,16 +301,16 @@ private:
             }
             const Lanes both = weight[0] + weight[1], turns = z[0][slot] + z[1][slot];
             sums.tt += both * (slope * slope) - turns * (order * slope);
-            sums.ts += both * slope, sums.ss += both;
-            sums.t -= slope * (y[0] + y[1]), sums.s -= y[0] + y[1];
-            sums.dual_t -= slope * turns, sums.dual_s -= turns;
+            sums.ts += both * (slope * b) - turns * (order * b), sums.ss += both * (b * b);
+            sums.t -= slope * (y[0] + y[1]), sums.s -= b * (y[0] + y[1]);
+            sums.dual_t -= slope * turns, sums.dual_s -= b * turns;
             const Lanes share = scale[slot], first = (y[0] - y[1]) * share, multiplier = (z[0][slot] - z[1][slot]) * share;
             const Lanes other = (weight[1] - weight[0]) * share, square = both * share * share;
             for (int a = 0; a <= D; ++a) {
                 const int p = from + a;
                 sums.first[p] += w[a] * first, sums.multiplier[p] += w[a] * multiplier;
-                sums.by_slack[p] += w[a] * other, sums.by_bound[p] += (w[a] * slope) * other;
-                for (int b = 0; b <= a; ++b) sums.square[p * (D + 1) + a - b] += (w[a] * w[b]) * square;
+                sums.by_slack[p] += (w[a] * b) * other, sums.by_bound[p] += (w[a] * slope) * other;
+                for (int c = 0; c <= a; ++c) sums.square[p * (D + 1) + a - c] += (w[a] * w[c]) * square;
             }
         }
         return sums;
@@ -400,7 +401,8 @@ private:
                 for (int r = 0; r < m; ++r) {
                     const int slot = slot_of(i, r, g), order = cells.rows[r].order;
                     const Lanes along = sum_of(i, r, moved) * scale[slot];
-                    const double b = bound(i, order, now), more = order * b * system.last[i] + system.last[S];
+                    const double b = bound(i, order, now);
+                    const double more = b * (order * (1.0 + now.sigma) * system.last[i] + system.last[S]);
                     for (int side : {0, 1}) {
                         const Lanes s = now.s[side][slot], own = z[side][slot];
                         const Lanes change = more - (side ? -along : along) - missed(slot, side, b, now);

@@ -201,6 +201,8 @@ class PathPlanner(MovePlanner):
                 return
             if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
+            if self.task.at_rest and (np.stack([*through, goal]) == start).all():
+                raise InvalidProblem("goal", "the same posture as the start and the vias: there is nothing to time")
             box = joint_box(self.robot, start, *through, goal)
             known = self._fastest_through([*through, goal]) if vias else None
             if known is not None and self._held(known) and world.prove(known).status:
@@ -283,14 +285,15 @@ class PathPlanner(MovePlanner):
     def _timed_anew(self, found: Trajectory, known: Trajectory | None) -> Iterator[Trajectory]:
         """Motions past vias that may take less than a found one: through a few of its postures, or along its path."""
         world, best = self._world, found
-        if known is None or world is None or not self.objective.sooner_is_better:
+        if not self.task.vias or world is None or not self.objective.sooner_is_better:
             return
         passed = np.concatenate([[0.0], self.task.via_times(found), [found.duration]])
         velocities = None if self.task.at_rest else self.task.end_velocities
-        pinned = fastest_pinned(found, passed, self.robot.limits, world, velocities)
+        pinned = None if known is None else fastest_pinned(found, passed, self.robot.limits, world, velocities)
         if pinned is not None:
             best = pinned
             yield pinned
-        if self.task.at_rest and best.duration > RefinementSettings.near_bound * known.duration:
+        bound = 0.0 if known is None else RefinementSettings.near_bound * known.duration
+        if self.task.at_rest and best.duration > bound:
             with suppress(InvalidProblem):
                 yield retime(JointPath.of(found), self.robot.limits, chain=self.robot.rigid_chain)

@@ -11,6 +11,7 @@ from helpers.polish_objective import ASIDE, GOAL, START, WALL, polish_objective
 
 import tpbso_casadi as tp
 from problems.core import World
+from problems.families.splines import direct
 from problems.motions import Trajectory
 from problems.polish import Deviations, PathRefinement, fastest_pinned, joint_box
 from problems.robots import JointLimits, built_in
@@ -74,6 +75,27 @@ def test_a_plan_of_an_arm_in_space_past_postures_is_the_fastest_motion() -> None
     least = fastest_through(postures, built_in("panda").arm().limits)
     assert least is not None and found.certified and found.result.evaluations == 0
     assert found.duration == pytest.approx(least.duration, rel=1e-6)
+
+
+def test_no_motion_is_planned_past_the_posture_at_which_both_ends_are() -> None:
+    robot, there = tp.robot("panda"), tp.Joints(tuple(AHEAD))
+    with pytest.raises(tp.ScenarioError, match="goal: the same posture as the start and the vias: there is nothing"):
+        tp.plan(robot, start=AHEAD, goal=AHEAD, via=[there, there], solver="direct")
+
+
+def test_a_plan_there_and_back_again_passes_the_posture_between() -> None:
+    away = AHEAD + 0.2 * START
+    found = tp.plan(tp.robot("panda"), start=AHEAD, goal=AHEAD, via=[tp.Joints(tuple(away))], solver="direct")
+    assert found.certified and found.result.evaluations == 0
+
+
+def test_where_no_fastest_motion_is_found_a_plan_is_timed_anew_along_its_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(direct, "fastest_through", lambda *_: None)
+    goal = np.array([0.5, 0.3, -0.4, 0.2, 0.4, -0.3, 0.6])
+    via = AHEAD + 0.5 * goal + 0.1 * np.array([0.5, -1.0, 1.0, 0.0, 0.5, 0.0, 1.0])
+    vias = [tp.Joints(tuple(each)) for each in (via, via + 1e-5 * goal)]
+    found = tp.plan(tp.robot("panda"), start=AHEAD, goal=AHEAD + goal, via=vias, solver="direct")
+    assert found.certified and found.duration < 0.8  # s; 2.0 as the programs leave it
 
 
 def test_a_plan_past_a_posture_between_moving_ends_is_the_fastest_motion() -> None:

@@ -84,7 +84,16 @@ def test_ends_that_move_are_no_slower_than_a_nonlinear_program() -> None:
     assert check(case.postures, case.limits, case.velocities).duration <= 1.0005 * by_nonlinear_program(case, 16)
 
 
-@pytest.mark.parametrize("on_the_way", [[], [41.0, 72.0], [30.0, 45.0, 69.0, 85.0]])
+@pytest.mark.parametrize(
+    "on_the_way",
+    [
+        [],
+        [41.0, 72.0],
+        [30.0, 45.0, 69.0, 85.0],
+        [41.0, 41.01, 41.03, 72.0],
+        [15.0 + 1e-7, 41.0, 41.0 + 1e-4, 100.0 - 1e-7],
+    ],
+)
 def test_postures_on_the_way_of_one_joint_cost_no_time(on_the_way: list[float]) -> None:
     """85 degrees at 100 deg/s and 150 deg/s^2 take 100 / 150 + 85 / 100 s."""
     postures = np.radians([[15.0], *([each] for each in on_the_way), [100.0]])
@@ -114,6 +123,34 @@ def test_a_posture_twice_in_a_row_is_passed_once_and_one_alone_is_no_motion() ->
     once, twice = (found_through(each, bounds)[0] for each in (postures, np.repeat(postures, 2, axis=0)))
     assert once.duration == twice.duration
     assert fastest_through(postures[:1].repeat(3, axis=0), bounds) is None
+
+
+@pytest.mark.parametrize("distance", [1e-7, 1e-9, 1e-12])
+@pytest.mark.parametrize("number", [0, 3])
+def test_a_posture_near_an_end_costs_no_time(number: int, distance: float) -> None:
+    rng = np.random.default_rng(2)
+    postures, bounds = rng.uniform(-1.0, 1.0, (4, 3)), limits(rng, 3)
+    near = np.insert(postures, max(number, 1), postures[number] + distance, axis=0)
+    without, with_it = (found_through(each, bounds)[0] for each in (postures, near))
+    assert with_it.duration <= 1.005 * without.duration
+    np.testing.assert_array_equal(with_it.at(np.array([0.0]))[0], postures[0])
+    np.testing.assert_allclose(with_it.at(np.array([with_it.duration]))[0], postures[-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("distance", [1e-3, 1e-5, 1e-9])
+def test_two_postures_near_each_other_take_no_longer_than_stops(distance: float) -> None:
+    rng = np.random.default_rng(2)
+    postures, bounds = rng.uniform(-1.0, 1.0, (3, 3)), limits(rng, 3)
+    pair = np.insert(postures, 2, postures[1] + distance * (postures[2] - postures[0]), axis=0)
+    found, _ = found_through(pair, bounds)
+    assert found.duration <= 1.001 * sum(rest_to_rest(*each, bounds).duration for each in pairwise(postures))
+
+
+def test_what_is_not_solved_and_slower_than_stops_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(5)
+    postures, bounds = rng.uniform(-1.0, 1.0, (4, 3)), limits(rng, 3)
+    monkeypatch.setattr(through.Passing, "_solved", lambda search, grid, start: (start, False))
+    assert fastest_through(postures, bounds) is None
 
 
 def test_what_no_motion_keeps_is_none() -> None:
