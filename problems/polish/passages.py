@@ -44,6 +44,11 @@ class Passage:
     along: FloatArray
 
     @cached_property
+    def distance(self) -> float:
+        """The distance from the place, in m or rad."""
+        return float(np.linalg.norm(self.missed))
+
+    @cached_property
     def axes(self) -> FloatArray:
         """Orthonormal rows (m, m): along the motion, then sideways, the first of these towards the place."""
         first = np.column_stack([self.along, self.missed, np.eye(self.missed.size)])
@@ -89,27 +94,41 @@ class Passages:
         at, step = u[_nearest_of(theta, self.robot, self.places)], 1.0 / (u.size - 1)
         between = np.concatenate([[0.0], (at[:-1] + at[1:]) / 2.0, [1.0]])
         near = np.column_stack([at, np.maximum(between[:-1], at - step), np.minimum(between[1:], at + step)])
-        return [self._refined(padded, place, *row) for place, row in zip(self.places, near.tolist(), strict=True)]
-
-    def _refined(self, padded: FloatArray, place: Place, u: float, low: float, high: float) -> Passage:
-        best = self._passage(place, u, padded)
+        best = self._passages(near[:, 0], padded)
         for _ in range(self.settings.nearest_steps):
-            slope = float(best.along @ best.along)
-            if slope == 0.0:
+            u = np.array([self._stepped(one, *row[1:]) for one, row in zip(best, near.tolist(), strict=True)])
+            others = self._passages(u, padded)
+            nearer = [other.distance < one.distance for one, other in zip(best, others, strict=True)]
+            if not any(nearer):
                 break
-            u = float(np.clip(best.u - best.missed @ best.along / slope, low, high))
-            other = self._passage(place, u, padded)
-            if not np.linalg.norm(other.missed) < np.linalg.norm(best.missed):
-                break
-            best = other
+            best = [other if is_nearer else one for one, other, is_nearer in zip(best, others, nearer, strict=True)]
         return best
 
-    def _passage(self, place: Place, u: float, padded: FloatArray) -> Passage:
-        at = np.array([u])
-        theta, rate = (self.motions.postures(at, order).values(padded)[0] for order in range(2))
-        missed, slopes = (as_array(part) for part in _missed(self.robot, place)(theta))
-        slopes = slopes.reshape(missed.size, theta.size, order="F")
-        return Passage(u, missed.ravel(), slopes, slopes @ rate)
+    @staticmethod
+    def _stepped(passage: Passage, low: float, high: float) -> float:
+        """The parameter of a Newton step from a passage towards its place, between two."""
+        slope = float(passage.along @ passage.along)
+        step = passage.missed @ passage.along / slope if slope else 0.0
+        return float(np.clip(passage.u - step, low, high))
+
+    @cached_property
+    def _missed(self) -> ca.Function:
+        """The function from a posture for each place, (k, places), to all misses, and to all their slopes."""
+        theta = ca.MX.sym("theta", self.robot.dof, len(self.places))
+        parts = [_missed(self.robot, place)(theta[:, i]) for i, place in enumerate(self.places)]
+        return ca.Function("missed", [theta], [ca.vertcat(*column) for column in zip(*parts, strict=True)])
+
+    def _passages(self, u: FloatArray, padded: FloatArray) -> list[Passage]:
+        """The motion at a parameter for each place, (places,)."""
+        theta, rates = (self.motions.postures(u, order).values(padded) for order in range(2))
+        missed, slopes = (as_array(part).ravel() for part in self._missed(theta.T))
+        ends = np.cumsum([_missed(self.robot, place).numel_out(0) for place in self.places])[:-1]
+        parts = zip(u.tolist(), np.split(missed, ends), np.split(slopes, ends * self.robot.dof), rates, strict=True)
+        found = []
+        for at, away, flat, rate in parts:
+            by_joints = flat.reshape(away.size, rate.size, order="F")
+            found.append(Passage(at, away, by_joints, by_joints @ rate))
+        return found
 
     def missing(self, passages: Sequence[Passage]) -> float:
         """The sum of the misses of all places along their axes, as programs count them, m and rad."""

@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through
 
-from problems.core import Dynamics, Separation, SingleRows, WholeRows
+from problems.core import Dynamics, SegmentMotion, Separation, SingleRows, Stops, WholeRows
 from problems.core.compiled import Core, CoreWorld
 from problems.core.description import described
 from problems.core.interface import MovingSolids, PathSearch, ProofRequest, Schedule
 from problems.core.rows import ProgramData
 from problems.core.world import known_robot
 from problems.robots import SpatialArm, built_in, geometry_of
+from problems.timing.segment_grid import SegmentGrid
 
 POSTURES = 21  # no multiple of the lanes
 KINDS = (Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER, Separation.ALL)
@@ -42,7 +43,21 @@ def answers(library: ctypes.CDLL, seed: int) -> Answers:
         found[f"program of {reach}"] = solved(core, program)
     for model in ("panda", "iiwa14"):
         found[f"{model}: torques"] = torques(library, built_in(model).arm(), np.random.default_rng(seed))
+    for degree, joints in ((2, 3), (3, 9)):
+        found[f"through, of degree {degree}"] = passing(core, degree, joints, np.random.default_rng(seed))
     return found
+
+
+def passing(core: Core, degree: int, joints: int, rng: np.random.Generator) -> bytes:
+    """The motion of least time through four postures, of which the last moves."""
+    grid, places = SegmentGrid.even(3, 8, degree), rng.uniform(-1.0, 1.0, (4, joints))
+    limits, ends = rng.uniform(1.0, 3.0, (degree + 1, joints)), np.zeros((2, degree - 1, joints))
+    limits[0], ends[1, 0] = np.abs(places).max(axis=0) + 0.1, 0.1
+    between = np.linspace(0.0, 1.0, grid.points)[degree:-degree, None]
+    inner = places[:-1, None] + between * np.diff(places, axis=0)[:, None]
+    start = SegmentMotion(np.zeros((2, degree - 1, joints)), inner, np.full(3, 5.0))
+    cells = grid.limited((0.0, 0.5), ranges=True)
+    return bits(*core.pass_through(Stops(places, np.zeros(joints), limits, ends, 50.0), cells, start)[0])
 
 
 def bits(*parts: np.ndarray) -> bytes:

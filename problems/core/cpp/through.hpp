@@ -106,7 +106,7 @@ private:
     std::vector<double> reference;      // T_ref
     double products = 1.0, total = 0.0, mu = 0.0, zeta = 0.0, dual_sigma = 0.0, worst_tau = 0.0;
 
-    static double& at(Vector& values, int number) { return values[number / LANES][number % LANES]; }
+    static double& at(Vector& values, int number) { return ((double*)values.data())[number]; }
     State empty() const {
         return {Vector(n * G), std::vector<double>(S), 0.0, {Vector(slots), Vector(slots)}, std::vector<double>(S * (D + 1))};
     }
