@@ -341,7 +341,7 @@ class Deviations:
         steps = (np.abs(np.diff(path, axis=0)) / np.array(self.limits.speed)).max(axis=1)
         at = np.concatenate([[0.0], np.cumsum(steps)])
         moved = np.concatenate([[True], np.diff(at) > 0.0])
-        at, path = at[moved] / at[-1], path[moved]
+        at, path = at[moved] / (at[-1] or 1.0), path[moved]
         u = self.parameters()
         into = np.maximum(u - begin, 0.0) / (1.0 - begin)
         share = into**3 * (10.0 - 15.0 * into + 6.0 * into**2)

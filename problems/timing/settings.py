@@ -167,6 +167,7 @@ class ThroughSettings:
         halved_cells: of each segment, in a level.
         levels: at most; where accelerations change in 2 ms, as a Panda's may, eight come within 0.1 % of no jerk limit.
         worthwhile: share of the duration that a level has to gain so that another one follows.
+        most_postures: for which a motion is searched; its time grows with their cube, 6 s for 300 of a Panda.
         most_cells: of all segments, unless the first level has more.
         slower: factor of the least durations of motions that stop everywhere, from which the first level begins.
         slower_again: factor of the durations from which the next level begins.
@@ -182,6 +183,7 @@ class ThroughSettings:
     halved_cells: int = 8
     levels: int = 8
     worthwhile: float = 3e-4
+    most_postures: int = 300
     most_cells: int = 800
     slower: float = 1.2
     slower_again: float = 1.02

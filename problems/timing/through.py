@@ -53,7 +53,7 @@ def fastest_through(
         settings: of the method.
     """
     distinct = apart(postures)
-    if found_core() is None or len(distinct) < 2:
+    if found_core() is None or not 2 <= len(distinct) <= settings.most_postures:
         return None
     passing = Passing.of(postures[distinct], limits, velocities, settings)
     found = passing.motion()

@@ -89,6 +89,12 @@ def test_a_plan_there_and_back_again_passes_the_posture_between() -> None:
     assert found.certified and found.result.evaluations == 0
 
 
+def test_a_plan_that_moves_away_and_returns_to_the_only_posture_is_certified() -> None:
+    robot, there, velocity = tp.robot("panda"), tp.Joints(tuple(AHEAD)), 0.1 * START
+    found = tp.plan(robot, start=AHEAD, goal=AHEAD, via=[there], start_velocity=velocity, solver="direct")
+    assert found.certified
+
+
 def test_where_no_fastest_motion_is_found_a_plan_is_timed_anew_along_its_path(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(direct, "fastest_through", lambda *_: None)
     goal = np.array([0.5, 0.3, -0.4, 0.2, 0.4, -0.3, 0.6])

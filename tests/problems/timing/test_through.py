@@ -15,7 +15,7 @@ from benchmarks.through import Case, by_nonlinear_program, published
 from problems.base import FloatArray
 from problems.motions import Trajectory
 from problems.robots import JointLimits
-from problems.timing import fastest_through, least_durations, rest_to_rest, through
+from problems.timing import ThroughSettings, fastest_through, least_durations, rest_to_rest, through
 
 LIN_OPTIMUM = 16.0375  # s, by IPOPT with 32 cells a segment
 CASES = {case.name: case for case in published()}
@@ -144,6 +144,13 @@ def test_two_postures_near_each_other_take_no_longer_than_stops(distance: float)
     pair = np.insert(postures, 2, postures[1] + distance * (postures[2] - postures[0]), axis=0)
     found, _ = found_through(pair, bounds)
     assert found.duration <= 1.001 * sum(rest_to_rest(*each, bounds).duration for each in pairwise(postures))
+
+
+def test_no_motion_is_searched_through_very_many_postures() -> None:
+    rng = np.random.default_rng(5)
+    postures, bounds = rng.uniform(-1.0, 1.0, (5, 3)), limits(rng, 3)
+    assert fastest_through(postures, bounds, None, ThroughSettings(most_postures=4)) is None
+    assert fastest_through(postures, bounds, None, ThroughSettings(most_postures=5)) is not None
 
 
 def test_what_is_not_solved_and_slower_than_stops_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
