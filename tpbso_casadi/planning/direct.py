@@ -51,7 +51,8 @@ def _directly(problem: Problem[Any], planning: Planning) -> PlannedMotion | None
 def at_the_bound(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
     """A certified motion that nothing between its ends can beat; None where none is found.
 
-    Of several branches, the first one that has such a motion counts, the quickest in free space first.
+    Past vias it is the fastest that is found, which need not be the fastest of all. Of several branches, the first one
+    that has such a motion counts, the quickest in free space first.
     """
     began = time.perf_counter()
     planning.progress.phase("trying motions at the bound")
@@ -62,8 +63,10 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> PlannedMotion | N
                 return None
             motion = judged(branch.criteria, trajectory)
             if motion.trajectory.duration <= AS_FAST * trajectory.duration and motion.feasible:
-                LOG.info("bound: a motion that nothing can beat, in %.3f s", time.perf_counter() - began)
-                return _plan(planning, branch, motion, began, StopReason.TARGET, rounds)
+                LOG.info("bound: a motion as fast as can be, in %.3f s", time.perf_counter() - began)
+                is_bound = branch.criteria.task.passes_nothing
+                reason = StopReason.TARGET if is_bound else StopReason.CONVERGED
+                return _plan(planning, branch, motion, began, reason, rounds)
     return None
 
 

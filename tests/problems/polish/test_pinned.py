@@ -16,6 +16,7 @@ from problems.motions import Trajectory
 from problems.polish import Deviations, PathRefinement, fastest_pinned, joint_box
 from problems.robots import JointLimits, built_in
 from problems.timing import fastest_through, rest_to_rest
+from solvers import StopReason
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario
 
@@ -66,6 +67,7 @@ def test_a_plan_of_an_arm_in_the_plane_past_postures_is_the_fastest_motion() -> 
     limits = JointLimits(speed=(1.0, 1.0), acceleration=(2.0, 2.0))
     least = fastest_through(np.array([[0.0, 0.5], *VIAS, [0.2, 0.9]]), limits)
     assert least is not None and found.motion.feasible and found.search.evaluations == 0
+    assert found.search.stop_reason is StopReason.CONVERGED  # no bound: others may be faster
     assert found.motion.trajectory.duration == pytest.approx(least.duration, rel=1e-6)
 
 
