@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import FloatArray, as_array
 from problems.core import WholeRows
@@ -118,12 +119,17 @@ class Passages:
         parts = [_missed(self.robot, place)(theta[:, i]) for i, place in enumerate(self.places)]
         return ca.Function("missed", [theta], [ca.vertcat(*column) for column in zip(*parts, strict=True)])
 
+    @cached_property
+    def _splits(self) -> NDArray[np.intp]:
+        """The numbers of the first entries of misses among all, but for the first place, (places - 1,)."""
+        return np.asarray(np.cumsum([_missed(self.robot, place).numel_out(0) for place in self.places])[:-1])
+
     def _passages(self, u: FloatArray, padded: FloatArray) -> list[Passage]:
         """The motion at a parameter for each place, (places,)."""
         theta, rates = (self.motions.postures(u, order).values(padded) for order in range(2))
         missed, slopes = (as_array(part).ravel() for part in self._missed(theta.T))
-        ends = np.cumsum([_missed(self.robot, place).numel_out(0) for place in self.places])[:-1]
-        parts = zip(u.tolist(), np.split(missed, ends), np.split(slopes, ends * self.robot.dof), rates, strict=True)
+        split, wide = self._splits, self._splits * self.robot.dof
+        parts = zip(u.tolist(), np.split(missed, split), np.split(slopes, wide), rates, strict=True)
         found = []
         for at, away, flat, rate in parts:
             by_joints = flat.reshape(away.size, rate.size, order="F")

@@ -62,8 +62,8 @@ def _pinned(
     passed = found.breakpoints[::pieces]
     segment = int(np.clip(np.searchsorted(passed, touched, side="right") - 1, 0, times.size - 2))
     begin, end = times[segment : segment + 2]
-    between = begin + (end - begin) * np.linspace(0.0, 1.0, settings.samples + 2)[1:-1]
-    away = np.abs(known.at(between) - found.at(np.array([touched]))).max(axis=1)
     if end - begin < settings.shortest * known.duration:
         return None
+    between = begin + (end - begin) * np.linspace(0.0, 1.0, settings.samples + 2)[1:-1]
+    away = np.abs(known.at(between) - found.at(np.array([touched]))).max(axis=1)
     return np.sort(np.append(times, between[int(np.argmin(away))]))

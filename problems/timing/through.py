@@ -57,7 +57,7 @@ def fastest_through(
         return None
     passing = Passing.of(postures[distinct], limits, velocities, settings)
     found = passing.motion()
-    if found is not None and not _in_ranges(found, limits):
+    if found is not None and _range_share(found, limits) > 1.0 + TIME_ROUNDING:
         found = replace(passing, range_share=1.0).motion()
     return found
 
@@ -69,10 +69,6 @@ def apart(postures: FloatArray) -> list[int]:
         if np.linalg.norm(postures[number] - postures[numbers[-1]]) > ANGLE_ROUNDING:
             numbers.append(number)
     return numbers if len(numbers) == 1 else [*numbers[:-1], len(postures) - 1]
-
-
-def _in_ranges(trajectory: Trajectory, limits: JointLimits) -> bool:
-    return _range_share(trajectory, limits) <= 1.0 + TIME_ROUNDING
 
 
 def _range_share(trajectory: Trajectory, limits: JointLimits) -> float:

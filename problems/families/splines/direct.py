@@ -121,10 +121,16 @@ class MovePlanner(DirectPlanner):
 
     def _fastest_through(self, postures: Sequence[FloatArray]) -> Trajectory | None:
         """The fastest motion from the start through postures (dof,), rad, in free space; None where none is found."""
-        velocities = None if self.task.at_rest else self.task.end_velocities
-        return fastest_through(
-            np.stack([branch_posture(self.robot, self.task.start), *postures]), self.robot.limits, velocities
-        )
+        through = np.stack([branch_posture(self.robot, self.task.start), *postures])
+        key = through.tobytes()
+        if key not in self._found_through:
+            self._found_through[key] = fastest_through(through, self.robot.limits, self.task.end_velocities)
+        return self._found_through[key]
+
+    @cached_property
+    def _found_through(self) -> dict[bytes, Trajectory | None]:
+        """Motions through postures that were found already: those at the bound are where paths begin."""
+        return {}
 
     @cached_property
     def _polish(self) -> PathSpeedPolish:
@@ -288,8 +294,9 @@ class PathPlanner(MovePlanner):
         if not self.task.vias or world is None or not self.objective.sooner_is_better:
             return
         passed = np.concatenate([[0.0], self.task.via_times(found), [found.duration]])
-        velocities = None if self.task.at_rest else self.task.end_velocities
-        pinned = None if known is None else fastest_pinned(found, passed, self.robot.limits, world, velocities)
+        pinned = None
+        if known is not None:
+            pinned = fastest_pinned(found, passed, self.robot.limits, world, self.task.end_velocities)
         if pinned is not None:
             best = pinned
             yield pinned
