@@ -17,7 +17,7 @@ import numpy as np
 
 from problems import CertificateStatus, Trajectory
 from problems.certify import ClearanceProof, prove_clearance, prove_covers
-from problems.certify.core_clearance import prove_in_core
+from problems.certify.core_clearance import prove_clearance_in_core
 from problems.limits import Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance
 from problems.robots import SpatialArm
 from problems.scene import Ball, Box, Cylinder, Obstacle
@@ -101,7 +101,7 @@ def main() -> None:
         trajectory = motion(arm, rng)
         for limit in limits_among(arm, scene(rng)):
             began = time.perf_counter()
-            ours = prove_in_core(limit, trajectory)
+            ours = prove_clearance_in_core(limit, trajectory)
             middle = time.perf_counter()
             other = in_numpy(limit, trajectory)
             seconds += middle - began, time.perf_counter() - middle

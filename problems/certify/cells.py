@@ -307,9 +307,9 @@ def _proven(
     if constraint.rows != times.size:  # it is not about one time after the other
         outcome = verdict(constraint, times)
         return outcome.undecided_in(None) if outcome.satisfied else outcome
-    outcome = _of_values(constraint, as_array(constraint.expression), times)
+    outcome = of_values(constraint, as_array(constraint.expression), times)
     if not trajectory.is_finite or not np.isfinite(outcome.worst):
-        return replace(outcome, worst_is=WorstIs.FOUND)
+        return outcome
     if not outcome.satisfied:
         return _at_its_peak(limit, index, trajectory, outcome, settings.first_times)
     motion = _Expression(limit, index, constraint, trajectory)
@@ -322,9 +322,9 @@ def _proven(
         cells = queue.pop()
         count += len(cells)
         settled, values = motion.settled(cells)
-        seen = _of_values(constraint, values, cells.moments(np.zeros(len(cells))).times)
+        seen = of_values(constraint, values, cells.moments(np.zeros(len(cells))).times)
         if not seen.satisfied:
-            return replace(seen, worst_is=WorstIs.FOUND)
+            return seen
         queue += cells.halved(~settled).divided(settings.cells_at_once)
     outcome = _at_its_peak(limit, index, trajectory, outcome, settings.first_times)
     return outcome.undecided_in(queue[-1].first) if queue and outcome.satisfied else outcome
@@ -344,17 +344,19 @@ def _at_its_peak(limit: Limit, index: int, trajectory: Trajectory, first: Verdic
 
     times, step = trajectory.times(count), trajectory.duration / (count - 1)
     _, time = peak_near(nearness, float(times[np.argmax(nearness(times))]), step, trajectory.duration)
-    worst = _of_values(*at(np.array([time])), np.array([time]))
-    status = first.status if worst.satisfied else worst.status
-    where = f"{worst.where}, t = {time:.4g} s"
-    return replace(worst, status=status, where=where, worst_is=WorstIs.FOUND, time=time)
+    worst = of_values(*at(np.array([time])), np.array([time]))
+    return worst if worst.satisfied and first.satisfied else replace(worst, status=CertificateStatus.VIOLATED)
 
 
-def _of_values(constraint: Constraint, values: FloatArray, times: FloatArray) -> Verdict:
+def of_values(constraint: Constraint, values: FloatArray, times: FloatArray) -> Verdict:
     """The verdict on values (n, m) at times (n,); one that is no finite number breaks the limit."""
     undefined = np.argwhere(~np.isfinite(values))
     if not undefined.size:
-        return verdict(replace(constraint, expression=ca.DM(values)), times)
+        outcome = replace(verdict(replace(constraint, expression=ca.DM(values)), times), worst_is=WorstIs.FOUND)
+        if outcome.time is not None:
+            return outcome
+        time = float(times[0])  # of the only row
+        return replace(outcome, where=f"{outcome.where}, t = {time:.4g} s", time=time)
     (row, column), (lower, upper) = undefined[0], constraint.bounds
     return Verdict(
         name=constraint.name,
@@ -363,6 +365,7 @@ def _of_values(constraint: Constraint, values: FloatArray, times: FloatArray) ->
         unit=constraint.unit,
         status=CertificateStatus.VIOLATED,
         where=f"{constraint.columns[column]} is undefined, t = {times[row]:.4g} s",
+        worst_is=WorstIs.FOUND,
         time=float(times[row]),
     )
 

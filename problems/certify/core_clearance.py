@@ -46,7 +46,7 @@ class _Question:
         return cls(world, which, world.margins[which], stated.proof_gap)
 
 
-def prove_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None:
+def prove_clearance_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None:
     """Bound the clearance of a motion for all t; None where the core does not know what the limit is about."""
     question = _Question.of(limit)
     if question is None:
@@ -59,7 +59,7 @@ def prove_in_core(limit: Limit, trajectory: Trajectory) -> ClearanceProof | None
 
 
 def clearances_in_core(limit: Limit, trajectory: Trajectory, times: FloatArray) -> FloatArray | None:
-    """Clearances beyond the margin at times (n,) in s, (n,), m; None as of :func:`prove_in_core`."""
+    """Clearances beyond the margin at times (n,) in s, (n,), m; None as of :func:`prove_clearance_in_core`."""
     question = _Question.of(limit)
     return None if question is None else question.world.clearance_margins(trajectory.at(times), which=question.which)
 

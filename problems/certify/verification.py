@@ -14,7 +14,8 @@ import numpy as np
 from problems.base import FloatArray
 from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import ClearanceProof, MovingPairs, halves, prove_clearance
-from problems.certify.core_clearance import prove_in_core
+from problems.certify.core_clearance import prove_clearance_in_core
+from problems.certify.core_expressions import prove_in_core
 from problems.certify.covers import prove_covers
 from problems.certify.settings import DEFAULT_STAY, StaySettings
 from problems.certify.torque import prove_torques, torque_time_scale
@@ -24,6 +25,7 @@ from problems.limits import (
     SAMPLING_MARGIN,
     CoverClearance,
     CoverLimit,
+    ExpressionLimit,
     Limit,
     Proximity,
     TorqueLimit,
@@ -84,16 +86,27 @@ def prove(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
 
 
 @prove.register
+def _(limit: ExpressionLimit, trajectory: Trajectory) -> list[Verdict]:
+    """The verdict on an expression of one instant, in the core where that knows it."""
+    outcome = prove_in_core(limit, trajectory)
+    return prove_by_cells(limit, trajectory) if outcome is None else [outcome]
+
+
+@prove.register
 def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on a clearance, from a proven lower bound."""
-    proof = prove_in_core(limit, trajectory) or prove_clearance(limit, trajectory)
+    proof = prove_clearance_in_core(limit, trajectory) or prove_clearance(limit, trajectory)
     return [] if proof is None else [_of_clearance(limit, limit.robot.margin, proof)]
 
 
 @prove.register
 def _(limit: CoverLimit, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on covers, from a proven lower bound."""
-    return [_of_clearance(limit, limit.margin, prove_in_core(limit, trajectory) or prove_covers(limit, trajectory))]
+    return [
+        _of_clearance(
+            limit, limit.margin, prove_clearance_in_core(limit, trajectory) or prove_covers(limit, trajectory)
+        )
+    ]
 
 
 def _of_clearance(limit: Limit, bound: float, proof: ClearanceProof) -> Verdict:

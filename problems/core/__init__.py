@@ -4,6 +4,7 @@ from problems.core.arm import steps_of
 from problems.core.compiled import NoCore, core, found_core
 from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
 from problems.core.dynamics import Dynamics
+from problems.core.expressions import CoreExpression
 from problems.core.interface import Nearby, Schedule, Separation
 from problems.core.library import core_account
 from problems.core.linear_program import LinearProgram, minimizer
@@ -15,6 +16,7 @@ from problems.core.world import MOST_ITEMS, ClosestPair, Proof, World, known_rob
 __all__ = [
     "MOST_ITEMS",
     "ClosestPair",
+    "CoreExpression",
     "Dynamics",
     "LinearProgram",
     "Nearby",

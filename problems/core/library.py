@@ -24,7 +24,7 @@ from problems.evaluation import THIS_PROCESSOR, Compiler, NativeUnavailable, usa
 
 LOG = logging.getLogger(__name__)
 SOURCES = Path(__file__).parent / "cpp"
-FILES = ("core.cpp", "dynamics.cpp", "program.cpp", "through.cpp")
+FILES = ("core.cpp", "dynamics.cpp", "expressions.cpp", "program.cpp", "through.cpp")
 FLAGS = (
     "-O2",
     "-std=c++17",
@@ -47,6 +47,13 @@ SIGNATURES = {
     "core_forget_chain": (None, (POINTER,)),
     "core_torques": (None, (POINTER, COUNT, POINTER, POINTER, POINTER)),
     "core_torque_slopes": (None, (POINTER, COUNT, POINTER, POINTER)),
+    "core_expression": (POINTER, (POINTER, POINTER)),
+    "core_forget_expression": (None, (POINTER,)),
+    "core_expression_values": (None, (POINTER, COUNT, POINTER, NUMBER, POINTER)),
+    "core_prove_expression": (
+        COUNT,
+        (POINTER, COUNT, COUNT, *(POINTER,) * 5, NUMBER, COUNT, LONG, NUMBER, COUNT, *(POINTER,) * 3),
+    ),
     "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, *(POINTER,) * 5)),
     "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, *(POINTER,) * 4, COUNT, POINTER, POINTER)),
     "core_prove": (

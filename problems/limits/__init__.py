@@ -22,7 +22,7 @@ from problems.limits.covers import (
     distances_from,
     touching_links,
 )
-from problems.limits.expression import ExpressionLimit, StatedExpression
+from problems.limits.expression import Bound, ExpressionLimit, StatedExpression
 from problems.limits.hand import HAND_CONSTRAINTS, HandConstraint, ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.limits.joint_limits import (
     AccelerationLimit,
@@ -117,6 +117,7 @@ __all__ = [
     "Accuracy",
     "AngularAccuracy",
     "BodyPair",
+    "Bound",
     "Clearance",
     "CollisionPair",
     "Constraint",

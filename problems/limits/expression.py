@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from problems.base import STEP, FloatArray, InvalidProblem, Matrix, Parametric, Relaxation, entry_changed, largest
+from problems.core import CoreExpression
 from problems.limits.limit import Constraint, Limit
 from problems.motions import SampleFunction, Samples, random_states
 from problems.robots import Robot
@@ -20,6 +21,7 @@ PROBES = 8  # random states at which it is seen how an expression depends on how
 PROBE_FACTOR = 1.7  # the factor there
 DEGREES = (1.0, 2.0, 3.0, 4.0, 6.0)  # with which an expression may fall as a motion is run more slowly
 PROBE_TOLERANCE = 1e-9  # relative
+MOVING = ("speed", "acceleration", "jerk", "torque", "tool_velocity")  # what may fall
 FAR = 100.0  # times the nearer bound
 
 Bound = tuple[float, ...] | None
@@ -53,7 +55,14 @@ class ExpressionLimit(Limit):
     scale: tuple[float, ...]
     degree: float | None = None
 
+    @cached_property
+    def in_core(self) -> CoreExpression | None:
+        """The expression in the compiled core, where that knows it and the robot."""
+        return CoreExpression.of(self.robot, self.function)
+
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        if samples.is_finished and self.in_core is not None:
+            return self._bounding(ca.DM(self.in_core.values(samples.states, float(samples.duration))), margin)
         searched = any(isinstance(part, ca.SX) for part in (*samples.derivatives, samples.times))
         return self._bounding(self.function.at(samples, smooth=searched), margin)
 
@@ -78,6 +87,13 @@ class ExpressionLimit(Limit):
                 formula=self.formula,
             )
         ]
+
+    @property
+    def numbers_of_bounds(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Lower and upper bounds, infinite where there is none, and the usual sizes, (m,) each."""
+        none = np.full(len(self.scale), np.inf)
+        lower, upper = (none if side is None else np.array(side, dtype=np.float64) for side in (self.lower, self.upper))
+        return (-none if self.lower is None else lower), upper, np.array(self.scale, dtype=np.float64)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
@@ -227,11 +243,12 @@ def degree_of(function: SampleFunction, robot: Robot) -> float | None:
 
     Seen at random states, where every derivative falls with its order.
     """
-    if function.uses("time", "duration"):
+    if function.uses("time", "duration") or not function.uses(*MOVING):
         return None
     states, powers = random_states(robot, PROBES), np.repeat(np.arange(4), robot.dof)
-    slower = states / PROBE_FACTOR ** np.append(powers, 0)
-    before, after = (function.probed(robot, each) for each in (states, slower))
+    slower, in_core = states / PROBE_FACTOR ** np.append(powers, 0), CoreExpression.of(robot, function)
+    probed = partial(function.probed, robot) if in_core is None else in_core.values
+    before, after = (probed(each, duration=1.0) for each in (states, slower))
     return next((degree for degree in DEGREES if _falls(before, after, degree)), None)
 
 

@@ -98,7 +98,7 @@ class HandConstraint:
         lower: Sequence[float] | None = None,
         upper: Sequence[float] | None = None,
     ) -> StatedExpression:
-        function = traced(expression, robot, f"constraint {self.name!r}")
+        function = traced(expression, robot, f"constraint {self.name!r}", differentiates=False)
         sides = (None if side is None else tuple(map(float, side)) for side in (lower, upper))
         return StatedExpression(self.name, unit, function, *sides)
 

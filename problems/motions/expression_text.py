@@ -15,11 +15,11 @@ where the short form, with what its symbols stand for put in, is another one.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from math import isfinite
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -35,6 +35,9 @@ OUTPUT = re.compile(r"= (\S+)")
 OPERATION = re.compile(r"w(\d{1,6}) = ([a-z_0-9]+)\(([^,()]+)(?:, ([^,()]+))?\)")
 ENTRY = re.compile(r"([a-z_]+(?:\d{1,4})?)\[(\d{1,4})\]")
 REGISTER = re.compile(r"w(\d{1,6})")
+
+
+V = TypeVar("V")
 
 
 class InvalidText(ValueError):
@@ -227,6 +230,10 @@ class SampleFunction:
         values = self._read[1](ca.vertcat(*symbols) if symbols else ca.SX(0, 1))
         return ", ".join(str(value) for value in ca.vertsplit(values))
 
+    def interpreted(self, arguments: Sequence[V], interpreter: Interpreter[V]) -> list[V]:
+        """The values, computed by an interpreter from what it has for :attr:`entries`."""
+        return interpret(self._read[1], [arguments], interpreter)[0]
+
     def check(self, robot: Robot, field: str, name: str) -> None:
         """Check that a robot has what the expression depends on.
 
@@ -248,9 +255,7 @@ class SampleFunction:
             smooth: with gradients that are finite where a length is zero; other values by 1e-10 at most.
         """
         if samples.is_finished and not smooth:
-            assert samples.times is not None
-            states = ca.horzcat(*map(samples.derivative, range(SAMPLED_ORDERS)), samples.times)
-            return self.of_state(samples.moving)(states.T, samples.duration).T
+            return self.of_state(samples.moving)(samples.states.T, samples.duration).T
         function, count = self._smooth if smooth else self._read[1], samples.count
         if not self.entries:
             return ca.repmat(function(ca.DM(0, 1)).T, count, 1)
@@ -300,21 +305,31 @@ KNOWN = [name for name, part in vars(MotionView).items() if isinstance(part, pro
 Stated = Callable[[MotionView], Any]
 
 
-def traced(stated: Stated, robot: Robot, called: str) -> SampleFunction:
+def traced(stated: Stated, robot: Robot, called: str, differentiates: bool = True) -> SampleFunction:
     """The function of one instant that a Python function states.
 
     Args:
         stated: a function of a :class:`MotionView`.
         robot: that moves.
         called: what messages call it, such as ``constraint 'table'``.
+        differentiates: whether it may, so that the long form is needed to find out.
 
     Raises:
         InvalidProblem: it raises, or what it gives is no scalar or vector of CasADi's symbols.
     """
-    short, long = _Symbols(robot), _WrittenOut(robot)
-    expressions = [_column(_called(stated, MotionView(robot, each), called), called) for each in (short, long)]
-    brief, full = _text(expressions[0], short.known, called), _text(expressions[1], long.known, called)
-    return SampleFunction(brief if _inserted(expressions[0], short.known, long, called) == full else full)
+    short, of = _Symbols(robot), partial(_expression, stated, robot, called)
+    expression = of(short)
+    text = _text(expression, short.known, called)
+    if differentiates:
+        long = _WrittenOut(robot)
+        full = _text(of(long), long.known, called)
+        text = text if _inserted(expression, short.known, long, called) == full else full
+    return SampleFunction(text)
+
+
+def _expression(stated: Stated, robot: Robot, called: str, value: Callable[[str], ca.SX]) -> ca.SX:
+    """The dense column that a function states of a motion's quantities."""
+    return _column(_called(stated, MotionView(robot, value), called), called)
 
 
 @dataclass

@@ -10,7 +10,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem, Matrix
+from problems.base import FloatArray, InvalidProblem, Matrix, as_array
 from problems.robots import Robot, SpatialArm
 
 SAMPLED_ORDERS = 4  # angles, speeds, accelerations, jerks
@@ -142,6 +142,12 @@ class Samples:
         """Whether these are numbers of a motion of which everything is known."""
         known = (*self.derivatives, self.duration, self.times)
         return len(self.derivatives) == SAMPLED_ORDERS and all(isinstance(part, ca.DM) for part in known)
+
+    @property
+    def states(self) -> FloatArray:
+        """Angles, three derivatives and time of a finished motion, (n, 4 dof + 1)."""
+        assert self.times is not None
+        return as_array(ca.horzcat(*map(self.derivative, range(SAMPLED_ORDERS)), self.times))
 
     @property
     def both_sides(self) -> Samples:

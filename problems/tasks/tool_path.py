@@ -12,8 +12,8 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem, as_array
-from problems.limits import StatedExpression, rotation_away
-from problems.motions import JointPath, MotionView, traced
+from problems.limits import Bound, StatedExpression, rotation_away
+from problems.motions import JointPath, MotionView, Stated, traced
 from problems.robots import Robot, SpatialArm, geometry_of
 from problems.tasks.place import Place, Position
 from problems.tasks.pose import Pose
@@ -291,18 +291,15 @@ class ToolPath:
             sine, cosine = self._missing(m)
             return ca.vertcat(ca.norm_2(sine), -cosine)
 
-        name = "path accuracy"
-        found = [StatedExpression(name, "m", traced(near, robot, name), None, (accuracy,))]
+        found = [_stated("path accuracy", "m", near, robot, None, (accuracy,))]
         if self.turned is not None:
-            name, most = "angular accuracy", float(np.sin(min(angular_accuracy, np.pi / 2.0)))
-            found.append(StatedExpression(name, "rad", traced(facing, robot, name), (-LEAST, -LEAST), (most, 0.0)))
+            most = float(np.sin(min(angular_accuracy, np.pi / 2.0)))
+            found.append(_stated("angular accuracy", "rad", facing, robot, (-LEAST, -LEAST), (most, 0.0)))
         return found
 
     def speed_limit(self, robot: Robot, most: float) -> StatedExpression:
         """The limit of the tool's speed to so many m/s."""
-        name = "tool speed on the way"
-        speed = traced(lambda m: ca.norm_2(m.tool_velocity), robot, name)
-        return StatedExpression(name, "m/s", speed, None, (most,))
+        return _stated("tool speed on the way", "m/s", lambda m: ca.norm_2(m.tool_velocity), robot, None, (most,))
 
     def _missing(self, moment: MotionView) -> tuple[ca.SX, ca.SX]:
         """The tool's error of orientation: axis times sine of the angle, (3, 1), and the cosine."""
@@ -394,6 +391,10 @@ class ToolPath:
             "sine", [tool, rotation], [ca.norm_2(self._missing(MotionView(robot, known.__getitem__))[0])]
         )
         return found, float(as_array(sine(positions, rotations)).max())
+
+
+def _stated(name: str, unit: str, expression: Stated, robot: Robot, lower: Bound, upper: Bound) -> StatedExpression:
+    return StatedExpression(name, unit, traced(expression, robot, name, differentiates=False), lower, upper)
 
 
 @lru_cache(maxsize=16)

@@ -1,8 +1,9 @@
 // Newton and Euler: torques of a chain of rigid bodies in eight states at once, and how they change with the states.
-// The recursion is that of problems/robots/dynamics.py, once for numbers and once for numbers with a slope.
+// The recursion is that of problems/robots/dynamics.py: of numbers, of numbers with a slope, of Taylor models.
 #pragma once
 #include <vector>
 
+#include "models.hpp"
 #include "world.hpp"
 
 namespace core {
@@ -82,13 +83,16 @@ INLINE Pose<T> pose_of(const Joint& joint, const T& value) {
     if (joint.turns) {
         T sine, cosine;
         sine_cosine(value, sine, cosine);
-        for (int i = 0; i < 9; ++i)
+        for (int i = 0; i < 9; ++i) {
             pose.rotation[i] = joint.at[i] + (joint.by_sine[i] * sine + joint.by_cosine[i] * cosine);
+            slack(pose.rotation[i], all(1.0));  // of the three numbers
+        }
         pose.translation = {p[0] + none, p[1] + none, p[2] + none};
     } else {
         for (int i = 0; i < 9; ++i) pose.rotation[i] = joint.at[i] + none;
         const double* way = joint.way;
         pose.translation = {p[0] + way[0] * value, p[1] + way[1] * value, p[2] + way[2] * value};
+        slack_by(pose.translation.x, value), slack_by(pose.translation.y, value), slack_by(pose.translation.z, value);
     }
     return pose;
 }

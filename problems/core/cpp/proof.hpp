@@ -16,15 +16,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "motion.hpp"
 #include "world.hpp"
 
 namespace core {
-
-struct Motion {
-    int pieces, order;            // polynomials, and their number of coefficients
-    const double* breaks;         // pieces + 1, s
-    const double* coefficients;   // order, pieces, joints; the highest power first, of the time since the piece began
-};
 
 struct Proof {
     int status;        // 1: proven; 0: too near at some time; -1: not known

@@ -68,10 +68,16 @@ class Nearness:
             return ca.vertcat(ca.norm_2(sine), -cosine)
 
         name = "path accuracy"
-        stated = [StatedExpression(name, "m", traced(near, robot, name), None, (KEPT * cut * self.task.accuracy,))]
+        stated = [
+            StatedExpression(
+                name, "m", traced(near, robot, name, differentiates=False), None, (KEPT * cut * self.task.accuracy,)
+            )
+        ]
         if most is not None:
             name, sine = "angular accuracy", float(np.sin(KEPT * most))
-            stated.append(StatedExpression(name, "rad", traced(facing, robot, name), None, (sine, 0.0)))
+            stated.append(
+                StatedExpression(name, "rad", traced(facing, robot, name, differentiates=False), None, (sine, 0.0))
+            )
         return tuple(each.for_robot(robot, ()) for each in stated)
 
     def _nearest(self, tool: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:

@@ -1,4 +1,7 @@
-"""Proofs for expressions of a user's own: certified, violated or undecided, and never certified wrongly."""
+"""Proofs for expressions of a user's own: certified, violated or undecided, and never certified wrongly.
+
+Of an arm in the plane by intervals of its whole expression, of one in space by Taylor models in the core.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,18 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import equal_links
+from helpers.space import sliding_arm, small_arm
 
-from problems import CertificateStatus, Trajectory
+from problems import CertificateStatus, Robot, Trajectory
 from problems.certify import Verdict, limit_verdicts
 from problems.certify.cells import BINARY, UNARY, Ranges
+from problems.certify.core_expressions import prove_in_core
 from problems.evaluation import interpreter as tapes
 from problems.limits import ExpressionLimit, StatedExpression
 from problems.motions import traced
 
-ARM = equal_links(2)
+ARM, SPACE = equal_links(2), small_arm(2)
+BOTH = pytest.mark.parametrize("arm", [ARM, SPACE], ids=["plane", "space"])
 
 
 def prove_expression(limit: ExpressionLimit, trajectory: Trajectory) -> Verdict:
@@ -28,16 +34,17 @@ SWING = Trajectory.from_pieces(np.array([1.0]), [np.array([[0.0, 0.0], [0.0, 0.0
 CERTIFIED, VIOLATED, UNDECIDED = CertificateStatus.CERTIFIED, CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED
 
 
-def limit(stated: Any, lower: float | None = None, upper: float | None = None) -> ExpressionLimit:
+def limit(stated: Any, lower: float | None = None, upper: float | None = None, arm: Robot = ARM) -> ExpressionLimit:
     bounds = [None if bound is None else (bound,) for bound in (lower, upper)]
-    return StatedExpression("own", "m", traced(stated, ARM, "c"), *bounds).for_robot(ARM, ())
+    return StatedExpression("own", "m", traced(stated, arm, "c"), *bounds).for_robot(arm, ())
 
 
 def dense(kept: ExpressionLimit, motion: Trajectory) -> np.ndarray:
     times = np.linspace(0.0, motion.duration, 20_000)
-    return np.asarray(kept.function.at(motion.samples(times, ARM)))[:, 0]
+    return np.asarray(kept.function.at(motion.samples(times, kept.robot)))[:, 0]
 
 
+@BOTH
 @pytest.mark.parametrize(
     "stated",
     [
@@ -51,16 +58,65 @@ def dense(kept: ExpressionLimit, motion: Trajectory) -> np.ndarray:
         lambda m: ca.log1p(ca.hypot(m.tool[0], m.tool[1])) + ca.tan(m.q[1] / 4.0),
     ],
 )
-def test_close_bounds_are_proven_and_what_breaks_them_is_seen(stated: Any) -> None:
-    kept = limit(stated, -1e3, 1e3)
+def test_close_bounds_are_proven_and_what_breaks_them_is_seen(stated: Any, arm: Robot) -> None:
+    kept = limit(stated, -1e3, 1e3, arm)
     values = dense(kept, SWING)
     low, high = float(values.min()), float(values.max())
     close = 1e-3 * (high - low)
-    [held] = limit_verdicts([limit(stated, low - close, high + close)], SWING)
+    [held] = limit_verdicts([limit(stated, low - close, high + close, arm)], SWING)
     assert held.status is CERTIFIED
     assert held.worst == pytest.approx(low, abs=close) or held.worst == pytest.approx(high, abs=close)
     for bounds in ((low + close, None), (None, high - close)):
-        assert prove_expression(limit(stated, *bounds), SWING).status is VIOLATED
+        assert prove_expression(limit(stated, *bounds, arm=arm), SWING).status is VIOLATED
+
+
+OPERATIONS: dict[str, Any] = {
+    "sum": lambda m: m.q[0] + m.speed[1] - 2.0 * m.acceleration[2] + 0.1 * m.jerk[3],
+    "product": lambda m: (m.q[0] - m.q[1]) * m.speed[2],
+    "quotient": lambda m: m.q[0] / (6.0 + m.q[1] ** 2) + 1.0 / (9.0 + m.q[2]),
+    "sine": lambda m: ca.sin(2.0 * m.q[1]) * ca.cos(m.q[2]),
+    "root": lambda m: ca.sqrt(5.0 + m.q[1]),
+    "length": lambda m: ca.norm_2(m.q - m.q[0]),
+    "size": lambda m: ca.fabs(m.q[1]) + m.time / m.duration,
+    "larger": lambda m: ca.fmax(m.q[1], m.q[2]) - ca.fmin(m.q[0], m.speed[1]),
+    "arcs": lambda m: ca.asin(m.q[1] / 5.0) - ca.acos(m.q[2] / 5.0) + ca.atan(m.q[3]),
+    "growth": lambda m: ca.exp(m.q[1]) - ca.log(6.0 + m.q[2]),
+    "angle": lambda m: ca.atan2(m.tool[1], m.tool[0] + 3.0),
+    "places": lambda m: ca.norm_2(m.positions[3] - m.positions[1]) * m.tool[2],
+    "rotation": lambda m: m.rotation[0, 1] * m.rotation[2, 0],
+    "velocity": lambda m: ca.norm_2(m.tool_velocity),
+}
+
+
+def there_and_back() -> Trajectory:
+    """Four joints, from rest to rest in two pieces; accelerations vanish at both ends."""
+    bump, slopes = np.poly1d([-1.0, 1.0, 0.0]) ** 3, np.random.default_rng(5).normal(size=(4, 3))
+    joints = [80.0 * bump * np.poly1d([a, b]) + np.poly1d([c]) for a, b, c in slopes]
+    whole = Trajectory(np.array([0.0, 1.0]), np.array([each.c for each in joints]).T[:, None])
+    return whole.part(0.0, 0.4).followed_by(whole.part(0.4, 1.0))
+
+
+@pytest.mark.parametrize("arm", [sliding_arm(), small_arm(4)], ids=["sliding", "turning"])
+@pytest.mark.parametrize("stated", OPERATIONS.values(), ids=OPERATIONS)
+def test_every_operation_of_the_core_is_proven_closely(stated: Any, arm: Robot) -> None:
+    motion = there_and_back()
+    kept = limit(stated, -1e3, 1e3, arm)
+    times, step = np.linspace(0.0, motion.duration, 2_000), motion.breakpoints[1]
+    sides = np.concatenate([times, [np.nextafter(step, 0.0)]])
+    values = kept.function.probed(arm, motion.samples(sides, arm).states, motion.duration)[:, 0]
+    assert kept.in_core is not None
+    np.testing.assert_allclose(
+        kept.in_core.values(motion.samples(sides, arm).states, motion.duration)[:, 0], values, rtol=1e-12, atol=1e-12
+    )
+    low, high = float(values.min()), float(values.max())
+    close = 1e-3 * (high - low)
+    for bounds, status in (
+        ((low - close, high + close), CERTIFIED), ((None, high - close), VIOLATED), ((low + close, None), VIOLATED)
+    ):  # fmt: skip
+        outcome = prove_in_core(limit(stated, *bounds, arm=arm), motion)
+        assert outcome is not None and outcome.status is status
+        reached = low if outcome.bound in (low - close, low + close) else high
+        assert outcome.worst == pytest.approx(reached, abs=close)
 
 
 def test_a_spike_between_the_samples_is_not_overlooked() -> None:
@@ -81,10 +137,12 @@ def dip(m: Any) -> Any:
     return (m.time - SPOT) ** 2 - 1e-12
 
 
+@BOTH
 @pytest.mark.parametrize(
     ("stated", "lower", "upper"),
     [
         (lambda m: ca.tanh(ca.sqrt(dip(m))), None, 1.5),
+        (lambda m: ca.fmin(1.0, ca.sqrt(dip(m))), None, 1.5),
         (lambda m: ca.atan(ca.log(dip(m))), None, 1.6),
         (lambda m: ca.fabs(ca.log(dip(m))), -0.1, None),
         (lambda m: ca.exp(ca.sqrt(dip(m))), -0.1, None),
@@ -97,8 +155,8 @@ def dip(m: Any) -> Any:
         (lambda m: 1.0 / (m.time - SPOT) ** 2, 0.0, None),
     ],
 )
-def test_what_is_undefined_for_a_moment_is_never_certified(stated: Any, lower: float, upper: float) -> None:
-    kept = limit(stated, lower, upper)
+def test_what_is_undefined_for_a_moment_is_never_certified(stated: Any, lower: float, upper: float, arm: Robot) -> None:
+    kept = limit(stated, lower, upper, arm)
     assert np.isfinite(dense(kept, SWING)).all()
     assert prove_expression(kept, SWING).status is not CERTIFIED
 
@@ -117,8 +175,11 @@ def test_a_far_bound_does_not_blunt_the_near_one(far: float) -> None:
         assert prove_expression(limit(lambda m: m.q[0], *bounds), SWING).status is VIOLATED
 
 
-def test_a_jerk_is_infinite_where_accelerations_jump() -> None:
-    found = prove_expression(limit(lambda m: m.jerk[0], upper=1e6), SWING)  # which starts with 6 rad/s^2 at once
+@BOTH
+def test_a_jerk_is_infinite_where_accelerations_jump(arm: Robot) -> None:
+    found = prove_expression(
+        limit(lambda m: m.jerk[0], upper=1e6, arm=arm), SWING
+    )  # which starts with 6 rad/s^2 at once
     assert found.status is VIOLATED
     assert found.worst == np.inf
     assert found.where == "accelerations jump, t = 0 s"

@@ -107,7 +107,7 @@ def test_the_proofs_in_numpy_keep_the_same_room_or_more(name: str, monkeypatch: 
     world = world_of(robot, SCENE)
     motions = [motion_of(robot, np.random.default_rng(seed)) for seed in range(8)]
     known = [world.prove(motion, gap=0.1) for motion in motions]
-    monkeypatch.setattr("problems.certify.verification.prove_in_core", lambda limit, trajectory: None)
+    monkeypatch.setattr("problems.certify.verification.prove_clearance_in_core", lambda limit, trajectory: None)
     for motion, proof in zip(motions, known, strict=True):
         verdicts = [verdict for limit in limits_on_distances(robot) for verdict in prove(limit, motion)]
         if all(verdict.status is CertificateStatus.CERTIFIED for verdict in verdicts):

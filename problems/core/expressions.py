@@ -1,0 +1,204 @@
+"""Expressions of one instant in the compiled core: their values, and proofs of bounds on them for every time."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from problems.base import FloatArray
+from problems.core.library import loaded_core
+from problems.evaluation import UnsupportedOperation
+from problems.motions import SampleFunction, Trajectory
+from problems.robots import Robot, SpatialArm, Transform
+
+OPERATIONS = (  # in the order of the core
+    *("add", "sub", "mul", "div", "fmin", "fmax", "atan2", "neg", "sq", "twice", "inv", "sqrt", "fabs"),
+    *("sin", "cos", "asin", "acos", "atan", "exp", "log"),
+)  # fmt: skip
+Entry: TypeAlias = tuple[str, int]  # a quantity's name and which of its numbers
+Register: TypeAlias = tuple[Literal["constant", "source", "result"], int]
+JOINTS, TIME, DURATION, PLACE, VELOCITY, ROTATION = range(6)  # quantities of the core
+BY_ORDER = ("q", "speed", "acceleration", "jerk")
+ORDER_OF = {"speed": 1, "tool_velocity": 1, "acceleration": 2, "jerk": 3}
+STATUS = {1: True, 0: False, -1: None}
+
+
+class Settled(NamedTuple):
+    """The answer to whether bounds are kept at every time.
+
+    Attributes:
+        kept: whether they are; None where that is not known.
+        time: s, of the value that is nearest to its bound, or farthest beyond, of all that were seen.
+        cell: start and end, s, of a cell of time in which it is not known; None where there is none.
+    """
+
+    kept: bool | None
+    time: float
+    cell: tuple[float, float] | None
+
+
+@dataclass
+class _Tape:
+    """An interpreter that writes down operations, for registers that hold constants, what is known, and results."""
+
+    constants: list[float] = field(default_factory=list)
+    instructions: list[tuple[int, Register, Register]] = field(default_factory=list)
+
+    def constant(self, value: float) -> Register:
+        self.constants.append(float(value))
+        return "constant", len(self.constants) - 1
+
+    def unary(self, name: str, a: Register) -> Register:
+        return self.binary(name, a, a)
+
+    def binary(self, name: str, a: Register, b: Register) -> Register:
+        if name not in OPERATIONS:
+            raise UnsupportedOperation(name)
+        self.instructions.append((OPERATIONS.index(name), a, b))
+        return "result", len(self.instructions) - 1
+
+
+class CoreExpression:
+    """An expression of an arm in space, in the core.
+
+    Args:
+        library: the compiled core.
+        robot: that moves.
+        function: the expression.
+
+    Raises:
+        UnsupportedOperation: it holds an operation that the core does not have.
+    """
+
+    def __init__(self, library: ctypes.CDLL, robot: SpatialArm, function: SampleFunction) -> None:
+        self._library, self._robot, self._function = library, robot, function
+        counts, numbers = _described(robot, function)
+        self._expression = ctypes.c_void_p(library.core_expression(counts.ctypes.data, numbers.ctypes.data))
+        weakref.finalize(self, library.core_forget_expression, self._expression)
+
+    @classmethod
+    def of(cls, robot: Robot, function: SampleFunction) -> CoreExpression | None:
+        """The expression of a robot, where the core is there and knows both."""
+        library = loaded_core().library
+        if library is None or type(robot) is not SpatialArm or function.uses("torque"):
+            return None
+        try:
+            return cls(library, robot, function)
+        except UnsupportedOperation:
+            return None
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return CoreExpression.of, (self._robot, self._function)
+
+    @property
+    def order(self) -> int:
+        """The highest derivative of the joints that it depends on."""
+        return max((ORDER_OF.get(name, 0) for name, _ in self._function.entries), default=0)
+
+    def values(self, states: FloatArray, duration: float) -> FloatArray:
+        """The values (n, m) in states (n, 4 dof + 1): angles, three derivatives, time in s; of a motion so long."""
+        states = np.ascontiguousarray(states, dtype=np.float64)
+        found = np.empty((len(states), self._function.width))
+        self._library.core_expression_values(
+            self._expression, len(states), states.ctypes.data, duration, found.ctypes.data
+        )
+        return found
+
+    def settle(
+        self,
+        trajectory: Trajectory,
+        bounds: tuple[FloatArray, FloatArray, FloatArray],
+        tolerance: float,
+        moments: tuple[NDArray[np.intp], FloatArray],
+        cells: tuple[int, int],
+        step: float,
+    ) -> Settled:
+        """Whether bounds are kept at every time of a motion.
+
+        Args:
+            trajectory: the motion.
+            bounds: lower and upper ones, infinite where there is none, and the usual sizes of values, (m,) each.
+            tolerance: of the usual sizes, by which a bound may be exceeded.
+            moments: that are looked at first: numbers of pieces and s since they began, (n,) each.
+            cells: of time, at least and at most.
+            step: s, before and behind the value nearest to its bound within which that is followed to its peak.
+        """
+        lower, upper, scale, offsets = (np.ascontiguousarray(part, dtype=np.float64) for part in (*bounds, moments[1]))
+        pieces = np.ascontiguousarray(moments[0], dtype=np.int32)
+        breaks, coefficients = (
+            np.ascontiguousarray(part, dtype=np.float64) for part in (trajectory.breakpoints, trajectory.coefficients)
+        )
+        order, count, _ = coefficients.shape
+        found = np.empty(4)
+        status = self._library.core_prove_expression(
+            self._expression, count, order, breaks.ctypes.data, coefficients.ctypes.data, lower.ctypes.data,
+            upper.ctypes.data, scale.ctypes.data, 1.0 + tolerance, *cells, step, len(pieces), pieces.ctypes.data,
+            offsets.ctypes.data, found.ctypes.data,
+        )  # fmt: skip
+        _, time, start, end = found.tolist()
+        return Settled(STATUS[status], time, (start, end) if status < 0 else None)
+
+
+def _described(robot: SpatialArm, function: SampleFunction) -> tuple[NDArray[np.int64], FloatArray]:
+    """Counts and numbers, in the order in which the core reads them."""
+    tape, arm = _Tape(), _Places(robot)
+    outputs = function.interpreted([("source", number) for number in range(len(function.entries))], tape)
+    sources = [arm.source(entry) for entry in function.entries]
+    offsets = {"constant": 0, "source": len(tape.constants), "result": len(tape.constants) + len(sources)}
+
+    def place(register: Register) -> int:
+        return offsets[register[0]] + register[1]
+
+    joints, frame = robot.chain.joints, robot.tool.frame
+    orders = 1 + max([number // robot.dof for quantity, number in sources if quantity == JOINTS], default=0)
+    moves = any(quantity == VELOCITY for quantity, _ in sources)
+    has_hand = any(quantity in (PLACE, VELOCITY, ROTATION) for quantity, _ in sources)
+    counts = [
+        *(len(joints), max(orders, 2 if moves else 1), moves, has_hand, *(int(joint.turns) for joint in joints)),
+        *(len(arm.places), *(body for body, _ in arm.places), len(tape.constants)),
+        *(len(sources), *(part for source in sources for part in source), len(tape.instructions)),
+        *(part for code, one, two in tape.instructions for part in (code, place(one), place(two))),
+        *(len(outputs), *map(place, outputs)),
+    ]
+    poses = [part for joint in joints for part in (*_of_pose(joint.pose), *joint.axis)]
+    points = [part for _, point in arm.places for part in point]
+    numbers = [*_of_pose(robot.base_frame), *poses, *_of_pose(frame)[:9], *points, *tape.constants]
+    return np.array(counts, dtype=np.int64), np.array(numbers, dtype=np.float64)
+
+
+def _of_pose(pose: Transform) -> list[float]:
+    return [float(part) for part in (*(part for row in pose.rotation for part in row), *pose.translation)]
+
+
+class _Places:
+    """The points of an arm that an expression speaks of, that of the tool first: bodies, and where they are on them."""
+
+    def __init__(self, robot: SpatialArm) -> None:
+        self._robot = robot
+        self.places = [(robot.dof, tuple(map(float, robot.tool.frame.translation)))]
+
+    def source(self, entry: Entry) -> tuple[int, int]:
+        """A quantity of the core, and which of its numbers."""
+        name, number = entry
+        if name in BY_ORDER:
+            return JOINTS, BY_ORDER.index(name) * self._robot.dof + number
+        if name.startswith("frame_"):
+            return PLACE, 3 * self._frame(int(name.removeprefix("frame_"))) + number
+        kinds = {"time": TIME, "duration": DURATION, "tool": PLACE, "tool_velocity": VELOCITY, "rotation": ROTATION}
+        return kinds[name], number
+
+    def _frame(self, frame: int) -> int:
+        """The number of the place of a frame: base, joints, centres of spheres, tool."""
+        joints, spheres = self._robot.dof + 1, self._robot.spheres
+        if frame >= joints + len(spheres):
+            return 0
+        sphere = None if frame < joints else spheres[frame - joints]
+        place = (frame, (0.0, 0.0, 0.0)) if sphere is None else (sphere.link, tuple(map(float, sphere.center)))
+        if place not in self.places:
+            self.places.append(place)
+        return self.places.index(place)
