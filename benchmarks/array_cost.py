@@ -14,8 +14,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from problems import Ellipse, PathFollowingProblem, PlanarArm, PointToPointProblem, Problem
-from problems.families.two_segments.motion import QUARTIC, QUINTIC, sampling_matrix
+from problems.families.two_segments.motion import QUARTIC, QUINTIC
 from problems.limits import SAMPLING_MARGIN, reachable_pairs
+from problems.motions import sampling_matrix
 from problems.scene import Obstacle
 
 Array = Any  # numpy.ndarray | jax.Array

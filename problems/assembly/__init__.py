@@ -2,6 +2,7 @@
 
 from problems.assembly.certificate import certificate_of, check_certifiable
 from problems.assembly.criteria import Criteria, MotionStage, joint_following, recorded_motion
+from problems.assembly.decoded_steps import DecodedSteps
 from problems.assembly.direct import Approach, DirectPlanner
 from problems.assembly.encoding import (
     LARGEST_TIME_SCALE,
@@ -25,6 +26,7 @@ __all__ = [
     "CostSteps",
     "Criteria",
     "Decoded",
+    "DecodedSteps",
     "DirectPlanner",
     "Encoding",
     "FeasibilityFirst",

@@ -23,9 +23,9 @@ import numpy as np
 
 from problems.assembly import (
     PLACES,
-    CostSteps,
     Criteria,
     Decoded,
+    DecodedSteps,
     DirectPlanner,
     Encoding,
     FeasibilityFirst,
@@ -39,7 +39,7 @@ from problems.base import FloatArray, InvalidProblem, Matrix, Reading, as_array,
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program, Step
 from problems.families.splines import selected
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, LimitKind, StepLimit, TaperedMargin, limits_of
-from problems.motions import ClampedSpline, SplineInTime, SplineShape, Trajectory
+from problems.motions import QUINTIC_HERMITE, ClampedSpline, SplineInTime, SplineShape, Trajectory
 from problems.objectives import MotionBounds, Objective
 from problems.programs import NonlinearProgram
 from problems.robots import Robot
@@ -48,14 +48,7 @@ from problems.timing import MotionState, fastest_move, least_duration
 
 DEGREE = 5
 FIXED = 3  # control points at each end
-QUINTICS = np.array(  # in powers of u, lowest first: with q, dq/du, d2q/du2 at u = 0, or q at u = 1, one, else zero
-    [
-        [1.0, 0.0, 0.0, -10.0, 15.0, -6.0],
-        [0.0, 1.0, 0.0, -6.0, 8.0, -3.0],
-        [0.0, 0.0, 0.5, -1.5, 1.5, -0.5],
-        [0.0, 0.0, 0.0, 10.0, -15.0, 6.0],
-    ]
-)
+QUINTICS = QUINTIC_HERMITE[:, :4].T  # in powers of u: with q, dq/du, d2q/du2 at u = 0, or q at u = 1, one, else zero
 
 
 @dataclass(frozen=True)
@@ -361,11 +354,11 @@ class TimeMoveProblem(Problem[SplineShape]):
 
     def cost_program(self) -> Program:
         if self.first is None:
-            return TimeMoveSteps(self).program()
+            return DecodedSteps(self).program()
         return with_numbers_of(self.first.program, self, self._reading.values)
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return TimeMoveSteps(self).parts()
+        return DecodedSteps(self).parts()
 
     def _new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         """The evaluator of the first problem of its make with other numbers, where there is one."""
@@ -426,11 +419,3 @@ class FreeSpacePlanner(DirectPlanner):
         with suppress(InvalidProblem):  # there is none within the limits
             moves = [fastest_move(state, np.array(goal), limits) for goal in encoding.goals]
             yield from sorted(moves, key=lambda move: move.duration)
-
-
-class TimeMoveSteps(CostSteps[SplineShape]):
-    """Decode a candidate, then as any motion."""
-
-    def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        outputs = self.motion_vectors(self.encoding.decode(self.x).parameters, orders, starting_values)
-        return [Step.of("decode", {"x": self.x, "p": self.p}, outputs)]

@@ -1,5 +1,6 @@
 """Motions: families of trajectories, their samples and their exact polynomial pieces."""
 
+from problems.motions.boundary_pieces import QUINTIC_HERMITE, BoundaryPieces, joined, powers_at, sampling_matrix
 from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
 from problems.motions.path_scan import (
     LEAST_TORQUE_SHARE,
@@ -47,10 +48,12 @@ __all__ = [
     "DEGREE",
     "GAUSS_SHARES",
     "LEAST_TORQUE_SHARE",
+    "QUINTIC_HERMITE",
     "SAMPLED_ORDERS",
     "SLIVER",
     "SMOOTH_ORDERS",
     "SUPPORT",
+    "BoundaryPieces",
     "Bounds",
     "ClampedSpline",
     "InterpolatingSpline",
@@ -77,9 +80,12 @@ __all__ = [
     "in_time",
     "increasing_choice",
     "interval_time",
+    "joined",
     "limited",
+    "powers_at",
     "random_states",
     "read",
+    "sampling_matrix",
     "traced",
     "within",
     "without_rounding",

@@ -255,6 +255,12 @@ class Move(Task):
         rows = [as_array(place.posture(self.robot, ca.DM(0, 1), 1.0, None)[0]) for place in given]
         return np.concatenate([np.empty((0, self.robot.dof)), *rows])
 
+    @property
+    def passed_postures(self) -> FloatArray | None:
+        places, given = (self.start, *self.vias, *self.goals), self.given_postures
+        exact = len(given) == len(places) and not any(place.within for place in places)
+        return given if exact and self.vias and self.at_rest else None
+
     def reached_goal(self, theta: FloatArray) -> Place:
         """The goal that a posture (dof,) misses least, relative to its tolerance."""
         posture = ca.DM(theta).T

@@ -228,6 +228,14 @@ class Task(Parametric, ABC):
         """Postures that the statement gives, between which joints have to turn, (n, dof), rad; none by default."""
         return np.empty((0, self.robot.dof))
 
+    @property
+    def passed_postures(self) -> FloatArray | None:
+        """The postures that a motion passes, from rest at the first to rest at the last, (n, dof), rad.
+
+        None where a motion may pass others, or no more than its ends are given, as by default.
+        """
+        return None
+
     def at_free_times(self) -> Self:
         """The task of a motion that is timed anew along its path: nothing is asked at given times any more."""
         return self

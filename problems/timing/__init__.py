@@ -14,6 +14,7 @@ from problems.timing.retime import retime
 from problems.timing.settings import ThroughSettings
 from problems.timing.speed_profile import SpeedProfile
 from problems.timing.through import apart, fastest_through, peak_shares
+from problems.timing.through_bound import least_through
 
 __all__ = [
     "AccelerationPieces",
@@ -29,6 +30,7 @@ __all__ = [
     "fastest_through",
     "least_duration",
     "least_durations",
+    "least_through",
     "least_time_move",
     "peak_shares",
     "rest_to_rest",

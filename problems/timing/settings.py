@@ -196,3 +196,28 @@ class ThroughSettings:
 
 
 DEFAULT_THROUGH = ThroughSettings()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThroughBoundSettings:
+    """Settings of the lower bound of motions through postures.
+
+    Args:
+        levels: numbers of intervals of velocity from one limit to the other, and of steps of the weights with them.
+        most_edges: of all joints and segments; a level that has more is left out, unless it is the first.
+        first_step: of the logarithm of a weight, for a segment's excess in shares of the mean segment.
+        settling: steps after which one is half as long.
+    """
+
+    levels: tuple[tuple[int, int], ...] = ((16, 120), (48, 15))
+    most_edges: int = 200_000
+    first_step: float = 1.0
+    settling: float = 20.0
+
+    def grids(self, parts: int) -> tuple[tuple[int, int], ...]:
+        """The levels for so many segments times joints."""
+        finer = [level for level in self.levels[1:] if parts * level[0] ** 2 <= self.most_edges]
+        return (self.levels[0], *finer)
+
+
+DEFAULT_THROUGH_BOUND = ThroughBoundSettings()

@@ -13,6 +13,7 @@ from problems.certify import AtGoal, WorstIs
 from problems.tasks import RecordedMotion
 from solvers import Result, StopReason
 from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
+from tpbso_casadi.display.passing_tables import print_passing
 from tpbso_casadi.planning import BOUND, JudgedMotion, PlannedMotion, Polish, Retiming
 from tpbso_casadi.scenario import DEFAULT, TITLES, best_known
 
@@ -48,6 +49,7 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
     console.print_table(summary_of(plan), table)
     for line in plan.motion.not_judged:
         console.say(f"not judged: {line}")
+    print_passing(plan.motion, console)
     if plan.search is not None and plan.polish is not None:
         print_polish(plan.search, plan.polish, console)
     if plan.retiming is not None:

@@ -20,6 +20,7 @@ from problems.certify import AtGoal, ClosestApproach, WorstIs, broken_spans
 from problems.limits import Clearance
 from problems.motions import JointPath
 from problems.tasks import RecordedMotion
+from problems.timing import least_through
 
 STILL = 1e-9  # of a joint's limit of speed: at less it stands still, and Coulomb friction does not act
 
@@ -215,6 +216,15 @@ class JudgedMotion:
         """The range of each joint's angle over all t, in whole turns: (k,)."""
         theta = self.trajectory.at(self.trajectory.extreme_times(0))
         return np.asarray(np.ptp(theta, axis=0) / (2.0 * np.pi))
+
+    @cached_property
+    def least_duration(self) -> float | None:
+        """A lower bound of the duration of any motion past the given postures, s; None where it passes none.
+
+        Computed in floating point, with an allowance for rounding: no certificate.
+        """
+        postures = self.criteria.task.passed_postures
+        return None if postures is None else least_through(postures, self.criteria.robot.limits)
 
     @cached_property
     def objective(self) -> float:

@@ -15,6 +15,7 @@ from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Ro
 from problems.assembly import Criteria
 from problems.base import Checked, Count, InvalidTable, Range, at, in_words
 from problems.families.two_segments import FORMULATIONS
+from problems.families.via_times import INTERVAL_ENCODINGS
 from problems.tasks import KnotRedundancy
 from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, PluginError, find_objective
 from tpbso_casadi.scenario.constraints import OwnConstraints, limit_kinds
@@ -65,7 +66,7 @@ class ModelSection(Section):
     """
 
     samples: Annotated[int, Range(2, MOST_SAMPLES)] = 50
-    motion: Literal["paper", "spline", "time-spline"] = "paper"
+    motion: Literal["paper", "spline", "time-spline", "via-times"] = "paper"
     formulation: Formulation = "paper"
     pieces: Annotated[int, Range(2, MOST_PIECES)] | None = None
     retime: bool = False
@@ -224,6 +225,7 @@ FAMILIES = {
     ),
     "spline": MotionFamily(keys=("pieces",), formulations=("reduced",), timed_at_the_end=True),
     "time-spline": MotionFamily(keys=("pieces",), formulations=("reduced",), keeps_its_timing=True),
+    "via-times": MotionFamily(keys=("formulation",), formulations=tuple(INTERVAL_ENCODINGS), keeps_its_timing=True),
 }
 
 

@@ -21,13 +21,23 @@ from problems import (
     time_move,
 )
 from problems.assembly import Criteria, objective_named
-from problems.base import Count
+from problems.base import Count, InvalidTable
+from problems.families.via_times import INTERPOLATIONS, via_times
 from problems.limits import limits_of
 from problems.tasks import Elbow
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces
-from tpbso_casadi.scenario.validation import ANGULAR, MOST_LINKS, NotNegative, Number, Positive, ScenarioError
+from tpbso_casadi.scenario.validation import (
+    ANGULAR,
+    MOST_LINKS,
+    NotNegative,
+    Number,
+    Positive,
+    ScenarioError,
+    Word,
+    choice_of,
+)
 
 Velocities = Annotated[list[Number], Count(1, MOST_LINKS)]
 
@@ -129,6 +139,37 @@ def _time_spline(
     task, objective = _move(table, robot, obstacles), find_objective(table.objective, table.own_objectives)
     pieces = {} if model.pieces is None else {"pieces": model.pieces}
     return time_move(task, objective, model.samples, limits=model.further_limits, **pieces)
+
+
+class ViaTimesTask(TaskSection):
+    """[task] through given postures by an interpolation of the literature, whose interval times are searched."""
+
+    motions: ClassVar[tuple[str, ...]] = ("via-times",)
+
+    kind: Literal["via-times"]
+    start: AnyPlace
+    via: AnyPlaces | None = None
+    goal: AnyPlace
+    interpolation: Annotated[Word, choice_of(INTERPOLATIONS)] = "cubic"
+    interval_time: tuple[Positive, Positive] | None = None
+    objectives: OwnObjectives = field(default_factory=list)
+    objective: ObjectiveChoice = "time"
+
+    def check(self) -> None:
+        super().check()
+        if self.interval_time is not None and not self.interval_time[0] < self.interval_time[1]:
+            raise InvalidTable("the first number has to be less than the second", "interval_time")
+
+    def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
+        return via_times(
+            Move(robot, self.start, (self.goal,), tuple(self.via or ()), obstacles=obstacles),
+            find_objective(self.objective, self.own_objectives),
+            self.interpolation,
+            model.formulation,
+            model.samples,
+            self.interval_time,
+            model.further_limits,
+        )
 
 
 BUILDERS: dict[str, Callable[[PointToPointTask, Robot, tuple[Obstacle, ...], ModelSection], Problem[Any]]] = {

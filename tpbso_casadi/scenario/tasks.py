@@ -15,7 +15,7 @@ from problems.base import InvalidTable, ReadBy, did_you_mean, in_words
 from problems.tasks import JointFollowing, PathTracing, RecordedMotion, SpaceTracing, Task
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError, subclass_of
 from tpbso_casadi.scenario.model import ModelSection, TaskSection
-from tpbso_casadi.scenario.moves import PointToPointTask
+from tpbso_casadi.scenario.moves import PointToPointTask, ViaTimesTask
 from tpbso_casadi.scenario.path_tasks import (
     ClosedCurveTask,
     JointPathTask,
@@ -31,6 +31,7 @@ from tpbso_casadi.scenario.validation import ScenarioError, plain, plug_in_failu
 
 TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "point-to-point": PointToPointTask,
+    "via-times": ViaTimesTask,
     "path": PointsTask,
     "path/pentagram": PentagramTask,
     "path/closed-curve": ClosedCurveTask,

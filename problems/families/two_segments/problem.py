@@ -17,9 +17,9 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly import (
-    CostSteps,
     Criteria,
     Decoded,
+    DecodedSteps,
     Encoding,
     FeasibilityFirst,
     PaperCost,
@@ -27,10 +27,9 @@ from problems.assembly import (
     SearchedTimeScale,
     Variable,
     objective_named,
-    peak_loop,
 )
 from problems.base import FloatArray, Matrix, split
-from problems.evaluation import Program, Step
+from problems.evaluation import Program
 from problems.families.two_segments.motion import TIME_SHARES, Quantities, TwoSegments
 from problems.families.two_segments.program import PointToPointNlp
 from problems.limits import Limit, LimitKind, limits_of, longest_time_scale, minimum_time_scale, reach_limit, scaling
@@ -260,10 +259,10 @@ class PointToPointProblem(Problem[Quantities]):
 
     def cost_program(self) -> Program:
         """Decode, [find the peaks, scale the time,] sample, finish."""
-        return SegmentSteps(self).program()
+        return DecodedSteps(self).program()
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return SegmentSteps(self).parts()
+        return DecodedSteps(self).parts()
 
     def nlp(self) -> PointToPointNlp:
         objective, limits = self.criteria.objective, self.criteria.limits
@@ -272,38 +271,3 @@ class PointToPointProblem(Problem[Quantities]):
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """theta_s, theta_m, dtheta_m, theta_f, t1, t2 of one candidate (d,)."""
         return self.parameters_of(x).arrays()
-
-
-class SegmentSteps(CostSteps[Quantities]):
-    """Decode; where time is scaled, find the peaks of the shape and scale it."""
-
-    encoding: SegmentsEncoding
-
-    def front(self, orders: tuple[int, ...], starting_values: dict[str, int]) -> list[Step]:
-        decoded = self.encoding.decode(self.x)
-        reach = {} if decoded.reach is None else {"reach": decoded.reach.expression.T}
-        if not self.encoding.scales_time:
-            outputs = self.motion_vectors(decoded.parameters, orders, starting_values)
-            return [Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})]
-        loop = peak_loop(self.motion, self.slowing, self.p)
-        outputs = {
-            "shape": ca.vertcat(*(ca.vec(matrix) for matrix in self.motion.as_matrices(decoded.parameters))),
-            "shape_durations": self.motion.durations(decoded.parameters),
-            "shape_blocks": self.motion.blocks(decoded.parameters, loop.orders),
-            "peaks": ca.SX.zeros(loop.starting_values["peaks"]),
-        }
-        decode = Step.of("decode", {"x": self.x, "p": self.p}, {**reach, **outputs})
-        vector, peaks = ca.SX.sym("shape", outputs["shape"].shape[0]), ca.SX.sym("peaks", outputs["peaks"].shape[0])
-        shape = Quantities.from_vector(vector)
-        quantities = self.encoding.timed(shape, self.slowing, self.peaks_of_each(peaks), self.x)
-        inputs = {**self.time_scale_inputs, "shape": vector, "peaks": peaks}
-        return [
-            decode,
-            loop.step,
-            Step.of("scale", inputs, self.motion_vectors(quantities, orders, starting_values)),
-        ]
-
-    @property
-    def reach_size(self) -> int:
-        """Two: k_s and k_f."""
-        return 2

@@ -23,6 +23,9 @@ def parsed(task: dict[str, Any], **model: Any) -> Any:
     return parse_scenario({"arm": ARM, "task": task, "model": model})
 
 
+VIA_TIMES = POSTURES | VIA | {"kind": "via-times", "via": [{"joints": [0.3, 0.4, 0.0]}]}
+
+
 MOTIONS: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     (POINTS, {}, "spline"),
     (POINTS, {"pieces": 8}, "spline"),
@@ -35,6 +38,7 @@ MOTIONS: list[tuple[dict[str, Any], dict[str, Any], str]] = [
     (PATH, {"knots": 3}, "paper"),
     (LEAVING, {}, "time-spline"),
     (POSTURES | {"start_acceleration": [1.0, 0.0, 0.0], "start_velocity": [0.1, 0.0, 0.0]}, {}, "time-spline"),
+    (VIA_TIMES, {"formulation": "paper"}, "via-times"),
     (POSTURES | {"total_time": [0.5, 3.0]}, {"motion": "time-spline", "pieces": 4}, "time-spline"),
 ]
 
@@ -64,6 +68,25 @@ def test_a_spline_over_time_keeps_its_timing() -> None:
     scenario = parsed(POSTURES | {"objective": "length"}, motion="time-spline")
     assert not scenario.model.retime
     assert scenario.model.formulation == "reduced"
+
+
+@pytest.mark.parametrize(
+    ("task", "model", "message"),
+    [
+        ({"interpolation": "cubc"}, {}, "task.interpolation: .*cubic"),
+        ({"interval_time": [2.0, 1.0]}, {}, "task.interval_time: the first number has to be less"),
+        ({"interpolation": "3-5-3"}, {}, "task.interpolation: '3-5-3' passes 2 vias, not 1"),
+        ({"goal": [0.5, 1.0]}, {}, "task.goal: kind 'via-times' needs joint values"),
+        ({}, {"motion": "spline"}, "model.motion: kind = 'via-times' is planned with 'via-times'"),
+        ({}, {"pieces": 4}, "model.pieces: needs motion"),
+    ],
+)
+def test_interval_times_that_cannot_be_searched_are_refused(
+    task: dict[str, Any], model: dict[str, Any], message: str
+) -> None:
+    assert parsed(VIA_TIMES).model.formulation == "reduced"
+    with pytest.raises(ScenarioError, match=message):
+        parsed(VIA_TIMES | task, **model).problem()
 
 
 def test_places_of_all_kinds_are_read_and_written_back() -> None:
