@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray, as_array
 from problems.certify.settings import DEFAULT_INTERVALS, IntervalSettings
-from problems.certify.taylor import ROUNDING, TimeCells, shifted
+from problems.certify.time_cells import TimeCells, shifted
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, infinite, peak_near, verdict
 from problems.evaluation import interpret
 from problems.limits import Constraint, Limit
@@ -32,6 +32,7 @@ from problems.motions import SAMPLED_ORDERS, Samples, Trajectory
 
 Range: TypeAlias = tuple[FloatArray, FloatArray]  # lower and upper bounds in n boxes, both (n,)
 OPERATION_ROUNDING = 8.0 * np.finfo(float).eps  # relative, of one operation
+ROUNDING = 1e-14  # of the sizes of a polynomial's terms: more than its value loses
 LARGEST_ANGLE = 1e6  # rad; beyond, remainders of turns are too rough to tell where a sine peaks
 
 CONTINUOUS = {  # expressions of these alone obey the mean value theorem

@@ -14,7 +14,7 @@ import numpy as np
 from problems.base import as_array
 from problems.certify.cells import of_values
 from problems.certify.settings import DEFAULT_INTERVALS, IntervalSettings
-from problems.certify.taylor import PieceTimes
+from problems.certify.time_cells import PieceTimes
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, infinite
 from problems.limits import ExpressionLimit
 from problems.motions import Trajectory
@@ -39,10 +39,9 @@ def prove_in_core(
 
     moments = PieceTimes.at(trajectory, trajectory.times(settings.first_times))
     settled = expression.settle(
-        trajectory,
+        moments.numbers,
         limit.numbers_of_bounds,
         TOLERANCE,
-        (moments.pieces, moments.offsets),
         (settings.initial_cells, settings.most_cells),
         trajectory.duration / (settings.first_times - 1),
     )

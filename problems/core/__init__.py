@@ -3,11 +3,12 @@
 from problems.core.arm import steps_of
 from problems.core.compiled import NoCore, core, found_core
 from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
-from problems.core.dynamics import Dynamics
+from problems.core.dynamics import Dynamics, TorqueAim
 from problems.core.expressions import CoreExpression
 from problems.core.interface import Nearby, Schedule, Separation
 from problems.core.library import core_account
 from problems.core.linear_program import LinearProgram, minimizer
+from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.segments import SegmentCells, SegmentMotion, Stops
 from problems.core.trust_region import TrustRegion
@@ -19,6 +20,7 @@ __all__ = [
     "CoreExpression",
     "Dynamics",
     "LinearProgram",
+    "MotionNumbers",
     "Nearby",
     "NoCore",
     "Proof",
@@ -29,6 +31,7 @@ __all__ = [
     "Separation",
     "SingleRows",
     "Stops",
+    "TorqueAim",
     "TrustRegion",
     "WholeRows",
     "World",

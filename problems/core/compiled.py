@@ -24,7 +24,7 @@ ADVICE = "; install a C++ compiler (g++, clang++ or pip install ziglang), or nam
 
 
 class NoCore(InvalidProblem):
-    """An arm in space needs the compiled core, which this machine neither has nor can make."""
+    """The compiled core is needed, and this machine neither has it nor can make it."""
 
 
 class Core:
@@ -35,15 +35,15 @@ class Core:
     """
 
     def __init__(self, library: CDLL) -> None:
-        self._library = library
+        self.library = library
 
     def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
         """The world of a description."""
-        return CoreWorld(self._library, counts, numbers)
+        return CoreWorld(self.library, counts, numbers)
 
     def steps(self, geometry: SpatialArm) -> CoreSteps:
         """Damped Newton steps of an arm, of which nothing counts but its tool's place."""
-        return CoreSteps(self._library, geometry)
+        return CoreSteps(self.library, geometry)
 
     def solve_program(self, program: ProgramData) -> tuple[FloatArray, float] | None:
         """The solution of a program, control points (n, k) and tau; None where nothing was found."""
@@ -57,7 +57,7 @@ class Core:
         ]
         whole, squared = map(_parts, (program.whole, squares))
         box = _numbers(program.lower, program.upper, *(() if program.cost is None else (program.cost,)))
-        steps = self._library.core_program(
+        steps = self.library.core_program(
             reach, k, n, len(one.bound), *(part.ctypes.data for part in single),
             len(program.whole.bound), *(part.ctypes.data for part in whole),
             len(squares.bound), *(part.ctypes.data for part in squared), *(part.ctypes.data for part in box),
@@ -75,7 +75,7 @@ class Core:
             *_numbers(cells.weights, cells.bends),
         ]
         found = SegmentMotion(*(np.array(part, dtype=np.float64, order="C") for part in start))
-        solved = self._library.core_through(
+        solved = self.library.core_through(
             len(stops.limits) - 1, segments, joints, *(part.ctypes.data for part in given), cells.count, stops.price,
             len(cells.orders), *(part.ctypes.data for part in rows), *(part.ctypes.data for part in found),
         )  # fmt: skip
@@ -89,8 +89,11 @@ def found_core() -> Core | None:
     return None if library is None else Core(library)
 
 
-def core() -> Core:
+def core(needed: str = "arms in space need") -> Core:
     """The core of this process.
+
+    Args:
+        needed: by what, for a message.
 
     Raises:
         NoCore: there is none; the message says why, and how to get it.
@@ -98,7 +101,7 @@ def core() -> Core:
     found, loaded = found_core(), loaded_core()
     if found is None:
         advice = ADVICE if loaded.is_missed and os.name == "posix" else ""
-        raise NoCore("robot", f"arms in space need the compiled core: {loaded.account}{advice}")
+        raise NoCore("robot", f"{needed} the compiled core: {loaded.account}{advice}")
     return found
 
 

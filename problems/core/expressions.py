@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.core.library import loaded_core
+from problems.core.motion_numbers import STATUS, MotionNumbers
 from problems.evaluation import UnsupportedOperation
-from problems.motions import SampleFunction, Trajectory
+from problems.motions import SampleFunction
 from problems.robots import Robot, SpatialArm, Transform
 
 OPERATIONS = (  # in the order of the core
@@ -25,7 +26,6 @@ Register: TypeAlias = tuple[Literal["constant", "source", "result"], int]
 JOINTS, TIME, DURATION, PLACE, VELOCITY, ROTATION = range(6)  # quantities of the core
 BY_ORDER = ("q", "speed", "acceleration", "jerk")
 ORDER_OF = {"speed": 1, "tool_velocity": 1, "acceleration": 2, "jerk": 3}
-STATUS = {1: True, 0: False, -1: None}
 
 
 class Settled(NamedTuple):
@@ -111,34 +111,26 @@ class CoreExpression:
 
     def settle(
         self,
-        trajectory: Trajectory,
+        motion: MotionNumbers,
         bounds: tuple[FloatArray, FloatArray, FloatArray],
         tolerance: float,
-        moments: tuple[NDArray[np.intp], FloatArray],
         cells: tuple[int, int],
         step: float,
     ) -> Settled:
         """Whether bounds are kept at every time of a motion.
 
         Args:
-            trajectory: the motion.
+            motion: with moments that are looked at first.
             bounds: lower and upper ones, infinite where there is none, and the usual sizes of values, (m,) each.
             tolerance: of the usual sizes, by which a bound may be exceeded.
-            moments: that are looked at first: numbers of pieces and s since they began, (n,) each.
             cells: of time, at least and at most.
             step: s, before and behind the value nearest to its bound within which that is followed to its peak.
         """
-        lower, upper, scale, offsets = (np.ascontiguousarray(part, dtype=np.float64) for part in (*bounds, moments[1]))
-        pieces = np.ascontiguousarray(moments[0], dtype=np.int32)
-        breaks, coefficients = (
-            np.ascontiguousarray(part, dtype=np.float64) for part in (trajectory.breakpoints, trajectory.coefficients)
-        )
-        order, count, _ = coefficients.shape
+        lower, upper, scale = (np.ascontiguousarray(part, dtype=np.float64) for part in bounds)
         found = np.empty(4)
         status = self._library.core_prove_expression(
-            self._expression, count, order, breaks.ctypes.data, coefficients.ctypes.data, lower.ctypes.data,
-            upper.ctypes.data, scale.ctypes.data, 1.0 + tolerance, *cells, step, len(pieces), pieces.ctypes.data,
-            offsets.ctypes.data, found.ctypes.data,
+            self._expression, *motion.of_motion, lower.ctypes.data, upper.ctypes.data, scale.ctypes.data,
+            1.0 + tolerance, *cells, step, *motion.of_moments, found.ctypes.data,
         )  # fmt: skip
         _, time, start, end = found.tolist()
         return Settled(STATUS[status], time, (start, end) if status < 0 else None)

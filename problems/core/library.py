@@ -54,6 +54,16 @@ SIGNATURES = {
         COUNT,
         (POINTER, COUNT, COUNT, *(POINTER,) * 5, NUMBER, COUNT, LONG, NUMBER, COUNT, *(POINTER,) * 3),
     ),
+    "core_prove_torques": (
+        COUNT,
+        (
+            *(POINTER,) * 5,
+            *(COUNT, COUNT, POINTER, POINTER),
+            *(NUMBER, NUMBER, NUMBER, COUNT, LONG, NUMBER),
+            *(COUNT, POINTER, POINTER, POINTER),
+            *(COUNT, POINTER, POINTER),
+        ),
+    ),
     "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, *(POINTER,) * 5)),
     "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, *(POINTER,) * 4, COUNT, POINTER, POINTER)),
     "core_prove": (

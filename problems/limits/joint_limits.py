@@ -27,6 +27,7 @@ from problems.base import (
     entry_changed,
     largest,
 )
+from problems.core import Dynamics
 from problems.limits.limit import Constraint, Limit, PenaltyKind
 from problems.motions import LEAST_TORQUE_SHARE, Samples
 from problems.robots import Robot, time_scales
@@ -317,7 +318,10 @@ def holding_torques(robot: Robot, theta: FloatArray) -> FloatArray | None:
     """Torques that hold postures (n, dof), (n, dof), N m; None for a robot without torque limits."""
     if robot.limits.torque is None or robot.rigid_chain is None:
         return None
-    return as_array(robot.rigid_chain.gravitational(ca.DM(theta)))
+    core = Dynamics.of(robot)
+    if core is None:
+        return as_array(robot.rigid_chain.gravitational(ca.DM(theta)))
+    return core.torques(np.pad(theta, ((0, 0), (0, 2 * robot.dof))))[1]
 
 
 def can_hold(robot: Robot, theta: FloatArray) -> NDArray[np.bool_]:

@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, PiecewisePolynomial, as_array, bernstein, peak
+from problems.core import Dynamics
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits, RigidChain, time_scales_of_arrays
 from problems.timing.settings import DEFAULT_TORQUE_CURVE, TorqueCurveSettings
@@ -264,7 +265,11 @@ def _polynomial_starts(path: JointPath, settings: TorqueCurveSettings) -> FloatA
 
 def _dynamics(path: JointPath, chain: RigidChain, u: FloatArray) -> FloatArray:
     """m, c and g at parameters (n,): (3, n, k)."""
-    theta, first, second = (ca.DM(path.at(u, order)) for order in range(3))
-    still = ca.DM.zeros(*theta.shape)
-    parts = chain.inertial(theta, still, first), chain.inertial(theta, first, second), chain.gravitational(theta)
-    return np.stack([as_array(part) for part in parts])
+    theta, first, second = (path.at(u, order) for order in range(3))
+    still, core = np.zeros(theta.shape), Dynamics.of_chain(chain)
+    if core is None:
+        at, one, two, none = map(ca.DM, (theta, first, second, still))
+        parts = chain.inertial(at, none, one), chain.inertial(at, one, two), chain.gravitational(at)
+        return np.stack([as_array(part) for part in parts])
+    slow, gravity = core.torques(np.hstack([theta, still, first]))
+    return np.stack([slow, core.torques(np.hstack([theta, first, second]))[0], gravity])

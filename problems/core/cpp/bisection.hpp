@@ -16,6 +16,7 @@ struct Aim {
 };
 
 constexpr int ZOOMS = 3, ZOOM_POINTS = 65;
+constexpr int FINEST = 48;  // level of cells, all of which are of one level at a time
 
 struct Found {
     int status;        // 1: proven; 0: broken at a moment; -1: not known
@@ -34,16 +35,16 @@ public:
     }
 
     // After moments that are looked at first. At the end the largest share that was seen is followed to its peak, from
-    // so many s before and behind; not for 0 s.
+    // so many s before and behind.
     Found operator()(const std::vector<Moment>& moments, double step) {
         look(moments);
         std::vector<Cell> cells = first_cells();
         long long count = 0, most = aim.most_cells + (long long)cells.size();
-        while (!cells.empty() && count + (long long)cells.size() <= most) {
+        while (!cells.empty() && cells.front().level <= FINEST && count + (long long)cells.size() <= most) {
             count += (long long)cells.size();
             cells = left_of(cells);
         }
-        for (int zoom = 0; zoom < ZOOMS && step > 0.0; ++zoom, step *= 2.0 / (ZOOM_POINTS - 1)) follow(step);
+        for (int zoom = 0; zoom < ZOOMS; ++zoom, step *= 2.0 / (ZOOM_POINTS - 1)) follow(step);
         found.status = found.share <= aim.allowed ? (cells.empty() ? 1 : -1) : 0;
         if (!cells.empty()) {
             const Cell& first = cells.front();

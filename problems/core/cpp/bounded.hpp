@@ -40,8 +40,8 @@ inline Bounded bounded(Model model, Range from, Undefined& undefined) {
     Mask known = finite(model.rest);
     for (const Lanes& c : model.c) known &= finite(c);
     const Range own = range(model);
-    const Range both = {known & (own.low > from.low) ? own.low : from.low,
-                        known & (own.high < from.high) ? own.high : from.high};
+    const Range both = {(known & (own.low > from.low)) ? own.low : from.low,
+                        (known & (own.high < from.high)) ? own.high : from.high};
     undefined.where(~(finite(both.low) & finite(both.high)));
     const Lanes middle = 0.5 * both.low + 0.5 * both.high, half = 0.5 * (both.high - both.low);
     Model flat = constant(middle);

@@ -1,4 +1,5 @@
-// What Python calls of dynamics: states in, torques and their slopes out.
+// What Python calls of dynamics: states in, torques and their slopes out; a motion in, a proof of its torques out.
+#include "bisection.hpp"
 #include "newton_euler.hpp"
 #include "reader.hpp"
 
@@ -17,6 +18,58 @@ Chain chain_of(Reader reader) {
     }
     return chain;
 }
+
+// Friction of each joint: viscous, N m s, and Coulomb's, N m; the largest torques, N m; speeds up to which it may stand.
+struct Motors {
+    const double *damping, *friction, *largest, *still;
+};
+
+// Shares of the largest torques. Coulomb's friction is anything between its two where a joint may stand still.
+class TorqueShares {
+public:
+    TorqueShares(const Chain& chain, const Motors& motors)
+        : k_((int)chain.bodies.size()), motors_(motors), numbers_(chain), models_(chain) {}
+
+    Lanes seen(const State<Lanes>& state) {
+        numbers_.state = state.joints;
+        numbers_.compute(1.0);
+        Lanes share = nothing();
+        for (int j = 0; j < k_; ++j) {
+            const Lanes& speed = state.joints[k_ + j];
+            const Lanes torque = numbers_.torques[j] + motors_.damping[j] * speed, rubs = all(motors_.friction[j]);
+            const Lanes low = torque + (speed > motors_.still[j] ? rubs : -rubs);
+            const Lanes high = torque + (speed < -motors_.still[j] ? -rubs : rubs);
+            const Lanes own = most(high, -low) / motors_.largest[j];
+            share = own <= share ? share : own;  // which keeps what is no number
+        }
+        return share;
+    }
+
+    void bound(const State<Model>& state, Lanes& share, Lanes& where) {
+        models_.state = state.joints;
+        models_.compute(1.0);
+        share = nothing();
+        for (int j = 0; j < k_; ++j) {
+            const Model& speed = state.joints[k_ + j];
+            const Model torque = models_.torques[j] + motors_.damping[j] * speed;
+            const Lanes rubs = all(motors_.friction[j]);
+            const Lanes high = top(torque) + (top(speed) < 0.0 ? -rubs : rubs);
+            const Lanes low = top(-torque) + (top(-speed) < 0.0 ? -rubs : rubs);
+            for (int side : {0, 1}) {
+                const Lanes own = (side ? high : low) * ((1.0 + ROUNDED) / motors_.largest[j]);
+                const Mask worse = ~(own <= share);
+                where = worse ? likely(side ? torque : -torque) : where;
+                share = worse ? own : share;
+            }
+        }
+    }
+
+private:
+    const int k_;
+    const Motors motors_;
+    NewtonEuler<Lanes> numbers_;
+    NewtonEuler<Model> models_;
+};
 
 }  // namespace
 }  // namespace core
@@ -64,5 +117,27 @@ void core_torque_slopes(const Chain* chain, int rows, const double* states, doub
                     slopes[((size_t)(row + lane) * k + j) * 3 * k + by] = moving.torques[j].slope[lane];
         }
     }
+}
+
+// Whether torques stay within the largest ones, as in `Found`; moments are pieces and offsets, (n,). Written are the
+// largest share, when in its piece, and a cell; as many broken moments as there is room for. `step` is as for expressions.
+int core_prove_torques(const Chain* chain, const double* damping, const double* friction, const double* largest,
+                       const double* still, int pieces, int order, const double* breaks, const double* coefficients,
+                       double allowed, double gap, double least, int first_cells, long long most_cells, double step, int n,
+                       const int* at_pieces, const double* offsets, double* found, int capacity, int* broken_pieces,
+                       double* broken_offsets) {
+    Polynomials polynomials({pieces, order, breaks, coefficients}, (int)chain->bodies.size(), 3);
+    TorqueShares question(*chain, {damping, friction, largest, still});
+    std::vector<Moment> moments;
+    for (int i = 0; i < n; ++i) moments.push_back({at_pieces[i], offsets[i]});
+    const Aim aim{allowed, gap, least, first_cells, most_cells};
+    const Found result = Bisection<TorqueShares>(polynomials, question, aim)(moments, step);
+    const int count = std::min((int)result.broken.size(), capacity);
+    for (int i = 0; i < count; ++i)
+        broken_pieces[i] = result.broken[i].piece, broken_offsets[i] = result.broken[i].offset;
+    const double values[] = {result.share, (double)result.moment.piece, result.moment.offset, result.start, result.end,
+                             (double)count};
+    std::copy(values, values + 6, found);
+    return result.status;
 }
 }

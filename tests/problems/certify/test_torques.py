@@ -6,22 +6,17 @@ and 1 m: 4/3 kg m^2 about the first joint, and held against gravity by 19.62 N m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import casadi as ca
 import numpy as np
 import pytest
 from helpers.slow import slow_except
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from benchmarks.torque_certificates import check, planar_arm, random_motion, sampled_torques
 from problems import CertificateStatus, PlanarArm, Trajectory, Verdict
-from problems.base import FloatArray, as_array
 from problems.certify import TorqueProofSettings, limit_verdicts
-from problems.certify.taylor import DEGREE, ENTRIES, TimeCells, modelled
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.limits import TorqueLimit
 from problems.robots import BUILT_IN, Payload, built_in, read_urdf
@@ -205,65 +200,3 @@ def test_no_certificate_is_false(excess: float | None) -> None:
     assert not any(case.is_false for case in found)
     assert sum(case.status is UNDECIDED for case in found) <= 3
     assert excess is None or all(case.status is VIOLATED for case in found)
-
-
-FORMULAS: dict[str, Callable[[Any], Any]] = {
-    "sum": lambda x: x[0] + x[1] - 2.5,
-    "product": lambda x: x[0] * x[1] * x[2],
-    "square": lambda x: x[0] ** 2 - x[1] * 3.0,
-    "sine": lambda x: ca.sin(x[0]) * x[1],
-    "cosine": lambda x: -ca.cos(x[0] + x[1]) + 2.0 * x[2],
-    "like a torque": lambda x: (2.0 + ca.cos(x[1])) * x[2] - ca.sin(x[1]) * (2.0 * x[0] * x[2] + x[2] ** 2),
-    "a copy": lambda x: x[0],
-    "a number": lambda x: ca.SX(3.0),
-}
-number = st.floats(-3.0, 3.0)
-SHARES = np.linspace(-1.0, 1.0, 41)
-
-
-def compiled(formula: Callable[[Any], Any]) -> ca.Function:
-    x = ca.SX.sym("x", 3)
-    return ca.Function("f", [x], [ca.densify(formula(x))])
-
-
-def polynomial(model: FloatArray, shares: FloatArray) -> FloatArray:
-    return np.asarray(np.polynomial.Polynomial(model[: DEGREE + 1])(shares))
-
-
-@pytest.mark.parametrize("formula", FORMULAS.values(), ids=FORMULAS)
-@settings(max_examples=30, deadline=None)
-@given(
-    st.lists(number, min_size=3 * (DEGREE + 1), max_size=3 * (DEGREE + 1)),
-    st.lists(st.floats(0.0, 0.5), min_size=3, max_size=3),
-    st.integers(0, 2**32 - 1),
-)
-def test_a_model_holds_every_function_that_it_stands_for(
-    formula: Callable[[Any], Any], numbers: list[float], rests: list[float], seed: int
-) -> None:
-    function, known = compiled(formula), np.array(rests) * (seed % 2)  # where nothing is unknown all of the rest shows
-    models = np.column_stack([np.reshape(numbers, (3, DEGREE + 1)), known])
-    found = as_array(modelled(function)(models.ravel())).ravel()
-    away = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, SHARES.size)) * known[:, None]
-    inputs = np.array([polynomial(model, SHARES) for model in models]) + away
-    values = as_array(function(inputs)).ravel()
-    assert (np.abs(values - polynomial(found, SHARES)) <= found[-1] * (1.0 + 1e-12)).all()
-
-
-# Motions as Taylor models
-
-
-def motion(degree: int, seed: int = 3) -> Trajectory:
-    """Two joints, three pieces that need not join."""
-    return Trajectory(np.array([0.0, 0.3, 0.5, 2.0]), np.random.default_rng(seed).normal(size=(degree + 1, 3, 2)))
-
-
-@pytest.mark.parametrize("degree", [0, 1, 2, 5, 9])
-def test_cells_hold_angles_speeds_and_accelerations(degree: int) -> None:
-    moving = motion(degree)
-    cells = TimeCells.over(moving, 7).halved(np.arange(9) % 2 == 0)
-    models = cells.models().reshape(3, 2, ENTRIES, len(cells))
-    for share in (-1.0, -0.3, 0.0, 0.8, 1.0):
-        values = cells.moments(np.full(len(cells), share)).derivatives().reshape(3, 2, len(cells))
-        powers = share ** np.arange(DEGREE + 1)
-        away = np.abs(values - np.einsum("ojpn,p->ojn", models[:, :, : DEGREE + 1], powers))
-        assert (away <= models[:, :, -1]).all()

@@ -14,8 +14,11 @@ import pytest
 from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
+from problems import Trajectory
+from problems.certify import limit_verdicts
 from problems.core import NoCore, core, core_account, found_core, library
 from problems.core.library import SWITCH, loaded_core
+from problems.limits import TorqueLimit
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario
 
@@ -68,6 +71,13 @@ def test_a_path_in_the_plane_is_run_as_fast_as_with_a_core(
     monkeypatch.undo()
     forget()
     assert without.duration == pytest.approx(tp.retime(rows, arm).duration, rel=1e-3)
+
+
+@pytest.mark.usefixtures("without_a_compiler")
+def test_torques_in_the_plane_are_not_proven_without_a_core() -> None:
+    arm = tp.PlanarArm((1.0, 0.8), (3.0, 3.0), (20.0, 20.0), link_masses=(1.0, 1.0), max_torque=(50.0, 50.0))
+    with pytest.raises(NoCore, match=r"^robot: proofs of torques need the compiled core: "):
+        limit_verdicts([TorqueLimit(arm)], Trajectory.standing(np.zeros(2), 1.0))
 
 
 @pytest.mark.usefixtures("without_a_compiler")
