@@ -88,7 +88,7 @@ def tool(robot: SpatialArm, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         for joint, angle in zip(robot.chain.joints, posture, strict=True):
             turn = np.eye(4)
             turn[:3, :3] = Rotation.from_rotvec(angle * np.array(joint.axis, dtype=float)).as_matrix()
-            frame = frame @ _matrix(joint) @ turn
+            frame = frame @ _matrix(joint.pose) @ turn
         frame = frame @ end
         positions.append(frame[:3, 3])
         rotations.append(frame[:3, :3])
