@@ -121,7 +121,7 @@ def scenario_of(picker: Picker, seed: int) -> tp.Scenario:
     robot = picker.arm.robot
     tables = [stage.table(robot, "stage") for stage in stages]
     task = {"kind": "sequence", "start": {"joints": list(picker.home)}, "stages": tables}
-    return tp.parse_scenario(robot.content | {"task": task, "obstacles": obstacles_of(part, turn, bin_at)})
+    return tp.parse_scenario(robot.tables | {"task": task, "obstacles": obstacles_of(part, turn, bin_at)})
 
 
 class StageByStage(SequencePlanner):

@@ -1,5 +1,6 @@
 """Least durations of moves between postures and along given paths, exact and proven for all t."""
 
+from problems.timing.bound import least_along
 from problems.timing.following import departure, deviation
 from problems.timing.free_space import (
     AccelerationPieces,
@@ -28,6 +29,7 @@ __all__ = [
     "fastest_move",
     "fastest_stop",
     "fastest_through",
+    "least_along",
     "least_duration",
     "least_durations",
     "least_through",

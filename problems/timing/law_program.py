@@ -47,7 +47,7 @@ class LawProgram:
         signs = np.where(values < 0.0, -1.0, 1.0)
         settings = self.settings
         active, last = np.abs(values) > settings.considered, None
-        for program in range(settings.row_rounds):
+        for _ in range(settings.row_rounds):
             solution = self._solution(np.nonzero(active), signs)
             if solution is None:
                 break
@@ -57,7 +57,7 @@ class LawProgram:
             broken = (excess > settings.broken) & ~(active & (np.sign(after) == signs))
             if not broken.any():
                 break
-            active |= excess > (settings.newly_active if program < settings.row_rounds - 3 else -1.0)
+            active |= excess > settings.newly_active
             signs[broken] = np.where(after[broken] < 0.0, -1.0, 1.0)
         return last
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import pairwise
 from math import factorial
 
@@ -80,13 +80,18 @@ class Parametrisation:
         return np.asarray(self._spline(tau, derivative))
 
     def reaching(self, parameters: FloatArray) -> FloatArray:
-        """The tau (n,) at which parameters are reached, by bisection."""
+        """The tau (n,) at which parameters are reached, by bisection of the polynomials between knots."""
+        nodes = np.unique(self.knots)
+        reached = np.maximum.accumulate(self.at(nodes))
+        interval = np.clip(np.searchsorted(reached, parameters, "left") - 1, 0, nodes.size - 2)
+        begin, width = nodes[interval], np.diff(nodes)[interval]
+        powers = [self.at(begin, order) * width**order / factorial(order) for order in range(DEGREE, -1, -1)]
         low, high = np.zeros(parameters.size), np.ones(parameters.size)
         for _ in range(BISECTIONS):
             middle = (low + high) / 2.0
-            late = self.at(middle) >= parameters
+            late = reduce(lambda value, power: value * middle + power, powers) >= parameters
             low, high = np.where(late, low, middle), np.where(late, middle, high)
-        return high
+        return np.asarray(begin + high * width)
 
     def trajectory(self, path: JointPath, duration: float) -> Trajectory | None:
         """The motion along a path in a duration in s: polynomials of ``DEGREE`` times the path's degree.

@@ -33,7 +33,7 @@ from problems.timing.parametrisation import (
 )
 from problems.timing.prepared import PathTorques, PreparedPath, peak_ratios
 from problems.timing.settings import DEFAULT_RETIMING, LawSettings, RetimingSettings
-from problems.timing.speed_profile import SpeedProfile, fastest_profile
+from problems.timing.speed_profile import SpeedProfile, fastest_profile, rises
 
 BESIDE = 1e-7  # of the duration: samples as far before and after a change of the path's piece
 LIMIT_ROUNDING = 1e-9  # of a limit
@@ -130,10 +130,8 @@ class ParametrisationSearch:
         trust, failures = region.first, 0
         for _ in range(settings.programs):
             step = self._step(best, tau, basis, trust)
-            if step is None:
-                break
-            new = self.candidate(best.law.controls + step[0], best.duration * (1.0 + step[1]))
-            gain = 1.0 - new.merit / best.merit
+            new = best if step is None else self._after(best, *step)
+            gain = -np.inf if step is None else 1.0 - new.merit / best.merit
             if gain > 0.0:
                 best, failures, trust = new, 0, region.grown(trust)
             else:
@@ -141,6 +139,10 @@ class ParametrisationSearch:
             if failures == settings.most_failures or abs(gain) < settings.least_gain:
                 break
         return best
+
+    def _after(self, around: Candidate, change: FloatArray, longer: float) -> Candidate:
+        """The law after a step."""
+        return self.candidate(around.law.controls + change, around.duration * (1.0 + longer))
 
     def _growing(self, tau: FloatArray) -> FloatArray:
         """The share of the margin at each tau, (n,): less where a velocity is given that may be at its limit."""
@@ -208,8 +210,7 @@ def smooth_timing(
     law = settings.law
     ends, breakpoints = ParametrisationEnds.of(prepared), prepared.path.breakpoints
     swings = law.swings if ceiling is None else law.following_swings
-    most = min(law.intervals_per_piece * (breakpoints.size - 1), law.most_intervals)
-    count = max(law.fewest_intervals, most)
+    count = _intervals(breakpoints.size - 1, float(profile.times[-1]), limits, law)
     passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
 
     def on_grid(passed: FloatArray, coarser: int) -> ParametrisationSearch:
@@ -238,6 +239,13 @@ def smooth_timing(
             "rates", "no motion was found that keeps the jerk limits with these velocities at its ends"
         )
     return motion
+
+
+def _intervals(pieces: int, duration: float, limits: JointLimits, settings: LawSettings) -> int:
+    """How many intervals between knots a law has, were all equally long."""
+    wanted = int(settings.intervals_per_rise * rises(limits, duration))
+    most = min(settings.intervals_per_piece * pieces, settings.most_intervals)
+    return max(settings.fewest_intervals, min(wanted, most))
 
 
 def _refined(coarse: Candidate, fine: ParametrisationSearch) -> Candidate:

@@ -103,25 +103,29 @@ def necessary(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     Returns:
         The interval of each row kept, and its coefficients (kept, 2).
     """
-    every = np.arange(len(rows))
-    last = rows[every, _lexicographic(rows[..., 0], rows[..., 1])]
-    chosen_intervals, chosen = [every], [last]
-    active = every
-    while active.size:
-        away = rows[active] - last[:, None]
-        up = away[..., 1] > 0.0
-        slope = np.where(up, -away[..., 0] / np.where(up, away[..., 1], 1.0), np.inf)  # what a step up costs
-        best = _lexicographic(-slope, away[..., 1])
-        rising = up.any(axis=1)
-        active, last = active[rising], rows[active, best][rising]
-        chosen_intervals.append(active)
-        chosen.append(last)
-    return np.concatenate(chosen_intervals), np.concatenate(chosen)
+    one, other = (np.ascontiguousarray(rows[..., end]) for end in (0, 1))
+    active = np.arange(len(rows))
+    best = _lexicographic(one, other)
+    chosen = []
+    while True:
+        last = one[np.arange(active.size), best], other[np.arange(active.size), best]
+        chosen.append((active, np.stack(last, axis=1)))
+        rising = last[1] < other.max(axis=1)
+        if not rising.any():
+            return np.concatenate([each[0] for each in chosen]), np.concatenate([each[1] for each in chosen])
+        active, one, other = active[rising], one[rising], other[rising]
+        across, up = last[0][rising, None] - one, other - last[1][rising, None]
+        slope = np.divide(across, up, out=np.full_like(up, np.inf), where=up > 0.0)  # what a step up costs
+        best = _lexicographic(-slope, up)
 
 
 def _lexicographic(first: FloatArray, second: FloatArray) -> FloatArray:
     """Columns in which the first (n, m) is largest in each row, of several the one in which the second is."""
-    return np.asarray(np.argmax(np.where(first == first.max(axis=1, keepdims=True), second, -np.inf), axis=1))
+    best = first.argmax(axis=1)
+    ties = np.flatnonzero((first == np.take_along_axis(first, best[:, None], 1)).sum(axis=1) > 1)
+    most = first[ties].max(axis=1, keepdims=True)
+    best[ties] = np.where(first[ties] == most, second[ties], -np.inf).argmax(axis=1)
+    return np.asarray(best)
 
 
 @dataclass(frozen=True)
@@ -287,18 +291,29 @@ def fastest_profile(
         InvalidProblem: the limits allow no motion with the velocities that the ends have to have.
     """
     breakpoints = prepared.path.breakpoints
-    wanted = max(settings.intervals_per_piece * (breakpoints.size - 1), settings.fewest_intervals)
-    count = int((settings.rough_share if rough else 1.0) * min(wanted, settings.most_intervals))
-    nodes = _subdivided(breakpoints, breakpoints, int(settings.first_share * count), settings.least_in_piece)
+    share = settings.rough_share if rough else 1.0
+    wanted: float = max(settings.intervals_per_piece * (breakpoints.size - 1), settings.fewest_intervals)
+    first = int(settings.first_share * share * min(wanted, settings.enough_intervals))
+    nodes = _subdivided(breakpoints, breakpoints, first, settings.least_in_piece)
     intervals = Intervals.of(prepared.path, nodes)
     problem = ProfileProblem(prepared, limits, motors, ceiling, rough, settings)
     profile = problem.solved(intervals, None)
+    if not prepared.moves_at_an_end:  # else nothing can be slowed afterwards
+        needed = settings.intervals_per_rise * rises(limits, float(profile.times[-1]))
+        wanted = min(wanted, max(needed, settings.enough_intervals))
+    count = int(share * min(wanted, settings.most_intervals))
     nodes = _equal_times(profile, breakpoints, count, prepared.resting, settings)
     intervals = Intervals.of(prepared.path, nodes)
     for _ in range(1 if motors is None or not motors.viscous.any() else settings.viscous_rounds):
         expected = np.interp(nodes, profile.nodes, profile.squares)
         profile = problem.solved(intervals, expected)
     return profile, intervals
+
+
+def rises(limits: JointLimits, duration: float) -> float:
+    """How many times the quickest joint could come from rest to its largest speed in a duration in s."""
+    speed, acceleration = limits.by_order[:2]
+    return float(duration * (acceleration / speed).max())
 
 
 def _subdivided(breakpoints: FloatArray, measure: FloatArray, count: int, least_in_piece: int) -> FloatArray:
@@ -392,8 +407,9 @@ class ProfileProblem:
     def _largest(self, rows: FloatArray, fixed: FloatArray) -> FloatArray:
         """The largest value of each square, (N + 1,), that single rows (N, rows, 2) allow."""
         unbounded, width = self.settings.unbounded, 2 * self.settings.neighbours + 1
-        positive = np.where(rows.min(axis=2, keepdims=True) >= 0.0, rows, 0.0).max(axis=1)
-        tightest = np.maximum(np.append(positive[:, 0], 0.0), np.insert(positive[:, 1], 0, 0.0))
+        bounding = np.minimum(rows[..., 0], rows[..., 1]) >= 0.0
+        left, right = (np.where(bounding, rows[..., end], 0.0).max(axis=1) for end in (0, 1))
+        tightest = np.maximum(np.append(left, 0.0), np.insert(right, 0, 0.0))
         around = scipy.ndimage.maximum_filter1d(tightest, width, mode="nearest")
         near = np.maximum(around, tightest.max() / unbounded**3)
         scale = 1.0 / np.maximum(tightest, near / unbounded)

@@ -1,9 +1,11 @@
 """Sequences: which posture to stop in, and a certified motion for every stage.
 
 A stop leaves postures to choose. The stages are the edges of a graph whose nodes are postures; what an edge takes is
-known when it is planned, and at least what the slowest joint takes in free space. The shortest way through the graph is
-looked for again and again, and its first edge that is not planned yet is planned, until all of it is (Dellin and
-Srinivasa, "A unifying formalism for shortest path problems with expensive edge evaluations", 2016).
+known when it is planned; before, it is at least what the slowest joint takes in free space, or along the path that the
+joints have to follow. The shortest way through the graph is looked for again and again, and its first edge that is not
+planned yet is planned, until all of it is (Dellin and Srinivasa, "A unifying formalism for shortest path problems with
+expensive edge evaluations", 2016). Edges that are not planned are taken to need half a per cent more than at least: so
+much may the sequence be above the graph's optimum, and of choices that are about as good one is planned.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.tasks import Joints, Place, ToolPath
-from problems.timing import least_durations, retime
+from problems.timing import least_along, least_durations, retime
 from tpbso_casadi.planning.direct import directly, judged
 from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.motion import JudgedMotion
@@ -49,7 +51,8 @@ EDGES_EACH = 8  # motions that are planned for each stage before the search turn
 MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
 FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
 MOST_POLISHES, WORTH_POLISHING = 2, 0.02  # of a way of the tool; of the duration: what one gains before the next
-UNKNOWN = 3.0  # times their bound is what other edges are then taken to need
+EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet; with jerk lines do
+UNKNOWN = 3.0  # the same for other edges then
 
 
 @dataclass(eq=False)
@@ -77,8 +80,8 @@ class Edges:
     """The motions of one stage between the postures before it and those after.
 
     Attributes:
-        bounds: what each takes at least, (before, after), s; infinite where there is none.
-        durations: of those that are planned, else the bounds; infinite where none was found.
+        bounds: what each takes at least in free space, (before, after), s; infinite where there is none.
+        durations: of those that are planned; of others at least, along their path too; infinite where none was found.
         motions: those that are planned.
     """
 
@@ -87,7 +90,7 @@ class Edges:
     motions: dict[tuple[int, int], Trajectory | None] = field(default_factory=dict)
 
     def known(self, unknown: float) -> FloatArray:
-        """The durations, with what is not planned yet taken to need so many times its bound; (before, after), s."""
+        """The durations, with what is not planned yet taken to need so many times as long; (before, after), s."""
         found = self.durations * unknown
         for pair in self.motions:
             found[pair] = self.durations[pair]
@@ -254,13 +257,15 @@ class SequencePlanner:
 
     def _edges(self, layer: int) -> Edges:
         """Bounds of all motions of a stage."""
-        before, after = self.stops[layer], self.stops[layer + 1]
-        bounds = _bounds(self._robot(layer), before.postures, after.postures)
-        for number, parent in enumerate(after.parents):
-            if parent >= 0:
+        before, after, robot = self.stops[layer], self.stops[layer + 1], self._robot(layer)
+        bounds = _bounds(robot, before.postures, after.postures)
+        durations = bounds.copy()
+        for number, (parent, path) in enumerate(zip(after.parents, after.paths, strict=True)):
+            if path is not None:
                 others = np.arange(len(before.postures)) != parent
-                bounds[others, number] = np.inf
-        return Edges(bounds, bounds.copy())
+                bounds[others, number] = durations[others, number] = np.inf
+                durations[parent, number] = least_along(path, robot.limits)
+        return Edges(bounds, durations)
 
     def _robot(self, layer: int) -> Robot:
         """The robot of a stage, with the limits that the stage has."""
@@ -297,7 +302,7 @@ class SequencePlanner:
         Raises:
             ScenarioError: no motion was found for a stage.
         """
-        budget, unknown, thorough = EDGES_EACH * len(self.moving), 1.0, False
+        budget, unknown, thorough = EDGES_EACH * len(self.moving), EXPECTED, False
         while True:
             chain = self._shortest([edges.known(unknown) for edges in self.edges])
             if chain is None and not thorough:

@@ -199,6 +199,17 @@ def test_velocities_that_jerk_limits_do_not_allow() -> None:
         retime(short, JointLimits(speed=(9.0, 9.0), acceleration=(1e3, 1e3), jerk=(10.0, 10.0)), (8.0, 0.0))
 
 
+@pytest.mark.parametrize("seed", [0, 2])
+def test_motions_between_moving_ends_are_found_where_programs_contradict_themselves(seed: int) -> None:
+    """A step without a solution is tried again nearer by; neither of these was found before."""
+    rng = np.random.default_rng(seed)
+    path = JointPath.through(np.cumsum(rng.uniform(-1.0, 1.0, (3 + seed, 2 + seed)), axis=0))
+    speed, acceleration = rng.uniform(1.0, 3.0, 2 + seed), rng.uniform(4.0, 15.0, 2 + seed)
+    limits = JointLimits(speed=tuple(speed), acceleration=tuple(acceleration), jerk=tuple(10.0 * acceleration))
+    rates = rng.uniform(0.05, 0.5, 2) * (speed / np.abs(path.at(path.breakpoints[[0, -1]], 1))).min(axis=1)
+    check_kept(retime(path, limits, (float(rates[0]), 0.0)), limits)
+
+
 @pytest.mark.parametrize("slow", [1e-2, 1e-4])
 def test_where_a_given_motion_crawls_is_no_limit(slow: float) -> None:
     """From a moving start, where the parameter is the time, on at a crawl."""
