@@ -140,6 +140,14 @@ class Plan:
         return self.trajectory.duration
 
     @property
+    def least_duration(self) -> float | None:
+        """A lower bound of the duration of any motion past the same postures, s; None where it passes none.
+
+        Of a motion from rest to rest past given joint values. Computed in floating point, so that it is no certificate.
+        """
+        return self.motion.least_duration
+
+    @property
     def objective(self) -> float:
         """The value of what was minimised, in its unit."""
         return self.planned.objective

@@ -13,8 +13,10 @@ import tpbso_casadi as tp
 from problems.timing import fastest_through
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.display.passing_tables import durations_through, interval_times, joint_peaks, print_passing
+from tpbso_casadi.scenario import read_scenario
 
-LIN = Path(__file__).parents[3] / "examples" / "papers" / "lin-1983.toml"
+PAPERS = Path(__file__).parents[3] / "examples" / "papers"
+LIN = PAPERS / "lin-1983.toml"
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +43,16 @@ def test_the_fastest_and_the_bound_stand_beside_the_duration(plan: Any) -> None:
     assert "mean |jerk|" in told.getvalue()
     free = tp.plan(task, solver="direct")
     assert free.certified and len(list(durations_through(free.motion))) == 2  # it is the fastest that is found itself
+
+
+@pytest.mark.parametrize(("case", "duration"), [("fang-2020-task-1", 4.0), ("fang-2020-task-2", 1.9299)])
+def test_what_a_paper_states_in_closed_form_is_found(case: str, duration: float) -> None:
+    found = tp.plan(PAPERS / f"{case}.toml", solver="direct")
+    assert found.certified and found.duration == pytest.approx(duration, abs=5e-5) and found.least_duration is None
+
+
+def test_all_cases_of_papers_can_be_read() -> None:
+    assert len([read_scenario(file).criteria() for file in PAPERS.glob("*.toml")]) == 9
 
 
 def test_nothing_is_told_of_motions_that_may_pass_other_postures() -> None:
