@@ -1,7 +1,7 @@
 """The compiled core, made with the package by the machine's C++ compiler, or by the one that pip brings.
 
 Each variant is the same sources for another instruction set and computes the same numbers. They are plain libraries
-that are loaded by ctypes, not modules: :mod:`problems.core.library`.
+that are loaded by ctypes, not modules: :mod:`problems.library`.
 """
 
 import os

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from problems.base import cache
-from problems.core import NoCore, found_core
+from problems.core import found_core
 from problems.evaluation import population
+from problems.library import NoCore
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as for all that a shell runs in the background
     signal.signal(signal.SIGINT, signal.default_int_handler)

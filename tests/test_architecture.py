@@ -19,9 +19,9 @@ ROOT = Path(__file__).parent.parent
 FORBIDDEN = {"solvers": {"problems", "tpbso_casadi"}, "problems": {"solvers", "tpbso_casadi"}, "tpbso_casadi": set()}
 FLOORS = {  # of the folders of a package; a package that is not here has none
     "problems": {
-        **{"base": 1, "geometry": 2, "evaluation": 3, "robots": 3, "scene": 3, "motions": 4},
-        **{"core": 5, "limits": 6, "objectives": 6, "timing": 6, "tasks": 7, "certify": 7},
-        **{"programs": 8, "sequential": 8, "polish": 9, "assembly": 9, "families": 10},
+        **{"base": 1, "evaluation": 2, "library": 3, "geometry": 4, "robots": 5, "scene": 5, "motions": 6},
+        **{"core": 7, "limits": 8, "objectives": 8, "timing": 8, "tasks": 9, "certify": 9},
+        **{"programs": 10, "sequential": 10, "polish": 11, "assembly": 11, "families": 12},
     },
     "tpbso_casadi": {
         **{"plain": 1, "html": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from problems.core import core_account, found_core
+from problems.library import core_account, loaded_core
 
 LONGEST_LINE = 300  # characters
 
@@ -174,7 +174,7 @@ def versions() -> dict[str, str]:
     The same dictionary each time, not to be changed.
     """
     packages = {name: version(name) for name in ("tpbso-casadi", "casadi", "numpy", "scipy")}
-    return packages | {CORE: "none" if found_core() is None else "compiled"}
+    return packages | {CORE: "none" if loaded_core().library is None else "compiled"}
 
 
 def version_text() -> str:

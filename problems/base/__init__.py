@@ -61,6 +61,7 @@ from problems.base.polynomials import (
 from problems.base.readers import Checked, Key, Range, ReadBy, check_keys, keys_of_fields, read_arguments, reader
 from problems.base.refusals import InvalidTable, at, did_you_mean, flat, in_words, nearest_word, not_among, shown_value
 from problems.base.relaxation import STEP, Relaxation, entry_changed
+from problems.base.steps import listening, tell_step
 from problems.base.structure_cache import CACHE_SIZE, NoStructure, cached_function, cached_text, structure_key
 from problems.base.tables import Table, plain_value
 
@@ -125,6 +126,7 @@ __all__ = [
     "is_zero",
     "keys_of_fields",
     "largest",
+    "listening",
     "nearest_word",
     "not_among",
     "number_of",
@@ -142,6 +144,7 @@ __all__ = [
     "smallest",
     "split",
     "structure_key",
+    "tell_step",
     "toml_tables",
     "too_much",
     "total",

@@ -1,12 +1,11 @@
 """The compiled core: what every plan in space needs alike, robot and scene being data; and linear programs."""
 
 from problems.core.arm import steps_of
-from problems.core.compiled import NoCore, core, found_core
+from problems.core.compiled import core, found_core
 from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
 from problems.core.dynamics import Dynamics, TorqueAim
 from problems.core.expressions import CoreExpression
 from problems.core.interface import Nearby, Schedule, Separation
-from problems.core.library import core_account
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
@@ -22,7 +21,6 @@ __all__ = [
     "LinearProgram",
     "MotionNumbers",
     "Nearby",
-    "NoCore",
     "Proof",
     "RobotNumbers",
     "Schedule",
@@ -36,7 +34,6 @@ __all__ = [
     "WholeRows",
     "World",
     "core",
-    "core_account",
     "drifts_of",
     "found_core",
     "known_robot",

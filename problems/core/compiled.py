@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import weakref
 from ctypes import CDLL, c_void_p
 from functools import cache as once
@@ -11,20 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray, InvalidProblem
+from problems.base import FloatArray
 from problems.core.description import RobotNumbers, described
 from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, ProofResult, Separation
-from problems.core.library import loaded_core
 from problems.core.rows import ProgramData, WholeRows
 from problems.core.segments import SegmentCells, SegmentMotion, Stops
+from problems.library import loaded_core, needed_core
 from problems.robots import Bounds, SpatialArm
 
 MOST_STOPS = 1_000  # postures of a way for which there is room at first
-ADVICE = "; install a C++ compiler (g++, clang++ or pip install ziglang), or name one in CXX"
-
-
-class NoCore(InvalidProblem):
-    """The compiled core is needed, and this machine neither has it nor can make it."""
 
 
 class Core:
@@ -89,20 +83,13 @@ def found_core() -> Core | None:
     return None if library is None else Core(library)
 
 
-def core(needed: str = "arms in space need") -> Core:
+def core() -> Core:
     """The core of this process.
-
-    Args:
-        needed: by what, for a message.
 
     Raises:
         NoCore: there is none; the message says why, and how to get it.
     """
-    found, loaded = found_core(), loaded_core()
-    if found is None:
-        advice = ADVICE if loaded.is_missed and os.name == "posix" else ""
-        raise NoCore("robot", f"{needed} the compiled core: {loaded.account}{advice}")
-    return found
+    return found_core() or Core(needed_core())
 
 
 def _parts(rows: WholeRows) -> list[NDArray[Any]]:

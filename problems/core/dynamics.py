@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import CACHE_SIZE, FloatArray
-from problems.core.compiled import core
-from problems.core.library import loaded_core
 from problems.core.motion_numbers import STATUS, MotionNumbers
+from problems.library import loaded_core, needed_core
 from problems.robots import RigidChain, RigidJoint, Robot, SpatialArm
 
 STATE = 3  # angles, velocities, accelerations
@@ -147,7 +146,7 @@ def _numbers(joint: RigidJoint) -> list[float]:
 
 @lru_cache(maxsize=CACHE_SIZE)
 def _needed(robot: Robot) -> Dynamics:
-    return Dynamics(core("proofs of torques need").library, robot.dynamics)
+    return Dynamics(needed_core("proofs of torques need"), robot.dynamics)
 
 
 @lru_cache(maxsize=CACHE_SIZE)

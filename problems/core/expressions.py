@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core.library import loaded_core
 from problems.core.motion_numbers import STATUS, MotionNumbers
 from problems.evaluation import UnsupportedOperation
+from problems.library import loaded_core
 from problems.motions import SampleFunction
 from problems.robots import Robot, SpatialArm, Transform
 

@@ -1,10 +1,4 @@
-"""Proof that balls hold a surface: every triangle is cut until each piece lies in one ball.
-
-A triangle lies in a ball when its corners do. The ball to ask is that of least power, |p - c|^2 - r^2, at the middle of
-a piece: lifted by sqrt(R^2 - r^2) into a fourth dimension, with R the largest radius, it is the nearest of points.
-Corners must lie deeper in a ball than :data:`DEPTH_MARGIN`, which is more than floating point takes from them: numbers
-below 100 m are rounded by less than 1e-14 m, once for every cut.
-"""
+"""Balls, and the proof that they hold a surface: every triangle is cut until each piece lies in one ball."""
 
 from __future__ import annotations
 
@@ -16,12 +10,9 @@ import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.geometry.surface import halved, longest_sides
+from problems.library import needed_core
 
-DEPTH_MARGIN = 1e-9  # m
-CANDIDATES = 2  # balls that are asked about a piece
-LEAST_PIECE = 1e-5  # m: a piece so small that lies in no ball is not held
-PIECES_AT_ONCE = 200_000  # pieces
+MOST_SHOWN = 10_000  # points that no ball holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +40,12 @@ class Balls:
 
     @cached_property
     def _tree(self) -> scipy.spatial.cKDTree:
+        """Balls as points in four dimensions, of which the nearest to a point is the ball of least power.
+
+        The power |p - c|^2 - r^2 is a squared distance once c is lifted by sqrt(R^2 - r^2), with R the largest radius.
+        """
         lift = np.sqrt(np.maximum(self.radii.max() ** 2 - self.radii**2, 0.0))
         return scipy.spatial.cKDTree(np.column_stack([self.centers, lift]))
-
-    @cached_property
-    def _squares(self) -> FloatArray:
-        return np.asarray(np.square(np.maximum(self.radii - DEPTH_MARGIN, 0.0)))
 
     def likeliest(self, points: FloatArray, count: int) -> NDArray[np.intp]:
         """Numbers of the balls of least power at points (n, 3): (n, count or as many as there are)."""
@@ -62,49 +53,22 @@ class Balls:
         _, numbers = self._tree.query(lifted, k=min(count, len(self)), workers=-1)
         return np.asarray(numbers).reshape(len(points), min(count, len(self)))
 
-    def hold(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Whether points (n, 3) lie in any of the balls, (n,)."""
-        numbers = self.likeliest(points, 1)[:, 0]
-        away = points - self.centers[numbers]
-        return np.asarray(np.einsum("ij,ij->i", away, away) <= self._squares[numbers])
 
-    def hold_pieces(self, pieces: FloatArray) -> NDArray[np.bool_]:
-        """Whether triangles (n, 3, 3) surely lie in one ball each, (n,)."""
-        numbers, held = self.likeliest(pieces.mean(axis=1), CANDIDATES), np.zeros(len(pieces), dtype=bool)
-        for column in numbers.T:
-            rows = np.flatnonzero(~held)
-            away = pieces[rows] - self.centers[column[rows], None]
-            held[rows] = (np.einsum("nij,nij->ni", away, away) <= self._squares[column[rows], None]).all(axis=1)
-        return held
-
-
-def unheld(corners: FloatArray, balls: Balls, resolution: float = np.inf) -> FloatArray:
+def unheld(corners: FloatArray, balls: Balls) -> FloatArray:
     """Points of triangles in no ball, or on the border of all, (m, 3), m; none where the balls hold all.
+
+    At most ``MOST_SHOWN`` points are found. Coordinates have to be less than ``LARGEST_COORDINATE`` of covers: what
+    rounding takes is derived in ``ball_tree.hpp``.
 
     Args:
         corners: of the triangles, (n, 3, 3), m.
         balls: that should hold them.
-        resolution: a piece no longer than that of which a corner lies in no ball is cut no more, m.
     """
-    if not len(balls):
-        return np.asarray(corners.mean(axis=1))
-    waiting, found = [corners], []
-    while waiting:
-        pieces = waiting.pop()
-        if len(pieces) > PIECES_AT_ONCE:
-            waiting += [pieces[: len(pieces) // 2], pieces[len(pieces) // 2 :]]
-            continue
-        left = pieces[~balls.hold_pieces(pieces)]
-        if not len(left):
-            continue
-        middles, lengths = left.mean(axis=1), longest_sides(left)
-        lost = lengths <= LEAST_PIECE
-        found.append(middles[lost])
-        small = np.flatnonzero(~lost & (lengths <= resolution))
-        bare = ~balls.hold(left[small].reshape(-1, 3)).reshape(-1, 3)
-        some = bare.any(axis=1)
-        found.append(left[small[some], np.argmax(bare[some], axis=1)])
-        lost[small[some]] = True
-        if not lost.all():
-            waiting.append(halved(left[~lost]))
-    return np.concatenate(found) if found else np.empty((0, 3))
+    triangles = np.ascontiguousarray(corners, dtype=np.float64)
+    numbers, points = np.column_stack([balls.centers, balls.radii]), np.empty((MOST_SHOWN, 3))
+    count = needed_core().core_not_held(
+        len(triangles), triangles.ctypes.data, len(numbers), numbers.ctypes.data, np.inf, MOST_SHOWN, points.ctypes.data
+    )
+    if count < 0:
+        raise MemoryError("a proof that balls hold triangles")
+    return points[: min(count, MOST_SHOWN)]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from math import pi
 from typing import TypeAlias
 
-from problems.base import ANGLES, InvalidProblem
+from problems.base import ANGLES, InvalidProblem, tell_step
+from problems.evaluation import processors
+from problems.library import needed_core
 from problems.robots.appearance import LinkAppearance, Parts, Visual, new_appearances, placed_appearances
 from problems.robots.carried import Carried
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
@@ -210,13 +213,18 @@ class RobotDescription:
         return replace(self, spheres=spheres, covers=(), unread=unread)
 
     def new_covers(
-        self, read: ReadFile, overhang: float | None = None, ignored: Collection[str] = ()
+        self,
+        read: ReadFile,
+        overhang: float | None = None,
+        fine_overhang: float | None = None,
+        ignored: Collection[str] = (),
     ) -> tuple[dict[str, LinkCover], list[MeshNote]]:
         """Covers of all links whose geometry is more than balls, by name; notes on their meshes.
 
         Args:
             read: the content of a mesh's file.
             overhang: of the balls for searches, m; 20 mm, or 3 % of the reach where that is less, if None.
+            fine_overhang: of the balls for proofs, m; 2 mm if None.
             ignored: names of links that are left out.
 
         Raises:
@@ -224,16 +232,28 @@ class RobotDescription:
                 the reason in one line.
         """
         used = min(SETTINGS.coarse_overhang, SETTINGS.coarse_share * self.reach) if overhang is None else overhang
-        covers, notes, frames = {}, [], {frame.name: frame for frame in self.links}
-        for link, shapes in self.shapes:
-            if link not in ignored and any(shape.mesh is not None or len(shape.triangles) for shape in shapes):
+        fine = SETTINGS.fine_overhang if fine_overhang is None else fine_overhang
+        stands = {frame.name: frame.body == 0 for frame in self.links}
+        links = [
+            (link, shapes)
+            for link, shapes in self.shapes
+            if link not in ignored and any(shape.mesh is not None or len(shape.triangles) for shape in shapes)
+        ]
+        if links:
+            needed_core()  # made once, not by each thread
+        covers, notes = {}, []
+        with ThreadPoolExecutor(processors()) as pool:
+            each = [pool.submit(cover_link, *link, read, used, fine, stands[link[0]]) for link in links]
+            for done, ((link, _), cover) in enumerate(zip(links, each, strict=True)):
+                tell_step("covering links", done, len(links))
                 try:
-                    stands = frames[link].body == 0
-                    covers[link], own = cover_link(link, shapes, read, used, stands)
+                    covers[link], own = cover.result()
                     notes += own
                 except InvalidProblem:
-                    if frames[link].body > 0:
+                    if not stands[link]:
+                        pool.shutdown(cancel_futures=True)
                         raise
+        tell_step("covering links", len(links), len(links))
         return covers, notes
 
     def new_appearances(self, read: ReadFile) -> tuple[dict[str, Parts], list[MeshNote]]:

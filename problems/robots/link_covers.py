@@ -84,7 +84,12 @@ class MeshNote:
 
 
 def cover_link(
-    link: str, shapes: Sequence[Shape], read: ReadFile, overhang: float, stands: bool = False
+    link: str,
+    shapes: Sequence[Shape],
+    read: ReadFile,
+    overhang: float,
+    fine_overhang: float = SETTINGS.fine_overhang,
+    stands: bool = False,
 ) -> tuple[LinkCover, list[MeshNote]]:
     """The covers of a link, and notes on its meshes.
 
@@ -93,6 +98,7 @@ def cover_link(
         shapes: of its collision geometry.
         read: the content of a mesh's file.
         overhang: of the coarse balls, m.
+        fine_overhang: of the fine balls, m.
         stands: whether no joint moves it: if it is large too, so are its balls.
 
     Raises:
@@ -110,7 +116,7 @@ def cover_link(
         body, exact = (np.concatenate([NO_TRIANGLES, *parts]) for parts in (meshes, triangles))
         overhang = _overhang(body, overhang, stands) if meshes else overhang
         coarse = cover_of(body, overhang) if meshes else None
-        fine = cover_of(exact, _overhang(exact, SETTINGS.fine_overhang, stands)) if triangles else None
+        fine = cover_of(exact, _overhang(exact, fine_overhang, stands)) if triangles else None
     return LinkCover(link, overhang, coarse, fine), notes
 
 

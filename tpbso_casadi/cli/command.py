@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any, NoReturn
 
 from problems.evaluation import InvalidEvaluation
+from tpbso_casadi.cli.steps import steps_shown
 from tpbso_casadi.plain import one_line, version_text, versions
 from tpbso_casadi.planning import NoMotion
 from tpbso_casadi.scenario import ScenarioError
@@ -197,7 +198,7 @@ def run_command(
         interrupted: what is said after Ctrl-C; a subcommand's parser may have another default of that name.
     """
     options = parser.parse_args(arguments)
-    with logged(options.verbose):
+    with logged(options.verbose), steps_shown(getattr(options, "quiet", False)):
         began = time.perf_counter()
         LOG.debug("%s", ", ".join(f"{name} {version}" for name, version in versions().items()))
         told = getattr(options, "interrupted", interrupted)

@@ -140,6 +140,7 @@ class SpatialRobotSection(Section):
     ignore_geometry: list[Word] | None = None
     packages: dict[Word, FileName] = field(default_factory=dict)
     cover_overhang: Annotated[float, Range(0.003, 0.1)] | None = None
+    fine_overhang: Annotated[float, Range(0.001, 0.1)] | None = None
     self_margin: NotNegative = 0.0
     covers_text: Annotated[str, Count(0, LARGEST_COVERS)] | None = None
     looks_text: Annotated[str, Count(0, LARGEST_LOOKS)] | None = None
@@ -189,8 +190,8 @@ class SpatialRobotSection(Section):
             return self
         try:
             with self._named():
-                ignored, overhang = self.ignore_geometry or (), self.cover_overhang
-                covers, notes = new_covers(self.description(), self.urdf, folder, self.packages, overhang, ignored)
+                overhangs, ignored = (self.cover_overhang, self.fine_overhang), self.ignore_geometry or ()
+                covers, notes = new_covers(self.description(), self.urdf, folder, self.packages, overhangs, ignored)
         except InvalidProblem as error:
             raise ScenarioError(f"robot.{error.field}: {error.reason}") from error
         for note in notes:
@@ -344,7 +345,7 @@ def new_covers(
     urdf: str,
     folder: InputFolder,
     packages: Mapping[str, str],
-    overhang: float | None = None,
+    overhangs: tuple[float | None, float | None] = (None, None),
     ignored: Collection[str] = (),
 ) -> tuple[dict[str, LinkCover], list[MeshNote]]:
     """Covers of the links of a URDF, by their names, and notes on its meshes.
@@ -354,14 +355,14 @@ def new_covers(
         urdf: name of its file.
         folder: where that is.
         packages: folders of packages, by their names.
-        overhang: of the spheres for searches, m; as usual where None.
+        overhangs: of the spheres for searches and for proofs, m; as usual where None.
         ignored: names of links that are left out.
 
     Raises:
         InvalidProblem: a mesh cannot be read or covered.
     """
     place = MeshPlace(urdf, packages)
-    return description.new_covers(lambda shape: mesh_content(folder, place, shape), overhang, ignored)
+    return description.new_covers(lambda shape: mesh_content(folder, place, shape), *overhangs, ignored)
 
 
 def mesh_content(folder: InputFolder, place: MeshPlace, shape: MeshShape) -> bytes:

@@ -14,9 +14,8 @@ from helpers.compilers import each_compiler
 from helpers.core_answers import answers
 from helpers.slow import slow_except
 
-from problems.core import core_account
-from problems.core.library import FILES, FLAGS, SIGNATURES, SOURCES, VARIANTS, loaded_core, source
 from problems.evaluation import THIS_PROCESSOR, usable_compiler
+from problems.library import FILES, FLAGS, SIGNATURES, SOURCES, VARIANTS, core_account, loaded_core, source
 
 ROOT = Path(__file__).parents[3]
 

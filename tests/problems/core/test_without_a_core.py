@@ -14,10 +14,10 @@ import pytest
 from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
-from problems import Trajectory
+from problems import Trajectory, library
 from problems.certify import limit_verdicts
-from problems.core import NoCore, core, core_account, found_core, library
-from problems.core.library import SWITCH, loaded_core
+from problems.core import core, found_core
+from problems.library import SWITCH, NoCore, core_account, loaded_core
 from problems.limits import TorqueLimit
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,8 +11,7 @@ from hypothesis import strategies as st
 
 from problems.base import InvalidProblem
 from problems.geometry import Balls, Cover, box_corners, cover_of, cylinder_corners, unheld
-from problems.geometry.cover import new_cover_of
-from problems.geometry.surface import Surface, pieces_of
+from problems.geometry.cover import QUANTUM, SETTINGS, new_cover_of
 
 BOX = box_corners((0.06, 0.1, 0.16))
 PIPE = cylinder_corners(0.03, 0.1)[: 2 * 64]  # without some of its ends: not watertight
@@ -37,6 +38,15 @@ def depths(points: np.ndarray, balls: Balls) -> np.ndarray:
     return best
 
 
+def beyond_the_box(balls: Balls) -> np.ndarray:
+    """Distances from the box, by a formula, of points all over balls that lie in no other."""
+    directions = np.random.default_rng(0).normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    points = (balls.centers[:, None] + balls.radii[:, None, None] * directions).reshape(-1, 3)
+    points = points[depths(points, balls) < 1e-9]
+    return np.asarray(np.linalg.norm(np.maximum(np.abs(points) - BOX.max(axis=(0, 1)), 0.0), axis=1))
+
+
 @pytest.mark.parametrize("overhang", OVERHANGS)
 @pytest.mark.parametrize("name", BODIES)
 def test_every_point_of_a_surface_is_held_and_nothing_sticks_out(name: str, overhang: float) -> None:
@@ -44,7 +54,7 @@ def test_every_point_of_a_surface_is_held_and_nothing_sticks_out(name: str, over
     cover = cover_of(corners, overhang)
     assert depths(points_on(corners, 20_000), cover.balls).min() > 0.0
     assert not len(unheld(corners, cover.balls))
-    assert cover.largest_overhang <= overhang + 1e-5  # distances are to the nearest of a few triangles
+    assert cover.largest_overhang <= overhang + 1e-5  # beside what is missing of the pipe
     assert 0.0 < cover.usual_overhang <= cover.largest_overhang
     assert cover.volume_ratio > 1.0
 
@@ -94,17 +104,27 @@ def test_what_is_no_stored_cover_is_refused(text: str) -> None:
         Cover.from_text(text)
 
 
-def test_a_body_too_large_for_its_overhang_is_refused() -> None:
-    with pytest.raises(InvalidProblem, match="mesh: it is too large to be covered: 9 x 9 x 9 m make more than"):
-        cover_of(box_corners((9.0, 9.0, 9.0)), 0.002)
+def test_a_body_of_more_voxels_than_there_may_be_has_larger_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("problems.geometry.cover.SETTINGS", replace(SETTINGS, most_voxels=3_000))
+    cover = new_cover_of(BOX, 0.006)
+    assert not len(unheld(BOX, cover.balls))
+    assert beyond_the_box(cover.balls).max() <= 0.006 + QUANTUM
 
 
-def test_distances_from_triangles_are_those_of_many_points() -> None:
-    rng = np.random.default_rng(5)
-    corners = rng.uniform(-0.1, 0.1, (2, 3, 3))
-    points = rng.uniform(-0.2, 0.2, (20, 3))
-    on_them = np.concatenate([piece.mean(axis=0)[None] for piece in pieces_of(corners, 0.001)])
-    expected = np.linalg.norm(points[:, None] - on_them, axis=2).min(axis=1)
-    found = Surface(pieces_of(corners, 0.01)).distances(points)
-    np.testing.assert_allclose(found, expected, atol=6e-4)
-    assert (found <= expected + 1e-12).all()
+def test_balls_reach_farther_where_more_are_needed_than_a_cover_may_have(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("problems.geometry.cover.SETTINGS", replace(SETTINGS, most_balls=50))
+    cover = new_cover_of(BOX, 0.004)
+    assert len(cover.balls) <= 50 and not len(unheld(BOX, cover.balls))
+    assert 0.004 < cover.largest_overhang < 0.02
+
+
+def test_a_body_far_from_its_origin_is_refused() -> None:
+    with pytest.raises(InvalidProblem, match="mesh: it is more than 1000 m from the origin of its link"):
+        cover_of(BOX + 1e4, 0.02)
+
+
+def test_overhangs_are_distances_from_the_body() -> None:
+    cover = new_cover_of(BOX, 0.004)
+    away = beyond_the_box(cover.balls)
+    assert away.max() == pytest.approx(cover.largest_overhang, abs=2e-4)
+    assert np.quantile(away, 0.95) == pytest.approx(cover.usual_overhang, abs=3e-4)

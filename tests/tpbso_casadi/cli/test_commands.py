@@ -12,7 +12,7 @@ import pytest
 from helpers.commands import module_of, options_of, parser_of, parsers
 from helpers.scenes import CART, SHORT_ARM, TURN, toml
 
-from problems.core import core_account
+from problems.library import core_account
 from problems.robots import BUILT_IN
 from tpbso_casadi import __version__
 from tpbso_casadi.cli.command import WIDEST, OneLineParser

@@ -16,7 +16,7 @@ import pytest
 from helpers.running import status
 from helpers.slow import slow_except
 
-from problems.core import core_account
+from problems.library import core_account
 from tpbso_casadi import __version__
 from tpbso_casadi.cli import tpbso
 from tpbso_casadi.cli.command import print_error

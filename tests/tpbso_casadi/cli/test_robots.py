@@ -85,6 +85,8 @@ def test_meshes_have_covers_and_spheres_that_are_listed_and_written(
     count, usual, largest, volume = map(float, lines[3].split()[1:])
     assert 4 <= count <= 120 and 0.0 < usual <= largest <= 10.01 and 1.0 < volume < 3.0
     assert lines[-1] == f"{out}: {int(lines[6].split()[1])} spheres"
+    larger = printed(capsys, "spheres", str(urdf), "--overhang", "0.01", "--fine-overhang", "0.008")
+    assert float(larger[-1].split()[1]) < float(lines[-2].split()[1])
     shown = "\n".join(printed(capsys, "show", str(urdf), "--spheres", str(out)))
     assert "collision spheres, m" in shown
     shown = "\n".join(printed(capsys, "show", str(urdf), "--pairs"))

@@ -207,6 +207,12 @@ def parser() -> OneLineParser:
             metavar="METRES",
             help=defaulting("how far spheres for searches may stick out", "0.02, or 3 %% of a shorter reach"),
         )
+        command.add_argument(
+            "--fine-overhang",
+            type=positive_number(0.1),
+            metavar="METRES",
+            help=defaulting("how far spheres for proofs may stick out", "0.002"),
+        )
     covering.add_argument(
         "-o", "--out", type=path, metavar="FILE", help=defaulting("write the spheres there, as TOML", "nowhere")
     )
@@ -294,7 +300,7 @@ def with_covers(description: RobotDescription, options: argparse.Namespace) -> R
         ScenarioError: ``--package`` names no folder.
     """
     try:
-        covers, notes = new_covers(description, options.robot, _folder(), packages(options), options.overhang)
+        covers, notes = new_covers(description, options.robot, _folder(), packages(options), overhangs(options))
     except InvalidProblem as error:
         return replace(description, notes=(*description.notes, error.reason))
     more = (f"link {note.link!r}: mesh {note.file} {note.note}" for note in notes)
@@ -303,6 +309,11 @@ def with_covers(description: RobotDescription, options: argparse.Namespace) -> R
 
 def _folder() -> InputFolder:
     return InputFolder(Path(), outside_allowed=True)
+
+
+def overhangs(options: argparse.Namespace) -> tuple[float | None, float | None]:
+    """How far spheres for searches and for proofs may stick out, m."""
+    return options.overhang, options.fine_overhang
 
 
 def packages(options: argparse.Namespace) -> dict[str, str]:
@@ -325,7 +336,7 @@ def spheres(options: argparse.Namespace) -> int:
         check_writable(options.out.parent)
     try:
         description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
-        covers, _ = new_covers(description, options.robot, _folder(), packages(options), options.overhang)
+        covers, _ = new_covers(description, options.robot, _folder(), packages(options), overhangs(options))
         description = description.with_covers(covers)
     except InvalidProblem as error:
         raise ScenarioError(f"{options.robot}: {error}") from error

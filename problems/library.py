@@ -15,16 +15,17 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache as once
 from hashlib import sha256
-from importlib.util import find_spec
+from importlib.machinery import PathFinder
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
-from problems.base import cache
+from problems.base import InvalidProblem, cache
 from problems.evaluation import THIS_PROCESSOR, Compiler, NativeUnavailable, usable_compiler
 
 LOG = logging.getLogger(__name__)
-SOURCES = Path(__file__).parent / "cpp"
-FILES = ("core.cpp", "dynamics.cpp", "expressions.cpp", "program.cpp", "through.cpp")
+FOLDER = Path(__file__).parent / "core"
+SOURCES = FOLDER / "cpp"
+FILES = ("core.cpp", "cover.cpp", "dynamics.cpp", "expressions.cpp", "program.cpp", "through.cpp")
 FLAGS = (
     "-O2",
     "-std=c++17",
@@ -74,6 +75,8 @@ SIGNATURES = {
         COUNT,
         (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, *(POINTER,) * 3, COUNT, POINTER),
     ),
+    "core_cover": (COUNT, (COUNT, POINTER, NUMBER, *(POINTER,) * 3)),
+    "core_not_held": (COUNT, (COUNT, POINTER, COUNT, POINTER, NUMBER, COUNT, POINTER)),
     "core_reach": (None, (*(POINTER,) * 4, COUNT, POINTER, POINTER, COUNT, COUNT, POINTER, POINTER)),
     "core_program": (
         COUNT,
@@ -91,6 +94,13 @@ SIGNATURES = {
         (COUNT, COUNT, COUNT, *(POINTER,) * 4, COUNT, NUMBER, COUNT, *(POINTER,) * 7),
     ),
 }
+
+
+ADVICE = "; install a C++ compiler (g++, clang++ or pip install ziglang), or name one in CXX"
+
+
+class NoCore(InvalidProblem):
+    """The compiled core is needed, and this machine neither has it nor can make it."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +130,22 @@ def loaded_core() -> CoreLibrary:
     return CoreLibrary(library, f"compiled by {library.core_made().decode()}")
 
 
+def needed_core(needed: str = "arms in space need") -> ctypes.CDLL:
+    """The compiled core of this process.
+
+    Args:
+        needed: by what, for a message.
+
+    Raises:
+        NoCore: there is none; the message says why, and how to get it.
+    """
+    loaded = loaded_core()
+    if loaded.library is None:
+        advice = ADVICE if loaded.is_missed and os.name == "posix" else ""
+        raise NoCore("robot", f"{needed} the compiled core: {loaded.account}{advice}")
+    return loaded.library
+
+
 def core_account() -> str:
     """The compiler that made the core and for what, or why there is none, in words."""
     loaded = loaded_core()
@@ -128,7 +154,7 @@ def core_account() -> str:
 
 def _packaged() -> list[Path]:
     """Libraries that came with the package and run on this processor, the best first."""
-    specs = [find_spec(f"{__package__}.{name}") for name in VARIANTS]
+    specs = [PathFinder.find_spec(name, [str(FOLDER)]) for name in VARIANTS]
     paths = [None if spec is None or spec.origin is None else Path(spec.origin) for spec in specs]
     if paths[-1] is None:
         return []
