@@ -12,8 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from problems.base.matrix import FloatArray
+from problems.base.polynomials import bernstein, halved
 
-CLOSED_FORM = 2  # degree up to which roots need no eigenvalues
+CLOSED_FORM = 2  # degree up to which roots have formulas
+HALVINGS = 4  # of an interval in which a polynomial may have several roots
+MOST_STEPS, RESOLUTION = 100, 1e-15  # of Newton's method; of a root
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,13 +69,66 @@ def real_roots(curves: FloatArray, low: FloatArray, high: FloatArray) -> FloatAr
     n = len(curves)
     leading = np.where((curves != 0.0).any(axis=0), (curves != 0.0).argmax(axis=0), n)
     found = [np.empty(0)]
-    for first in range(n - 1):
-        chosen = leading == first
-        if chosen.any():
-            powers = curves[first:, chosen]
-            roots = _polished(powers, _inner_roots(powers)) + low[chosen]
+    for first in np.unique(leading[leading < n - 1]):
+        chosen, powers = np.flatnonzero(leading == first), curves[first:]
+        if n - 1 - first > CLOSED_FORM:
+            owners, inner, unsure = _isolated(powers[:, chosen], (high - low)[chosen])
+            found.append(inner + low[chosen[owners]])
+            chosen = chosen[unsure]
+        if chosen.size:
+            roots = _polished(powers[:, chosen], _inner_roots(powers[:, chosen])) + low[chosen]
             found.append(roots[(roots >= low[chosen]) & (roots <= high[chosen])])
     return np.concatenate(found)
+
+
+def _isolated(
+    powers: FloatArray, widths: FloatArray
+) -> tuple[NDArray[np.intp], FloatArray, NDArray[np.intp]]:
+    """Roots of polynomials (n, m) from 0 to widths (m,), by Descartes' rule for the signs of Bernstein coefficients.
+
+    Returns:
+        The numbers of polynomials, a root of each, and the numbers of polynomials of which not all roots are among them.
+    """
+    forms = bernstein(powers[..., None], widths)[..., 0]
+    owners, starts, share = np.arange(widths.size), np.zeros(widths.size), 1.0
+    found, low, high = [], [], []
+    for halving in range(HALVINGS + 1):
+        signs = np.sign(forms)
+        changes, sure = (signs[1:] != signs[:-1]).sum(axis=0), (signs != 0.0).all(axis=0)
+        single = sure & (changes == 1)
+        found.append(owners[single])
+        low.append((starts * widths[owners])[single])
+        high.append(((starts + share) * widths[owners])[single])
+        left = ~(sure & (changes <= 1))
+        forms, owners, starts = forms[:, left], owners[left], starts[left]
+        if halving < HALVINGS:
+            forms, owners, share = halved(forms), np.tile(owners, 2), share / 2.0
+            starts = np.concatenate([starts, starts + share])
+    unsure, known = np.unique(owners), np.concatenate(found)
+    kept = ~np.isin(known, unsure)
+    known = known[kept]
+    return known, _bracketed(powers[:, known], np.concatenate(low)[kept], np.concatenate(high)[kept]), unsure
+
+
+def _bracketed(powers: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """The roots of polynomials (n, m) between parameters at which they have different signs, by Newton's steps."""
+    close, end = RESOLUTION * high, np.sign(_values(powers, high))
+    x, done = (low + high) / 2.0, np.zeros(low.size, dtype=bool)
+    for _ in range(MOST_STEPS):
+        value, slope = powers[0], np.zeros_like(x)
+        for coefficient in powers[1:]:
+            value, slope = value * x + coefficient, slope * x + value
+        beyond = np.sign(value) == end
+        low, high = np.where(beyond, low, x), np.where(beyond, x, high)
+        with np.errstate(all="ignore"):
+            step = x - value / slope
+        step = np.where((step > low) & (step < high), step, (low + high) / 2.0)
+        step = np.where(done | (value == 0.0), x, step)
+        done |= np.abs(step - x) <= close
+        x = step
+        if done.all():
+            break
+    return x
 
 
 def _inner_roots(powers: FloatArray) -> FloatArray:

@@ -74,7 +74,7 @@ def unproven_part(curves: FloatArray, lower: FloatArray, upper: FloatArray) -> P
         if broken.any() or halvings == MAX_HALVINGS:
             first = int(np.argmax(broken if broken.any() else unproven))
             return Part(int(pieces[first]), float(starts[first]), float(starts[first]) + width)
-        flat, low, high = _halved(flat[:, unproven]), np.tile(low[unproven], 2), np.tile(high[unproven], 2)
+        flat, low, high = halved(flat[:, unproven]), np.tile(low[unproven], 2), np.tile(high[unproven], 2)
         pieces = np.tile(pieces[unproven], 2)
         starts = np.concatenate([starts[unproven], starts[unproven] + width / 2.0])
     return None
@@ -88,11 +88,11 @@ def peak(curves: FloatArray) -> float:
         undecided = np.abs(curves).max(axis=0) > reached * (1.0 + PEAK_RESOLUTION)
         if not undecided.any():
             return reached * (1.0 + PEAK_RESOLUTION)
-        curves = _halved(curves[:, undecided])
+        curves = halved(curves[:, undecided])
     return float(np.abs(curves).max())
 
 
-def _halved(curves: FloatArray) -> FloatArray:
+def halved(curves: FloatArray) -> FloatArray:
     """The first and the second halves of curves in Bernstein form, (n + 1, 2 m)."""
     half = _first_half(len(curves) - 1)
     return np.concatenate([half @ curves, (half @ curves[::-1])[::-1]], axis=1)
