@@ -81,13 +81,11 @@ def real_roots(curves: FloatArray, low: FloatArray, high: FloatArray) -> FloatAr
     return np.concatenate(found)
 
 
-def _isolated(
-    powers: FloatArray, widths: FloatArray
-) -> tuple[NDArray[np.intp], FloatArray, NDArray[np.intp]]:
+def _isolated(powers: FloatArray, widths: FloatArray) -> tuple[NDArray[np.intp], FloatArray, NDArray[np.intp]]:
     """Roots of polynomials (n, m) from 0 to widths (m,), by Descartes' rule for the signs of Bernstein coefficients.
 
     Returns:
-        The numbers of polynomials, a root of each, and the numbers of polynomials of which not all roots are among them.
+        The numbers of polynomials, a root of each, and the numbers of those of which not all roots are among them.
     """
     forms = bernstein(powers[..., None], widths)[..., 0]
     owners, starts, share = np.arange(widths.size), np.zeros(widths.size), 1.0

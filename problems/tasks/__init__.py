@@ -8,6 +8,7 @@ from problems.tasks.checks import (
     least_clearances,
     overloaded,
 )
+from problems.tasks.following import Following
 from problems.tasks.joint_path import JointFollowing
 from problems.tasks.move import Move
 from problems.tasks.path import Path, PathKnots, closed_curve, knots_of, pentagram
@@ -34,6 +35,7 @@ __all__ = [
     "Choice",
     "Corners",
     "Elbow",
+    "Following",
     "JointFollowing",
     "Joints",
     "KnotRedundancy",

@@ -24,7 +24,7 @@ from problems.base import (
 )
 from problems.core import steps_of
 from problems.limits import SAMPLING_MARGIN, can_hold
-from problems.robots import Robot, SpatialArm, joint_bounds, postures, project
+from problems.robots import Robot, SpatialArm, Steps, postures, project
 from problems.scene import Obstacle
 from problems.tasks.checks import check_length_one, least_clearances, overloaded, too_near
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
@@ -85,6 +85,40 @@ SETTINGS = BranchSettings()
 
 RANGE_MARGIN = 2.0 * SAMPLING_MARGIN  # of a joint's range, at both ends: what a search keeps at its samples, and more
 MATRIX_TOLERANCE = 1e-6  # of the entries of a matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """Newton steps of an arm onto poses of its tool, within its joints' ranges.
+
+    Attributes:
+        steps: of the arm.
+        low: the least of each joint, (dof,), rad or m; infinite where there is none.
+        high: the most, likewise.
+    """
+
+    steps: Steps
+    low: FloatArray
+    high: FloatArray
+
+    @classmethod
+    def of(cls, arm: SpatialArm) -> Projection:
+        """The projection of an arm."""
+        ranges = arm.limits.position or ((-np.inf, np.inf),) * arm.dof
+        low, high = np.array(ranges, dtype=np.float64).T
+        return cls(steps_of(arm), low, high)
+
+    def __call__(
+        self, starts: FloatArray, known: FloatArray, point: FloatArray, rotation: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """The postures that starts (n, dof) lead to, and what each lacks, (n,), m and rad together.
+
+        At the ends of the ranges a margin is kept, less of it where a known posture (dof,) keeps less.
+        """
+        kept = RANGE_MARGIN * np.where(np.isfinite(self.low), self.high - self.low, 0.0)
+        least = np.minimum(self.low + kept, np.maximum(self.low, known))
+        most = np.maximum(self.high - kept, np.minimum(self.high, known))
+        return self.steps(starts, point, rotation, (least, most), SETTINGS.projection_steps)
 
 
 @dataclass(frozen=True)
@@ -205,12 +239,9 @@ class Pose(Place):
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
     def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        arm = _in_space(robot)
-        starts = np.array(self.branch) + SETTINGS.offset * chosen
-        ends = [as_array(end).ravel() for end in joint_bounds(arm, RANGE_MARGIN, ca.DM(self.branch).T)]
-        low, high = ends or (np.full(robot.dof, end) for end in (-np.inf, np.inf))
-        theta, missing = steps_of(arm)(
-            starts, self.position(robot), self.rotation, (low, high), SETTINGS.projection_steps
+        known = np.array(self.branch)
+        theta, missing = Projection.of(_in_space(robot))(
+            known + SETTINGS.offset * chosen, known, self.position(robot), self.rotation
         )
         return theta, missing <= self.tolerance(robot)
 

@@ -1,46 +1,24 @@
-"""Curves of the tool, straight, along an arc or with corners; its orientation there; joints that follow."""
+"""Curves of the tool, straight, along an arc or with corners; its orientation there."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, reduce
 from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 import scipy  # whose parts are loaded when they are used
 
-from problems.base import FloatArray, InvalidProblem, as_array
+from problems.base import FloatArray, InvalidProblem
 from problems.limits import Bound, StatedExpression, rotation_away
-from problems.motions import JointPath, MotionView, Stated, traced
-from problems.robots import Robot, SpatialArm, geometry_of
+from problems.motions import MotionView, Stated, traced
+from problems.robots import Robot
 from problems.tasks.place import Place, Position
 from problems.tasks.pose import Pose
 
 STRAIGHT = 1e-7  # sine of an angle between lines, below which they are one
-
-
-@dataclass(frozen=True, kw_only=True)
-class FollowingSettings:
-    """Settings of joints that follow a curve of the tool.
-
-    Values are chosen.
-
-    Attributes:
-        first_points: points of the curve at the beginning.
-        most_points: points of the curve after all halvings.
-        spline_share: share of the accuracy that a spline through followed points may use.
-        farthest: rad or m: joints that go farther from one point to the next have jumped.
-    """
-
-    first_points: int = 9
-    most_points: int = 513
-    spline_share: float = 0.1
-    farthest: float = 0.3
-
-
-SETTINGS = FollowingSettings()
 
 
 ALIKE = 1e-9  # rad: rotations that differ by less are the same
@@ -56,11 +34,6 @@ class ToolCurve(ABC):
     @abstractmethod
     def length(self) -> float:
         """The length of the whole curve."""
-
-    @property
-    def slack(self) -> float:
-        """The distance of its own points from what is asked for, m; 0 by default."""
-        return 0.0
 
     @abstractmethod
     def points(self, s: FloatArray) -> FloatArray:
@@ -239,10 +212,6 @@ class Corners(ToolCurve):
             squared.append(ca.sumsqr(tool - foot))
         return ca.sqrt(reduce(ca.fmin, squared))
 
-    @property
-    def slack(self) -> float:
-        return self.rounding
-
     def along(self, tool: ca.SX) -> ca.SX:
         return ca.SX(0.0)
 
@@ -274,10 +243,17 @@ class ToolPath:
             return [Position(tuple(point)) for point in points.tolist()]
         if self.turned is None:
             return [Pose(tuple(point)) for point in points.tolist()]
-        rotation = scipy.spatial.transform.Rotation
-        turned = rotation.from_matrix(self.turned[0]) * rotation.from_rotvec(s[:, None] * self._turn)
-        pairs = zip(points.tolist(), turned.as_quat().tolist(), strict=True)
+        pairs = zip(points.tolist(), self._rotations(s).as_quat().tolist(), strict=True)
         return [Pose(tuple(point), tuple(quaternion)) for point, quaternion in pairs]
+
+    def rotations(self, s: FloatArray) -> FloatArray | None:
+        """Rotations of the tool at shares (n,) of the length, (n, 3, 3); None where it may turn as it likes."""
+        return None if self.turned is None else self._rotations(s).as_matrix()
+
+    def _rotations(self, s: FloatArray) -> scipy.spatial.transform.Rotation:
+        assert self.turned is not None
+        rotation = scipy.spatial.transform.Rotation
+        return rotation.from_matrix(self.turned[0]) * rotation.from_rotvec(s[:, None] * self._turn)
 
     def constraints(self, robot: Robot, accuracy: float, angular_accuracy: float) -> list[StatedExpression]:
         """Limits on the distance from the curve at every time, m, and on the sine of the angle."""
@@ -312,94 +288,6 @@ class ToolPath:
             wanted = wanted @ (ca.DM.eye(3) + ca.sin(turned) * cross + (1.0 - ca.cos(turned)) * (cross @ cross))
         return rotation_away(wanted, moment.rotation)
 
-    def followed(
-        self, robot: Robot, start: FloatArray, accuracy: float, angular_accuracy: float, toward: FloatArray | None
-    ) -> JointPath:
-        """The path of joints that follows the curve, from a posture in which the tool is at its start.
-
-        Points on the curve are projected onto one after the other, each from the posture before, the shortest way; a
-        spline runs through all of them, of which there are as many as its nearness to the curve needs.
-
-        Args:
-            robot: that moves.
-            start: the posture (dof,), rad.
-            accuracy: of which the spline uses up a share, m.
-            angular_accuracy: likewise, rad.
-            toward: a posture (dof,) that joints tend to as far as the tool leaves them free; None for the shortest way.
-
-        Raises:
-            InvalidProblem: a point cannot be reached from the one before, or not so nearly.
-        """
-        count, share = SETTINGS.first_points, SETTINGS.spline_share
-        while count <= SETTINGS.most_points:
-            path = JointPath.through(self._postures(robot, start, count, toward))
-            if self._is_near(robot, path, share * accuracy + self.way.slack, share * angular_accuracy):
-                return path
-            count = 2 * count - 1
-        raise InvalidProblem("accuracy", f"{accuracy:g} m, or {angular_accuracy:g} rad, needs too many points")
-
-    def _postures(self, robot: Robot, start: FloatArray, count: int, toward: FloatArray | None) -> FloatArray:
-        """Postures (count, dof) with the tool at equal steps along the curve."""
-        shares = np.linspace(0.0, 1.0, count)
-        found = [start]
-        for number, place in enumerate(self.places(shares)[1:], start=1):
-            before = found[-1]
-            guess = before if toward is None else before + (toward - before) / (count - number + 1)
-            theta, reached = place.near(robot, guess)
-            jumped = float(np.abs(theta - before).max()) > SETTINGS.farthest * max(1.0, 64 / count)
-            if not reached or jumped:
-                raise InvalidProblem("goal", self._why(robot, theta, place, shares[number], reached))
-            found.append(theta)
-        return np.array(found)
-
-    def _why(self, robot: Robot, theta: FloatArray, place: Place, share: float, jumped: bool) -> str:
-        """A text of what keeps the tool from a point of the curve, if it gets as far as a posture (dof,)."""
-        at = ", ".join(f"{coordinate:.4g}" for coordinate in place.position(robot))
-        what = f"the tool cannot be led to ({at}), {share * self.way.length:.4g} m along the way"
-        if jumped:
-            return f"{what}: joints would have to jump there"
-        distance, farthest = float(np.linalg.norm(place.position(robot) - robot.base)), robot.reach()[1]
-        if distance > farthest:
-            return f"{what}: {distance:.4g} m from the base, of {farthest:.4g} m at the most"
-        ranges = robot.limits.position
-        names = [
-            name
-            for name, angle, (low, high) in zip(robot.joints.names, theta, ranges or (), strict=ranges is not None)
-            if min(angle - low, high - angle) <= 0.02 * (high - low)
-        ]
-        return f"{what}: " + (f"{', '.join(names)} at the end of the range" if names else "no posture next to the last")
-
-    def _is_near(self, robot: Robot, path: JointPath, distance: float, angle: float) -> bool:
-        """Whether the tool is near the curve between points too, in the middles of a path's pieces."""
-        middles = (path.breakpoints[1:] + path.breakpoints[:-1]) / 2.0
-        missed = self._missed(robot, path.at(middles))
-        return bool(missed[0] <= distance and missed[1] <= angle)
-
-    def _missed(self, robot: Robot, theta: FloatArray) -> tuple[float, float]:
-        """The largest distance of the tool from the curve in postures (n, dof): m, and the sine of an angle."""
-        point = ca.SX.sym("tool", robot.dim)
-        away = ca.Function("away", [point], [self.way.away(point)])
-        if not isinstance(robot, SpatialArm):
-            return float(as_array(away(robot.tool.position(ca.DM(theta)).T)).max()), 0.0
-        positions, rotations = _tool_of(geometry_of(robot))(theta.T)
-        found = float(as_array(away(positions)).max())
-        if self.turned is None:
-            return found, 0.0
-        rotation, tool = (ca.SX.sym(name, size) for name, size in (("rotation", 9), ("tool", 3)))
-        known = {"rotation": rotation, "tool": tool}
-        sine = ca.Function(
-            "sine", [tool, rotation], [ca.norm_2(self._missing(MotionView(robot, known.__getitem__))[0])]
-        )
-        return found, float(as_array(sine(positions, rotations)).max())
-
 
 def _stated(name: str, unit: str, expression: Stated, robot: Robot, lower: Bound, upper: Bound) -> StatedExpression:
     return StatedExpression(name, unit, traced(expression, robot, name, differentiates=False), lower, upper)
-
-
-@lru_cache(maxsize=16)
-def _tool_of(robot: SpatialArm) -> ca.Function:
-    """The function from a posture (dof, 1) to the tool's position (3, 1) and rotation row by row (9, 1)."""
-    theta = ca.SX.sym("theta", 1, robot.dof)
-    position, rotation = robot.tool.pose(theta)
-    return ca.Function("tool", [theta.T], [position.T, rotation.T])

@@ -24,7 +24,7 @@ from problems import InvalidProblem, Problem, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
-from problems.tasks import Joints, Place, ToolPath
+from problems.tasks import Following, Joints, Place, ToolPath
 from problems.timing import least_along, least_durations, retime
 from tpbso_casadi.planning.direct import directly, judged
 from tpbso_casadi.planning.finishing import PlannedMotion
@@ -475,11 +475,11 @@ def led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> J
     """
     accuracies = stage.accuracy, stage.angular_accuracy
     try:
-        return way.followed(robot, posture, *accuracies, None)
+        return Following(way, robot).joints(posture, *accuracies)
     except InvalidProblem as error:
         for toward in _ends_of(way, robot, posture):
             with suppress(InvalidProblem):
-                return way.followed(robot, posture, *accuracies, toward)
+                return Following(way, robot, toward).joints(posture, *accuracies)
         raise error
 
 

@@ -14,7 +14,7 @@ from problems import InvalidProblem, PlanarArm
 from problems.base import FloatArray, as_array
 from problems.certify import CertificateStatus, limit_verdicts
 from problems.robots import SpatialArm, built_in
-from problems.tasks import Arc, Corners, StraightLine, ToolCurve, ToolPath
+from problems.tasks import Arc, Corners, Following, StraightLine, ToolCurve, ToolPath
 from problems.timing import retime
 
 PANDA = built_in("panda", None).arm()
@@ -102,7 +102,7 @@ def test_a_panda_follows(kind: str) -> None:
     if kind == "turning":
         turn = turned @ Rotation.from_rotvec([0.3, 0.2, -0.4]).as_matrix()
     path = ToolPath(ways[kind], (turned, turn))
-    joints = path.followed(PANDA, READY, 1e-3, 0.01, None)
+    joints = Following(path, PANDA).joints(READY, 1e-3, 0.01)
     trajectory = retime(joints, PANDA.limits)
     positions, rotations = tool(PANDA, trajectory.at(np.linspace(0.0, trajectory.duration, 500)))
     assert np.allclose(positions[-1], goal, atol=1e-8)
@@ -121,7 +121,7 @@ def test_a_panda_follows(kind: str) -> None:
 def test_another_way_or_another_turn_is_no_following() -> None:
     (start,), (turned,) = tool(PANDA, READY)
     path = ToolPath(StraightLine(start, start + np.array([0.0, 0.2, 0.0])), (turned, turned))
-    joints = path.followed(PANDA, READY, 1e-3, 0.01, None)
+    joints = Following(path, PANDA).joints(READY, 1e-3, 0.01)
     trajectory = retime(joints, PANDA.limits)
     beside = ToolPath(StraightLine(start, start + np.array([0.0, 0.2, 0.01])), (turned, turned))
     upside_down = turned @ np.diag([1.0, -1.0, -1.0])
@@ -135,7 +135,7 @@ def test_what_cannot_be_reached_is_said() -> None:
     (start,), (turned,) = tool(PANDA, READY)
     path = ToolPath(StraightLine(start, start + np.array([1.0, 0.0, 0.0])), (turned, turned))
     with pytest.raises(InvalidProblem, match=r"cannot be led to \(0\.\d+, .*\), 0\.\d+ m along the way: "):
-        path.followed(PANDA, READY, 1e-3, 0.01, None)
+        Following(path, PANDA).joints(READY, 1e-3, 0.01)
 
 
 def test_an_arm_in_the_plane_follows_a_line() -> None:
@@ -143,7 +143,7 @@ def test_an_arm_in_the_plane_follows_a_line() -> None:
     theta = np.array([0.3, 0.9, -0.4])
     start = as_array(arm.tool.position(ca.DM(theta).T))[0]
     way = StraightLine(start, start + np.array([-0.1, 0.15]))
-    path = ToolPath(way).followed(arm, theta, 1e-3, 0.01, None)
+    path = Following(ToolPath(way), arm).joints(theta, 1e-3, 0.01)
     found = as_array(arm.tool.position(ca.DM(path.at(np.linspace(*path.breakpoints[[0, -1]], 100)))))
     assert np.allclose(found[-1], way.goal, atol=1e-8)
     assert max(away(way, point) for point in found) <= 1e-3
