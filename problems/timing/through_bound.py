@@ -81,8 +81,12 @@ class VelocityGraph:
 
     @classmethod
     def of(cls, distances: FloatArray, limits: JointLimits, intervals: int) -> VelocityGraph:
-        """The graph of distances (segments, k) in rad with so many equal intervals of velocity."""
-        ramps, edges = Ramps.of(limits), np.linspace(-1.0, 1.0, intervals + 1)
+        """The graph of distances (segments, k) in rad with so many intervals of velocity.
+
+        They are the shorter the slower: what they give away is where joints turn back.
+        """
+        ramps, even = Ramps.of(limits), np.linspace(-1.0, 1.0, intervals + 1)
+        edges = even * np.abs(even)
         backward, far = distances[:, :, None] < 0.0, np.abs(distances)[:, :, None]
         ends = [ramps.speed[:, None] * side for side in (edges[:-1], edges[1:])]
         low = np.where(backward, -ends[1], ends[0])  # in the direction in which a joint goes

@@ -26,22 +26,22 @@ from problems.assembly import (
     SearchedTimeScale,
     Variable,
     objective_named,
+    step_limits,
 )
 from problems.base import FloatArray, InvalidProblem, Matrix, as_array
 from problems.evaluation import Program
 from problems.families.via_times.interpolations import INTERPOLATIONS
 from problems.families.via_times.motion import NodeStates, StatePieces
-from problems.limits import Limit, LimitKind, limits_of, minimum_time_scale
+from problems.families.via_times.program import IntervalTimesNlp
+from problems.limits import Limit, LimitKind, StepLimit, limits_of, minimum_time_scale
 from problems.motions import Trajectory
 from problems.objectives import MotionBounds, Objective
-from problems.programs import NonlinearProgram
 from problems.tasks import Joints, Milestone, Move, check_at_least, check_choice
 from problems.timing import least_durations
 
 SHORTEST, LONGEST = 0.02, 2.0  # of the time that the segment of an interval takes from rest to rest
 FEWEST_STEPS = 12  # of time in each interval
 SLOWEST = 100.0  # times the longest durations of the box: no shape of it has to be run more slowly
-NO_PROGRAM = "kind 'via-times' has no nonlinear program; choose a metaheuristic"
 
 
 @dataclass(frozen=True)
@@ -49,20 +49,24 @@ class IntervalTimes(Encoding[NodeStates]):
     """The common part of both formulations: the interpolation at the interval times of a search vector.
 
     Args:
+        task: whose postures are passed.
         motion: that is decoded.
-        postures: both ends included, rad.
+        postures: of the task, both ends included, rad.
         interpolation: a key of ``INTERPOLATIONS``.
         time_boxes: of the intervals, s.
         time_scale: the last variable, where time is scaled and the duration is one.
+        step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("postures", "time_boxes")
 
+    task: Move
     motion: StatePieces
     postures: tuple[tuple[float, ...], ...]
     interpolation: str
     time_boxes: tuple[tuple[float, float], ...]
     time_scale: SearchedTimeScale | None = None
+    step_limits: tuple[StepLimit, ...] = ()
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -71,9 +75,12 @@ class IntervalTimes(Encoding[NodeStates]):
         return (*times, *self.time_scale_variables)
 
     def decode(self, x: Matrix) -> Decoded[NodeStates]:
-        times = [x[i] for i in range(self.motion.count)]
+        return Decoded(parameters=self.states(x[: self.motion.count]))
+
+    def states(self, times: Matrix) -> NodeStates:
+        """The motion of interval times (n, 1), s."""
         postures = ca.vertcat(*(ca.horzcat(*posture) for posture in self.postures))
-        return Decoded(parameters=INTERPOLATIONS[self.interpolation].states(postures, times))
+        return INTERPOLATIONS[self.interpolation].states(postures, ca.vertsplit(times))
 
     def motion_bounds(self, limits: Sequence[Limit]) -> MotionBounds:
         """Bounds of the motions of the search box that keep their limits of speed."""
@@ -149,7 +156,15 @@ def via_times(
     return ViaTimesProblem(
         criteria=ViaTimesCriteria(task=task, objective=minimised, limits=kept, row_times=motion.row_times),
         motion=motion,
-        encoding=kind(motion, tuple(map(tuple, postures.tolist())), interpolation, boxes, time_scale),
+        encoding=kind(
+            task,
+            motion,
+            postures=tuple(map(tuple, postures.tolist())),
+            interpolation=interpolation,
+            time_boxes=boxes,
+            time_scale=time_scale,
+            step_limits=step_limits(task),
+        ),
     )
 
 
@@ -196,8 +211,6 @@ class ViaTimesCriteria(Criteria):
 class ViaTimesProblem(Problem[NodeStates]):
     """Pass given postures by an interpolation whose interval times are decided."""
 
-    has_program: ClassVar[bool] = False
-
     motion: StatePieces
     encoding: IntervalTimes
 
@@ -208,13 +221,17 @@ class ViaTimesProblem(Problem[NodeStates]):
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
         return DecodedSteps(self).parts()
 
-    def nlp(self) -> NonlinearProgram:
-        """Refuse: there is no nonlinear program.
-
-        Raises:
-            InvalidProblem: always.
-        """
-        raise InvalidProblem("solver", NO_PROGRAM)
+    def nlp(self) -> IntervalTimesNlp:
+        encoding, criteria = self.encoding, self.criteria
+        return IntervalTimesNlp(
+            task=encoding.task,
+            motion=self.motion,
+            objective=criteria.objective,
+            limits=criteria.limits,
+            time_boxes=encoding.time_boxes,
+            states=encoding.states,
+            decode=self.parameters_of,
+        )
 
     def quantities(self, x: FloatArray) -> dict[str, FloatArray]:
         """The interval times of one candidate (d,), s."""

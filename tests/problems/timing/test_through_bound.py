@@ -15,7 +15,7 @@ from problems.robots import JointLimits
 from problems.timing import fastest_through, least_through, rest_to_rest
 from problems.timing.joint_segments import JointSegments, Ramps
 
-CASES = {case.name: (case, gap) for case, gap in zip(published(), (0.08, 0.03, 0.13), strict=True)}
+CASES = {case.name: (case, gap) for case, gap in zip(published(), (0.06, 0.03, 0.11), strict=True)}
 
 
 def limits(rng: np.random.Generator, joints: int, with_jerk: bool) -> JointLimits:
@@ -26,7 +26,7 @@ def limits(rng: np.random.Generator, joints: int, with_jerk: bool) -> JointLimit
 
 
 @given(seed=st.integers(0, 100_000), with_jerk=st.booleans())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_no_motion_that_is_found_is_faster(seed: int, with_jerk: bool) -> None:
     rng = np.random.default_rng(seed)
     joints, count = int(rng.integers(1, 6)), int(rng.integers(3, 7))
@@ -44,7 +44,7 @@ def test_published_cases_are_bounded(name: str) -> None:
 
 
 @given(seed=st.integers(0, 10_000), with_jerk=st.booleans())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_postures_on_a_straight_way_take_what_the_way_takes(seed: int, with_jerk: bool) -> None:
     rng = np.random.default_rng(seed)
     scale = rng.uniform(0.2, 1.0, 2)
@@ -56,7 +56,7 @@ def test_postures_on_a_straight_way_take_what_the_way_takes(seed: int, with_jerk
     shares = np.concatenate([[0.0], np.sort(rng.uniform(0.0, 2.0, rng.integers(1, 5))), [2.0]])
     postures = shares[:, None] * scale * [1.0, -1.0]
     least = rest_to_rest(postures[0], postures[-1], bounds).duration
-    assert 0.9 * least <= least_through(postures, bounds) <= least
+    assert 0.85 * least <= least_through(postures, bounds) <= least
     assert least_through(postures[[0, 0, -1]], bounds) == pytest.approx(least, rel=2e-9)
     assert least_through(postures[[0, 0]], bounds) == 0.0
 
@@ -84,7 +84,7 @@ def by_linear_program(segment: JointSegments, time: float, cells: int = 120) -> 
 
 
 @given(seed=st.integers(0, 10_000))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_how_far_a_joint_comes_is_the_optimum_of_a_linear_program(seed: int) -> None:
     rng = np.random.default_rng(seed)
     speed, acceleration = rng.uniform(0.5, 2.0), rng.uniform(0.5, 3.0)
