@@ -26,7 +26,7 @@ import trimesh
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.limits import CoverClearance, Nodes
+from problems.limits import CoverClearance
 from problems.robots import SpatialArm
 from tpbso_casadi.scenario import ScenarioError
 
@@ -174,7 +174,8 @@ class Meshes:
         times = np.linspace(0.0, trajectory.duration, TIMES)
         postures, speeds = trajectory.at(times), np.abs(trajectory.at(trajectory.extreme_times(1), 1)).max(axis=0)
         assert arm.cover is not None
-        fastest = float((Nodes.of(arm.cover, arm.chain).levers @ speeds).max()) * times[1]  # m, from one to the next
+        levers = np.concatenate([arm.chain.levers(link.body, link.balls.centers) for link in arm.cover.links])
+        fastest = float((levers @ speeds).max()) * times[1]  # m, from one to the next
         row, least = 0, np.inf
         while row < TIMES:
             distance = self.distance(postures[row])
@@ -219,7 +220,7 @@ def _planned(name: str, file: Path) -> list[str]:
             continue
         (limit,) = (one for one in plan.motion.criteria.judged_limits if isinstance(one, CoverClearance))
         for posture in (start, goal):
-            ends.append(meshes.distance(posture) - limit.nearest(posture[None], np.zeros(1)).clearance[0])
+            ends.append(meshes.distance(posture) - limit.clearances(posture[None], np.zeros(1))[0])
         if plan.certified:
             break
     if plan is None:

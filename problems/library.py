@@ -38,11 +38,15 @@ FLAGS = (
 VARIANTS = ("_avx512", "_avx2", "_portable")  # the best first; each a module's name
 SWITCH = "TPBSO_CASADI_CORE"  # environment variable: "off" for none
 POINTER, COUNT, NUMBER, LONG = ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_longlong
+LANES = 8  # points that the core looks at together
+DISTANCES = ctypes.CFUNCTYPE(None, COUNT, POINTER, POINTER)  # of points at times from a solid
+TRAVEL = ctypes.CFUNCTYPE(None, COUNT, POINTER, POINTER)  # of a solid in cells of time
+IS_CLEAR = ctypes.CFUNCTYPE(COUNT, POINTER, POINTER)  # whether the way from a posture to another is
 SIGNATURES = {
     "core_variant": (COUNT, ()),
     "core_digest": (ctypes.c_char_p, ()),
     "core_made": (ctypes.c_char_p, ()),
-    "core_world": (POINTER, (POINTER, POINTER)),
+    "core_world": (POINTER, (POINTER, POINTER, POINTER, POINTER)),
     "core_forget": (None, (POINTER,)),
     "core_chain": (POINTER, (POINTER, POINTER)),
     "core_forget_chain": (None, (POINTER,)),
@@ -67,6 +71,7 @@ SIGNATURES = {
     ),
     "core_rooms": (None, (POINTER, COUNT, COUNT, COUNT, *(POINTER,) * 5)),
     "core_nearest": (COUNT, (POINTER, COUNT, NUMBER, COUNT, *(POINTER,) * 4, COUNT, POINTER, POINTER)),
+    "core_closest": (None, (POINTER, COUNT, COUNT, *(POINTER,) * 6)),
     "core_prove": (
         COUNT,
         (POINTER, COUNT, NUMBER, COUNT, LONG, COUNT, COUNT, *(POINTER,) * 3, NUMBER, *(POINTER,) * 3),
@@ -77,6 +82,10 @@ SIGNATURES = {
     ),
     "core_cover": (COUNT, (COUNT, POINTER, NUMBER, *(POINTER,) * 3)),
     "core_not_held": (COUNT, (COUNT, POINTER, COUNT, POINTER, NUMBER, COUNT, POINTER)),
+    "core_connect_asking": (
+        COUNT,
+        (COUNT, *(POINTER,) * 4, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, IS_CLEAR, COUNT, POINTER),
+    ),
     "core_reach": (None, (*(POINTER,) * 4, COUNT, POINTER, POINTER, COUNT, COUNT, POINTER, POINTER)),
     "core_program": (
         COUNT,

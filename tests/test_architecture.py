@@ -21,7 +21,7 @@ FLOORS = {  # of the folders of a package; a package that is not here has none
     "problems": {
         **{"base": 1, "evaluation": 2, "library": 3, "geometry": 4, "robots": 5, "scene": 5, "motions": 6},
         **{"core": 7, "limits": 8, "objectives": 8, "timing": 8, "tasks": 9, "certify": 9},
-        **{"programs": 10, "sequential": 10, "polish": 11, "assembly": 11, "families": 12},
+        **{"programs": 10, "worlds": 10, "polish": 11, "assembly": 11, "families": 12},
     },
     "tpbso_casadi": {
         **{"plain": 1, "html": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},

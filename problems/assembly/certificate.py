@@ -15,7 +15,7 @@ import numpy as np
 from problems.assembly.criteria import Criteria
 from problems.base import FloatArray, InvalidProblem
 from problems.certify import FORMAT, TOLERANCE, VERSION, RefusedError, check, divided
-from problems.core import RobotNumbers, drifts_of, known_robot, obstacle_numbers
+from problems.core import RobotNumbers, drift_of, known_robot, moves_straight, obstacle_numbers
 from problems.limits import KINDS, Clearance, CoverClearance, CoverSelfClearance, Limit, SelfClearance
 from problems.motions import Trajectory
 from problems.robots import PlanarArm, Robot, SpatialArm, moved_inertia
@@ -257,7 +257,7 @@ def _solids(obstacle: Obstacle) -> tuple[Obstacle, ...]:
     """Solids as certificates know an obstacle that stands still; none where they do not, as of derived classes."""
     still = obstacle.unmoved
     solids = still.in_space if "in_space" in vars(type(still)) else (still,)
-    known = all(obstacle_numbers(solid) is not None for solid in solids) and drifts_of([obstacle]) is not None
+    known = all(obstacle_numbers(solid) is not None for solid in solids) and moves_straight(obstacle)
     return solids if known else ()
 
 
@@ -349,9 +349,8 @@ def _told_apart(names: Sequence[str]) -> list[str]:
 
 def obstacle_content(name: str, obstacle: Obstacle, solid: Obstacle) -> dict[str, Any]:
     """A solid of a shape that the core knows in numbers, which moves as an obstacle does."""
-    plain, drifts = obstacle_numbers(solid), drifts_of([obstacle])
-    assert plain is not None and drifts is not None and isinstance(solid, Solid)
-    (drift,) = drifts
+    plain, drift = obstacle_numbers(solid), drift_of(obstacle)
+    assert plain is not None and isinstance(solid, Solid)
     corners = solid.local_surface()[0] if len(plain.faces) else np.empty((0, 3))
     return {
         "name": name,

@@ -10,13 +10,11 @@ from problems.certify.clearance import (
     halves,
     prove_clearance,
 )
-from problems.certify.core_clearance import prove_among
-from problems.certify.covers import closest_cover, prove_covers
+from problems.certify.core_clearance import closest_cover, prove_among, prove_clearance_in_core
 from problems.certify.division import divided
 from problems.certify.settings import (
     ApproachSettings,
     BreachSettings,
-    CoverProofSettings,
     DivisionSettings,
     IntervalSettings,
     StaySettings,
@@ -46,7 +44,6 @@ __all__ = [
     "CertificateStatus",
     "ClearanceProof",
     "ClosestApproach",
-    "CoverProofSettings",
     "DivisionSettings",
     "IntervalSettings",
     "RefusedError",
@@ -71,7 +68,7 @@ __all__ = [
     "prove",
     "prove_among",
     "prove_clearance",
-    "prove_covers",
+    "prove_clearance_in_core",
     "safe_time_scale",
     "stay_verdicts",
     "structure_of",

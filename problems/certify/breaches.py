@@ -19,7 +19,7 @@ from problems.certify.core_clearance import clearances_in_core
 from problems.certify.settings import DEFAULT_BREACHES, BreachSettings
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.certify.verification import TORQUE_ORDER, limit_verdicts
-from problems.limits import Constraint, CoverLimit, Limit, TorqueLimit
+from problems.limits import Constraint, Limit, TorqueLimit
 from problems.motions import Trajectory
 
 Mask = NDArray[np.bool_]
@@ -188,14 +188,6 @@ def broken_at(limit: Limit, trajectory: Trajectory, times: FloatArray) -> Mask:
         if constraint.rows == times.size:
             broken |= _outside(constraint)
     return broken
-
-
-@broken_at.register
-def _(limit: CoverLimit, trajectory: Trajectory, times: FloatArray) -> Mask:
-    clearances = clearances_in_core(limit, trajectory, times)
-    if clearances is not None:
-        return np.asarray(clearances < 0.0)
-    return np.asarray(limit.nearest(trajectory.at(times), times).clearance < limit.margin)
 
 
 def _outside(constraint: Constraint) -> Mask:

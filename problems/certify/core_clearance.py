@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from problems.base import FloatArray
-from problems.certify.clearance import ClearanceProof
+from problems.certify.clearance import ClearanceProof, ClosestApproach
+from problems.certify.settings import DEFAULT_APPROACH, ApproachSettings
 from problems.certify.verdict import peak_near
 from problems.core import MOST_ITEMS, ClosestPair, Proof, Separation, World
-from problems.limits import Limit
+from problems.limits import CoverClearance, Limit
 from problems.motions import Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -62,6 +63,23 @@ def clearances_in_core(limit: Limit, trajectory: Trajectory, times: FloatArray) 
     """Clearances beyond the margin at times (n,) in s, (n,), m; None as of :func:`prove_clearance_in_core`."""
     question = _Question.of(limit)
     return None if question is None else question.world.clearance_margins(trajectory.at(times), which=question.which)
+
+
+def closest_cover(
+    limit: CoverClearance, trajectory: Trajectory, settings: ApproachSettings = DEFAULT_APPROACH
+) -> ClosestApproach:
+    """The closest approach of covers, found at many times and followed from there; no proof."""
+    limit, times = limit.without_growth(), trajectory.times(settings.times)
+    step, time = trajectory.duration / settings.times, 0.0
+    for _ in range(1 + settings.zooms):
+        time = float(times[np.argmin(limit.clearances(trajectory.at(times), times))])
+        times = np.clip(np.linspace(time - step, time + step, settings.zoom_points), 0.0, trajectory.duration)
+        step = 2.0 * step / (settings.zoom_points - 1)
+    at = np.array([time])
+    found = limit.closest(trajectory.at(at), at)
+    (pair,) = found.pairs
+    where = "" if pair is None else limit.world.described(pair)
+    return ClosestApproach(limit.margin + float(found.clearance_margins[0]), time, where)
 
 
 def prove_among(

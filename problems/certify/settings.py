@@ -31,21 +31,6 @@ class ApproachSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoverProofSettings:
-    """Settings of the proof that covers keep clear.
-
-    Args:
-        initial_cells: of time, at least.
-        most_items: pairs of balls, or of balls and obstacles, that are bounded; it is undecided where they do not do.
-        items_at_once: that are bounded together.
-    """
-
-    initial_cells: int = 100
-    most_items: int = 20_000_000
-    items_at_once: int = 400_000
-
-
-@dataclass(frozen=True, kw_only=True)
 class IntervalSettings:
     """Settings of the proof of any limit by interval arithmetic.
 
@@ -149,7 +134,6 @@ class DivisionSettings:
 
 
 DEFAULT_APPROACH = ApproachSettings()
-DEFAULT_COVER_PROOF = CoverProofSettings()
 DEFAULT_INTERVALS = IntervalSettings()
 DEFAULT_TORQUE_PROOF = TorqueProofSettings()
 DEFAULT_STAY = StaySettings()

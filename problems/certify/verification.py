@@ -16,7 +16,6 @@ from problems.certify.cells import prove_by_cells
 from problems.certify.clearance import ClearanceProof, MovingPairs, halves, prove_clearance
 from problems.certify.core_clearance import prove_clearance_in_core
 from problems.certify.core_expressions import prove_in_core
-from problems.certify.covers import prove_covers
 from problems.certify.settings import DEFAULT_STAY, StaySettings
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, infinite, verdict
@@ -102,11 +101,9 @@ def _(limit: Proximity, trajectory: Trajectory) -> list[Verdict]:
 @prove.register
 def _(limit: CoverLimit, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on covers, from a proven lower bound."""
-    return [
-        _of_clearance(
-            limit, limit.margin, prove_clearance_in_core(limit, trajectory) or prove_covers(limit, trajectory)
-        )
-    ]
+    proof = prove_clearance_in_core(limit, trajectory)
+    assert proof is not None
+    return [_of_clearance(limit, limit.margin, proof)]
 
 
 def _of_clearance(limit: Limit, bound: float, proof: ClearanceProof) -> Verdict:
@@ -255,8 +252,7 @@ def _clearances(
 ) -> tuple[FloatArray, FloatArray]:
     """The smallest clearance in the middle of each cell, and a lower bound of it all through, both (n,), m."""
     if isinstance(limit, CoverClearance):
-        middles = cells.mean(axis=1)
-        nearest = limit.nearest(np.repeat(theta, len(cells), axis=0), middles).clearance
+        nearest = limit.clearances(np.repeat(theta, len(cells), axis=0), cells.mean(axis=1))
         return nearest, nearest - limit.obstacles_travel(cells)
     standing = Trajectory(np.array([cells.min(), cells.max()]), theta[None])
     everywhere = np.ones((len(cells), 1), dtype=bool)

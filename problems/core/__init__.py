@@ -1,26 +1,39 @@
 """The compiled core: what every plan in space needs alike, robot and scene being data; and linear programs."""
 
 from problems.core.arm import steps_of
+from problems.core.asked import AskedSolid
 from problems.core.compiled import core, found_core
-from problems.core.description import RobotNumbers, drifts_of, obstacle_numbers
+from problems.core.description import (
+    RobotNumbers,
+    drift_of,
+    drifts_of,
+    is_known,
+    moves_straight,
+    obstacle_numbers,
+    pace_of,
+)
 from problems.core.dynamics import Dynamics, TorqueAim
 from problems.core.expressions import CoreExpression
-from problems.core.interface import Nearby, Schedule, Separation
+from problems.core.interface import Nearby, PathSearch, Schedule, Separation
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.segments import SegmentCells, SegmentMotion, Stops
 from problems.core.trust_region import TrustRegion
-from problems.core.world import MOST_ITEMS, ClosestPair, Proof, World, known_robot
+from problems.core.world import CONNECT, MOST_ITEMS, ClosestPair, ClosestPairs, Proof, World, known_robot
 
 __all__ = [
+    "CONNECT",
     "MOST_ITEMS",
+    "AskedSolid",
     "ClosestPair",
+    "ClosestPairs",
     "CoreExpression",
     "Dynamics",
     "LinearProgram",
     "MotionNumbers",
     "Nearby",
+    "PathSearch",
     "Proof",
     "RobotNumbers",
     "Schedule",
@@ -34,11 +47,15 @@ __all__ = [
     "WholeRows",
     "World",
     "core",
+    "drift_of",
     "drifts_of",
     "found_core",
+    "is_known",
     "known_robot",
     "minimizer",
+    "moves_straight",
     "obstacle_numbers",
+    "pace_of",
     "stacked",
     "steps_of",
 ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import weakref
-from ctypes import CDLL, c_void_p
+from collections.abc import Callable
+from ctypes import CDLL, c_double, c_void_p, cast
 from functools import cache as once
 from typing import Any
 
@@ -11,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
+from problems.core.asked import AskedSolids
 from problems.core.description import RobotNumbers, described
 from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, ProofResult, Separation
 from problems.core.rows import ProgramData, WholeRows
 from problems.core.segments import SegmentCells, SegmentMotion, Stops
-from problems.library import loaded_core, needed_core
+from problems.library import IS_CLEAR, loaded_core, needed_core
 from problems.robots import Bounds, SpatialArm
 
 MOST_STOPS = 1_000  # postures of a way for which there is room at first
@@ -31,9 +33,9 @@ class Core:
     def __init__(self, library: CDLL) -> None:
         self.library = library
 
-    def world(self, counts: NDArray[np.int64], numbers: FloatArray) -> CoreWorld:
-        """The world of a description."""
-        return CoreWorld(self.library, counts, numbers)
+    def world(self, counts: NDArray[np.int64], numbers: FloatArray, asked: AskedSolids | None = None) -> CoreWorld:
+        """The world of a description, and of solids that are asked."""
+        return CoreWorld(self.library, counts, numbers, asked)
 
     def steps(self, geometry: SpatialArm) -> CoreSteps:
         """Damped Newton steps of an arm, of which nothing counts but its tool's place."""
@@ -59,6 +61,37 @@ class Core:
             tau.ctypes.data,
         )  # fmt: skip
         return (x, float(tau[0])) if steps > 0 else None
+
+    def connect_asking(
+        self, start: FloatArray, goal: FloatArray, search: PathSearch, clear: Callable[[FloatArray, FloatArray], bool]
+    ) -> FloatArray:
+        """A path as of :meth:`CoreWorld.connect`, among surroundings that the core does not know.
+
+        Args:
+            start: (dof,), rad.
+            goal: likewise.
+            search: its settings; of an edge's step, extra margin, drifts, schedule and errors the core makes no use.
+            clear: whether the straight way from one posture (dof,) to another is, the first of them excluded.
+        """
+        dof, raised = len(start), list[BaseException]()
+
+        def answer(origin: int, end: int) -> int:
+            ends = (np.ctypeslib.as_array((c_double * dof).from_address(each)) for each in (origin, end))
+            try:
+                return int(not raised and clear(*ends))
+            except BaseException as error:  # Ctrl-C too: the core cannot pass it on
+                raised.append(error)
+                return 0
+
+        numbers = np.ascontiguousarray(np.stack([start, goal, *search.box]), dtype=np.float64)
+        path, (begin, end, low, high) = np.empty((MOST_STOPS, dof)), (row.ctypes.data for row in numbers)
+        count = self.library.core_connect_asking(
+            dof, begin, end, low, high, search.reach, search.extensions, search.shortcuts, search.seed,
+            IS_CLEAR(answer), MOST_STOPS, path.ctypes.data,
+        )  # fmt: skip
+        if raised:
+            raise raised[0]
+        return path[: count if count <= MOST_STOPS else 0].copy()
 
     def pass_through(self, stops: Stops, cells: SegmentCells, start: SegmentMotion) -> tuple[SegmentMotion, bool]:
         """The motion of least time through places, from another one, and whether it is a solution."""
@@ -105,9 +138,12 @@ def _numbers(*parts: FloatArray) -> list[FloatArray]:
     return [np.ascontiguousarray(part, dtype=np.float64) for part in parts]
 
 
-def _handle_of(owner: object, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray) -> c_void_p:
+def _handle_of(
+    owner: object, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray, asked: AskedSolids | None = None
+) -> c_void_p:
     """The core's object for a description, released together with its owner."""
-    known = c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data))
+    functions = (None, None) if asked is None else tuple(cast(each, c_void_p) for each in asked.functions)
+    known = c_void_p(library.core_world(counts.ctypes.data, numbers.ctypes.data, *functions))
     weakref.finalize(owner, library.core_forget, known)
     return known
 
@@ -129,11 +165,20 @@ class CoreWorld:
         library: the core.
         counts: of a description.
         numbers: of the same.
+        asked: the solids that are not in it; None where all are.
     """
 
-    def __init__(self, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray) -> None:
-        self._library, self._world = library, _handle_of(self, library, counts, numbers)
+    def __init__(
+        self, library: CDLL, counts: NDArray[np.int64], numbers: FloatArray, asked: AskedSolids | None = None
+    ) -> None:
+        self._library, self._asked = library, asked
+        self._world = _handle_of(self, library, counts, numbers, asked)
         self._dof = int(counts[0])
+
+    def _answered(self) -> None:
+        """Raise what a formula of a solid has raised."""
+        if self._asked is not None:
+            self._asked.check()
 
     def lower_to_clearance_margins(
         self,
@@ -158,6 +203,7 @@ class CoreWorld:
             self._world, which, first_hit, len(theta), theta.ctypes.data, *_at(moving), _place(errors),
             found.ctypes.data,
         )  # fmt: skip
+        self._answered()
 
     def nearest(
         self,
@@ -175,10 +221,32 @@ class CoreWorld:
                 self._world, which, below, len(theta), theta.ctypes.data, *_at(moving), _place(errors), capacity,
                 places.ctypes.data, values.ctypes.data,
             )  # fmt: skip
+            self._answered()
             if count <= capacity:
                 margins, rates, gradients = values[:count, 0], values[:count, 1], values[:count, 2:]
                 return Nearby(places[:count, 0], places[:count, 1] == 1, margins, rates, gradients)
             capacity = count
+
+    def closest(
+        self,
+        theta: FloatArray,
+        which: Separation,
+        moving: MovingSolids | None = None,
+        errors: FloatArray | None = None,
+    ) -> tuple[NDArray[np.int32], FloatArray]:
+        """The pairs that are nearest of all in postures (n, dof), rad.
+
+        Returns:
+            Node, solid or other node, and kind, (n, 3), the first negative where there is nothing; the clearance margin
+            and the nearest points on both surfaces, (n, 7), m.
+        """
+        places, values = np.empty((len(theta), 3), dtype=np.int32), np.full((len(theta), 7), np.inf)
+        self._library.core_closest(
+            self._world, which, len(theta), theta.ctypes.data, *_at(moving), _place(errors), places.ctypes.data,
+            values.ctypes.data,
+        )  # fmt: skip
+        self._answered()
+        return places, values
 
     def prove(self, asked: ProofRequest) -> ProofResult:
         """Bound the clearance margin of a motion for all t."""
@@ -190,6 +258,7 @@ class CoreWorld:
             asked.breaks.ctypes.data, asked.coefficients.ctypes.data, drifts, asked.rounding, _place(asked.tracking),
             values.ctypes.data, places.ctypes.data,
         )  # fmt: skip
+        self._answered()
         (proven, smallest, time, start, end), (one, two, kind) = values.tolist(), places.tolist()
         return ProofResult(int(status), proven, smallest, time, one, two, kind, start, end)
 
@@ -203,6 +272,7 @@ class CoreWorld:
             search.reach, search.extensions, search.shortcuts, search.seed, _place(search.drifts),
             _place(passed), _place(search.errors), MOST_STOPS, path.ctypes.data,
         )  # fmt: skip
+        self._answered()
         return path[: count if count <= MOST_STOPS else 0].copy()
 
 

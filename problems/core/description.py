@@ -15,9 +15,10 @@ import numpy as np
 from problems.base import FloatArray
 from problems.geometry import Balls, BallTree
 from problems.robots import SpatialArm
-from problems.scene import ConstantVelocity, MovingObstacle, Obstacle, PlainSolid, Solid
+from problems.scene import ConstantVelocity, MovingObstacle, Obstacle, PlainSolid, Shape, Solid
 
 ROUNDING = 128.0 * 2.0**-53
+FORMULA_ROUNDING = 1e-9  # m, of distances of solids that are asked
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,26 +162,45 @@ def obstacle_numbers(obstacle: Obstacle) -> PlainSolid | None:
     return obstacle.plain if isinstance(obstacle, Solid) and "plain" in vars(type(obstacle)) else None
 
 
-DRIFT = 7  # numbers of an obstacle: where it is at t = 0, its velocity, what more is kept from it with every second
+def moves_straight(obstacle: Obstacle) -> bool:
+    """Whether an obstacle stands still, or moves at a constant velocity without turning."""
+    return not obstacle.moves or (type(obstacle) is MovingObstacle and type(obstacle.motion) is ConstantVelocity)
 
 
-def drifts_of(obstacles: Iterable[Obstacle]) -> FloatArray | None:
-    """The motions of obstacles, (n, 7), m, m/s and m/s; None where the core does not know one.
+def is_known(obstacle: Obstacle) -> bool:
+    """Whether the core knows an obstacle, its shape and how it moves."""
+    return obstacle_numbers(obstacle.unmoved) is not None and moves_straight(obstacle)
 
-    It knows what stands still, and what moves at a constant velocity without turning.
+
+DRIFT = 7
+
+
+def drift_of(obstacle: Obstacle) -> FloatArray:
+    """The motion of an obstacle, (7,), m, m/s and m/s, as far as it moves straight, else zeros.
+
+    Where it is at t = 0, its velocity, and what more is kept from it with every second.
     """
-    found = [_drift(obstacle) for obstacle in obstacles]
-    known = [drift for drift in found if drift is not None]
-    return np.array(known).reshape(-1, DRIFT) if len(known) == len(found) else None
+    if not (isinstance(obstacle, MovingObstacle) and moves_straight(obstacle)):
+        return np.zeros(DRIFT)
+    motion, level = obstacle.motion, (0.0,) * (3 - obstacle.dim)  # the plane z = 0
+    assert isinstance(motion, ConstantVelocity)
+    return np.array([*motion.origin, *level, *motion.velocity, *level, obstacle.margin_rate])
 
 
-def _drift(obstacle: Obstacle) -> tuple[float, ...] | None:
-    if not obstacle.moves:
-        return (0.0,) * DRIFT
-    if type(obstacle) is not MovingObstacle or type(obstacle.motion) is not ConstantVelocity:
-        return None
-    level = (0.0,) * (3 - obstacle.dim)  # the plane z = 0
-    return (*obstacle.motion.origin, *level, *obstacle.motion.velocity, *level, obstacle.margin_rate)
+def drifts_of(obstacles: Iterable[Obstacle]) -> FloatArray:
+    """The motions of obstacles, (n, 7), as of :func:`drift_of`; zeros of those that the core does not know."""
+    return np.array([drift_of(each) if is_known(each) else np.zeros(DRIFT) for each in obstacles]).reshape(-1, DRIFT)
+
+
+PACE_CELLS = 600  # of time, in which the pace of obstacles is bounded
+PACE_SECONDS = 60.0  # that these cells are together
+
+
+def pace_of(obstacle: Obstacle, around: float) -> float:
+    """How fast an obstacle comes nearer to anything that is no farther than so many m from the origin, about, m/s."""
+    edges = np.linspace(0.0, PACE_SECONDS, PACE_CELLS + 1)
+    cells = np.column_stack([edges[:-1], edges[1:]])
+    return float(obstacle.travel(cells, around).max()) * 2.0 / float(edges[1]) if obstacle.moves else 0.0
 
 
 def described(
@@ -193,7 +213,7 @@ def described(
         for number, obstacle in enumerate(obstacles)
         if moves and (name, obstacle.unmoved.name) not in robot.may_touch
     ]
-    solids = [(obstacle, plain) for obstacle in obstacles if (plain := obstacle_numbers(obstacle)) is not None]
+    solids = [(obstacle, _plain(obstacle)) for obstacle in obstacles]
     counts = [robot.dof, len(own.names), len(watched), len(own.groups), len(own.pairs), len(solids)]
     counts += own.counts
     counts += [part for rows in (watched, own.groups, own.pairs) for row in rows for part in row]
@@ -205,9 +225,16 @@ def described(
     return np.array(counts, dtype=np.int64), np.array(numbers, dtype=np.float64)
 
 
+def _plain(obstacle: Obstacle) -> PlainSolid:
+    """The numbers of a solid, or that it has to be asked."""
+    known = obstacle_numbers(obstacle)
+    return PlainSolid(Shape.ASKED) if known is None else known
+
+
 def _of_solid(obstacle: Obstacle, plain: PlainSolid) -> Iterable[float]:
-    assert isinstance(obstacle, Solid)
     sizes = (*plain.sizes, 0.0, 0.0, 0.0)[:3]
+    if not isinstance(obstacle, Solid):
+        return [*np.eye(3).ravel().tolist(), *(0.0,) * 3, *sizes]
     tables = (plain.planes, plain.faces, plain.edges)
     return [
         *obstacle.axes.ravel().tolist(),
@@ -231,4 +258,5 @@ def drift_rounding(robot: SpatialArm, drifts: FloatArray, seconds: float) -> flo
 def _rounding(robot: SpatialArm, own: RobotNumbers, obstacles: Sequence[Obstacle]) -> float:
     around = max((float(np.abs(obstacle.bounding_box()).max()) for obstacle in obstacles), default=0.0)
     size = own.farthest + float(np.linalg.norm(robot.base)) + around
-    return ROUNDING * (robot.dof + 4) * size
+    asked = 0.0 if all(map(is_known, obstacles)) else FORMULA_ROUNDING
+    return ROUNDING * (robot.dof + 4) * size + asked

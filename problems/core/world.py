@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import CACHE_SIZE, FloatArray
+from problems.core.asked import AskedSolids
 from problems.core.compiled import CoreWorld, core
 from problems.core.description import (
     RobotNumbers,
     described,
     drift_rounding,
     drifts_of,
+    is_known,
     margins_of,
-    obstacle_numbers,
+    pace_of,
 )
 from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, Schedule, Separation
 from problems.motions import Trajectory
@@ -63,6 +65,21 @@ class ClosestPair:
     obstacle: int | None
 
 
+@dataclass(frozen=True, eq=False)
+class ClosestPairs:
+    """The objects that come nearest to each other in each of n postures.
+
+    Attributes:
+        pairs: of objects; None where there is nothing.
+        clearance_margins: (n,), m; infinite where there is nothing.
+        points: of both surfaces, where they are nearest, (n, 2, 3), m.
+    """
+
+    pairs: tuple[ClosestPair | None, ...]
+    clearance_margins: FloatArray
+    points: FloatArray
+
+
 @dataclass(frozen=True)
 class Proof:
     """A proof about the clearance margin of a motion for all t.
@@ -85,38 +102,39 @@ class Proof:
 
 
 class World:
-    """A robot among obstacles that stand still or move at constant velocities, in the core.
+    """A robot among obstacles that stand still or move, in the core; it asks for distances of those it does not know.
 
     Where some move, it matters when postures are tested: at the beginning by default. Of a robot whose joints are off
     what is planned, margins are those of all postures within their errors, by default those of joints at rest.
 
     Args:
         robot: with its margins; where it has a cover, that is what counts, else its spheres.
-        obstacles: around it, each of a shape that the core knows, and moving as it knows.
+        obstacles: around it.
 
     Attributes:
         dof: the number of joints.
         margins: what is kept, m, by from what.
+        farthest: no ball of the robot is farther from the origin, m.
         fastest: no obstacle comes nearer faster, m/s.
     """
 
     def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
         self._arm, self._obstacles, self._robot = robot, tuple(obstacles), known_robot(robot)
-        self._world = _core_world(robot, tuple(obstacle.unmoved for obstacle in obstacles))
+        self._world = _core_world(robot, tuple(each.unmoved if is_known(each) else each for each in obstacles))
         self.dof = robot.dof
         self.margins = dict(
             zip((Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER), margins_of(robot), strict=True)
         )
         drifts = drifts_of(obstacles)
-        assert drifts is not None
-        self._drifts = np.ascontiguousarray(drifts) if drifts.any() else None
+        self._drifts = np.ascontiguousarray(drifts) if any(obstacle.moves for obstacle in obstacles) else None
         tracking = robot.tracking
         self._tracking = None if tracking is None else np.ascontiguousarray(tracking.numbers)
-        self.fastest = float((np.linalg.norm(drifts[:, 3:6], axis=1) + drifts[:, 6]).max(initial=0.0))
+        self.farthest = farthest_ball(robot)
+        self.fastest = max((pace_of(obstacle, self.farthest) for obstacle in obstacles), default=0.0)
 
     @classmethod
     def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:
-        """The world, where the core knows robot, shapes and motions; the same object for the same world."""
+        """The world, where the core knows the robot; the same object for the same world."""
         return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
 
     @property
@@ -127,9 +145,7 @@ class World:
     @cached_property
     def still(self) -> World:
         """The world of the obstacles that stand still; this world where all do."""
-        found = World.of(self._arm, standing(self._obstacles)) if self.moves else self
-        assert found is not None
-        return found
+        return _known_world(self._arm, tuple(standing(self._obstacles))) if self.moves else self
 
     def _moving(self, times: FloatArray | None, count: int) -> MovingSolids | None:
         """The obstacles at the times of so many postures; None where nothing moves."""
@@ -206,6 +222,15 @@ class World:
         """
         theta, count = np.ascontiguousarray(theta, dtype=np.float64), len(theta)
         return self._world.nearest(theta, below, Separation.ALL, self._moving(times, count), self._off(errors, count))
+
+    def closest(
+        self, theta: FloatArray, which: Separation = Separation.ALL, times: FloatArray | None = None
+    ) -> ClosestPairs:
+        """The pairs that come nearest in postures (n, dof), rad, at times (n,), s."""
+        theta, count = np.ascontiguousarray(theta, dtype=np.float64), len(theta)
+        places, values = self._world.closest(theta, which, self._moving(times, count), self._off(None, count))
+        pairs = tuple(self._named(*place) for place in places.tolist())
+        return ClosestPairs(pairs, values[:, 0], values[:, 1:].reshape(count, 2, 3))
 
     def prove(
         self,
@@ -301,16 +326,21 @@ class World:
 
 
 @lru_cache(maxsize=CACHE_SIZE)
-def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World | None:
-    shapes = all(obstacle_numbers(obstacle.unmoved) is not None for obstacle in obstacles)
-    known = shapes and drifts_of(obstacles) is not None
-    return World(robot, obstacles) if known else None
+def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
+    return World(robot, obstacles)
 
 
 @lru_cache(maxsize=CACHE_SIZE)
 def _core_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CoreWorld:
-    """The core's world of a robot among obstacles, as seen from their frames."""
-    return core().world(*described(robot, known_robot(robot), obstacles))
+    """The core's world of a robot among obstacles, as seen from their frames where it knows how they move."""
+    asked = {number: each for number, each in enumerate(obstacles) if not is_known(each)}
+    solids = AskedSolids(asked, farthest_ball(robot)) if asked else None
+    return core().world(*described(robot, known_robot(robot), obstacles), solids)
+
+
+def farthest_ball(robot: SpatialArm) -> float:
+    """A bound of the distance of a robot's balls from the origin, m."""
+    return known_robot(robot).farthest + float(np.linalg.norm(robot.base))
 
 
 @lru_cache(maxsize=CACHE_SIZE)

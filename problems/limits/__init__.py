@@ -13,13 +13,11 @@ from problems.limits.clearance import (
     pairs_among,
     reachable_pairs,
 )
-from problems.limits.cover_nodes import Items, Nodes, Postures
 from problems.limits.covers import (
     CoverClearance,
     CoverLimit,
     CoverSelfClearance,
     cover_limits,
-    distances_from,
     touching_links,
 )
 from problems.limits.expression import Bound, ExpressionLimit, StatedExpression
@@ -127,13 +125,10 @@ __all__ = [
     "DurationBounds",
     "ExpressionLimit",
     "HandConstraint",
-    "Items",
     "Limit",
     "LimitKind",
-    "Nodes",
     "Pair",
     "PenaltyKind",
-    "Postures",
     "Proximity",
     "Repetition",
     "SelfClearance",
@@ -151,7 +146,6 @@ __all__ = [
     "complete_limits",
     "cover_limits",
     "depends_on_speed",
-    "distances_from",
     "end_point",
     "holding_torques",
     "limits_of",

@@ -3,17 +3,19 @@
 from problems.polish.descent import DeviationPolish
 from problems.polish.deviation import Deviations, Rates
 from problems.polish.expression_limits import ExpressionLimits
+from problems.polish.free_ends import FreeEnd, with_better_ends
 from problems.polish.goals import postures_around
 from problems.polish.nearby import faster_nearby
 from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages, postures_on_the_way
 from problems.polish.pinned import fastest_pinned
-from problems.polish.refinement import PathRefinement, gentler_limits, joint_box
+from problems.polish.refinement import PathRefinement, deviations_from_rest, joint_box, programs_know
 from problems.polish.rephasing import at_the_bound, everywhere
 from problems.polish.samples import PolishSamples
 from problems.polish.settings import (
     DeviationSettings,
     ExpressionSettings,
+    FreeEndsSettings,
     NearbySettings,
     ObjectiveSettings,
     PassageSettings,
@@ -22,6 +24,7 @@ from problems.polish.settings import (
     RephasingSettings,
 )
 from problems.polish.spline import PIECES
+from problems.polish.torques import JointTorques
 
 __all__ = [
     "PIECES",
@@ -30,7 +33,10 @@ __all__ = [
     "Deviations",
     "ExpressionLimits",
     "ExpressionSettings",
+    "FreeEnd",
+    "FreeEndsSettings",
     "IntegrandFunctions",
+    "JointTorques",
     "NearbySettings",
     "ObjectiveSettings",
     "PassageSettings",
@@ -43,11 +49,13 @@ __all__ = [
     "RefinementSettings",
     "RephasingSettings",
     "at_the_bound",
+    "deviations_from_rest",
     "everywhere",
     "faster_nearby",
     "fastest_pinned",
-    "gentler_limits",
     "joint_box",
     "postures_around",
     "postures_on_the_way",
+    "programs_know",
+    "with_better_ends",
 ]

@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, World, stacked
+from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, stacked
 from problems.polish.deviation import Deviations, JointRows
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import PolishObjective, QuadraticModel
 from problems.polish.passages import Passage, Passages
 from problems.polish.samples import PolishSamples, slopes_of, state_of
 from problems.polish.settings import DEFAULT_POLISH, PolishSettings
-from problems.polish.spline import AT_REST
-from problems.sequential import JointTorques
+from problems.polish.torques import JointTorques
+from problems.worlds import World
 
 ANGLE_ROUNDING = 1e-10  # rad
 EXPRESSION_ROUNDING = 1e-10  # of the scale
@@ -65,11 +65,13 @@ class Linearisation(NamedTuple):
 
     Attributes:
         objective: to second order.
+        torques: rows of torques; None where none is large.
         expressions: rows of expressions; None where there are none.
         places: rows of the places on the way; None where there are none.
     """
 
     objective: QuadraticModel
+    torques: WholeRows | None
     expressions: WholeRows | None
     places: WholeRows | None
 
@@ -273,7 +275,7 @@ class DeviationPolish:
     def _linearised(self, around: Iterate, trust: float) -> Linearisation:
         places = None if self.passages is None else self.passages.rows(around.passages)
         objective = self.objective.quadratic_model(around.x, around.duration)
-        return Linearisation(objective, self._expression_rows(around, trust), places)
+        return Linearisation(objective, self._torque_rows(around, trust), self._expression_rows(around, trust), places)
 
     def _program(self, around: Iterate, trust: float, model: Linearisation) -> LinearProgram:
         """The program around an iterate whose control points move by at most so many rad."""
@@ -287,8 +289,8 @@ class DeviationPolish:
         parts += self._range_rows(padded, trust)
         box = np.full(around.x.shape, trust)
         least = max(-faster, motions.bound - around.duration - 1e-12)
-        whole = [self._clearance_rows(around, trust), *self._torque_rows(padded, around.duration)]
-        whole += [rows for rows in (model.expressions, model.places) if rows is not None]
+        whole = [self._clearance_rows(around, trust)]
+        whole += [rows for rows in (model.torques, model.expressions, model.places) if rows is not None]
         single, every = motions.with_ends(stacked(parts)), motions.with_ends(stacked(whole))
         squares = None if model.objective.squares is None else motions.with_ends(model.objective.squares)
         cost, time_cost = motions.cost_with_ends(model.objective.cost, model.objective.time_cost)
@@ -306,11 +308,11 @@ class DeviationPolish:
         left += near.rates * self.samples.passed[near.samples] * saved
         gained = -model.objective.change(changed, -saved)
         gained += self.settings.clearance_price * (around.missing - float(np.maximum(left, 0.0).sum()))
-        if model.expressions is not None:
-            rows = model.expressions
-            points = changed[rows.first[:, None] + AT_REST + np.arange(4)]
-            values = np.einsum("mak,mak->m", rows.weights, points) - rows.by_time * saved
-            gained -= self.settings.expression_price * float(np.maximum(values - rows.bound, 0.0).sum())
+        for rows in (model.torques, model.expressions):
+            if rows is not None:
+                points = changed[rows.first[:, None] + self.motions.fixed + np.arange(4)]
+                values = np.einsum("mak,mak->m", rows.weights, points) - rows.by_time * saved
+                gained -= float((rows.price * np.maximum(values - rows.bound, 0.0)).sum())
         if self.passages is not None and model.places is not None:
             gained -= self.passages.price * self.passages.left(model.places, changed)
         return gained
@@ -326,7 +328,7 @@ class DeviationPolish:
         for sign in (1.0, -1.0):
             chosen = np.flatnonzero(1.0 - sign * shares < reach)
             by_time = np.full(chosen.size, -rows.order / duration)
-            first, left = rows.first[chosen] - AT_REST, 1.0 - sign * shares[chosen]
+            first, left = rows.first[chosen] - self.motions.fixed, 1.0 - sign * shares[chosen]
             parts.append(SingleRows(rows.joint[chosen], first, sign * weights[chosen], by_time, left))
         return stacked(parts)
 
@@ -341,7 +343,7 @@ class DeviationPolish:
         parts = []
         for sign, left in ((1.0, high[rows.joint] - angles - tighter), (-1.0, angles - low[rows.joint] - tighter)):
             chosen = np.flatnonzero((left < reach) & (rows.weights.any(axis=1)))
-            first = rows.first[chosen] - AT_REST
+            first = rows.first[chosen] - self.motions.fixed
             most = np.maximum(left[chosen], -self.settings.range_recovery * reach[chosen])
             weights = sign * rows.weights[chosen]
             parts.append(SingleRows(rows.joint[chosen], first, weights, np.zeros(chosen.size), most))
@@ -358,23 +360,30 @@ class DeviationPolish:
         sample, price = near.samples[chosen], np.full(chosen.size, self.settings.clearance_price)
         weights = -rows.weights[sample][:, :, None] * near.gradients[chosen][:, None, :]
         by_time = -near.rates[chosen] * self.samples.passed[sample]
-        return WholeRows(rows.first[sample] - AT_REST, weights, by_time, left[chosen], price)
+        return WholeRows(rows.first[sample] - self.motions.fixed, weights, by_time, left[chosen], price)
 
-    def _torque_rows(self, padded: FloatArray, duration: float) -> list[WholeRows]:
-        """Rows of torques as shares of their limits where they are large, if one is nearly too large somewhere."""
+    def _torque_rows(self, around: Iterate, trust: float) -> WholeRows | None:
+        """Rows of both sides of torques as shares of their limits, as far as they may matter."""
         if self.torques is None:
-            return []
-        state = state_of(self.samples.torque_states, padded, duration)
+            return None
+        padded, states = self.motions.padded(around.x, around.duration), self.samples.torque_states
+        state = state_of(states, padded, around.duration)
         shares = self.torques.shares(state)
         if np.abs(shares).max() < self.settings.torque_threshold:
-            return []
-        sample, joint = np.nonzero(np.abs(shares) > self.settings.large_torque)
-        used, place = np.unique(sample, return_inverse=True)
-        slopes = self.torques.slopes(state[used])[place, joint] * np.sign(shares[sample, joint])[:, None, None]
-        weights, by_time = slopes_of(self.samples.torque_states, sample, slopes, state, duration)
-        left = 1.0 - self.limit_reserve - np.abs(shares[sample, joint])
-        first, price = self.samples.torque_states[0].first[sample] - AT_REST, self.settings.torque_price
-        return [WholeRows(first, weights, by_time, left, np.full(len(sample), price))]
+            return None
+        n, k = shares.shape
+        slopes = self.torques.slopes(state).reshape(n * k, -1, k)
+        sample, values = np.repeat(np.arange(n), k), shares.ravel()
+        weights, by_time = slopes_of(states, sample, slopes, state, around.duration)
+        reach = np.abs(weights).sum(axis=(1, 2)) * trust
+        parts = []
+        for sign in (1.0, -1.0):
+            left = 1.0 - self.limit_reserve - sign * values
+            chosen = np.flatnonzero(left < reach)
+            first = states[0].first[sample[chosen]] - self.motions.fixed
+            price = np.full(chosen.size, self.settings.torque_price)
+            parts.append(WholeRows(first, sign * weights[chosen], sign * by_time[chosen], left[chosen], price))
+        return stacked(parts)
 
     def _expression_rows(self, around: Iterate, trust: float) -> WholeRows | None:
         """Rows of expressions to first order, where they may matter."""
@@ -388,6 +397,6 @@ class DeviationPolish:
         reach = np.where(self.expressions.is_static, by_angles, self.settings.expression_threshold)
         sample, row = np.nonzero(-around.expressions < reach)
         weights, by_time = slopes_of(states, sample, slopes[sample, row], state, around.duration)
-        first = states[0].first[sample] - AT_REST
+        first = states[0].first[sample] - self.motions.fixed
         price = np.full(sample.size, self.settings.expression_price)
         return WholeRows(first, weights, by_time, -around.expressions[sample, row], price)

@@ -23,7 +23,7 @@ from problems.base import BSpline, FloatArray
 from problems.core import SingleRows, WholeRows
 from problems.motions import Trajectory
 from problems.polish.settings import DEFAULT_DEVIATION, DeviationSettings
-from problems.polish.spline import AT_REST, DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
+from problems.polish.spline import DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
 from problems.robots import JointLimits
 from problems.timing import (
     MotionState,
@@ -35,6 +35,7 @@ from problems.timing import (
 )
 
 R = TypeVar("R", SingleRows, WholeRows)
+JUST_BEFORE = 1e-8  # of the duration: before a jump of accelerations
 TIME_ROUNDING = 1e-9  # of the duration: breakpoints that are one
 
 
@@ -115,6 +116,13 @@ def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits, rate
     return rest_to_rest(start, goal, limits)
 
 
+def one_cubic(start: FloatArray, goal: FloatArray, duration: float) -> Trajectory:
+    """The cubic from rest at a posture (k,) to rest at another in a time in s."""
+    way, none = goal - start, np.zeros_like(start)
+    rows = [-2.0 * way / duration**3, 3.0 * way / duration**2, none, start]
+    return Trajectory(np.array([0.0, duration]), np.stack(rows)[:, None])
+
+
 def smoothed(trajectory: Trajectory, pieces: int) -> Trajectory:
     """The uniform cubic spline of so many pieces whose control points are postures of a motion from rest to rest.
 
@@ -141,6 +149,7 @@ class Deviations:
         rates: velocities at both ends; at rest where None.
         at_least: no motion may take less time, s.
         around: a motion from rest to rest that is deviated from in the place of the direct one.
+        is_smooth: whether what is deviated from is one cubic, so that accelerations jump at the ends alone.
         pieces: of the spline.
         settings: of the rows.
 
@@ -163,24 +172,25 @@ class Deviations:
         rates: Rates | None = None,
         at_least: float = 0.0,
         around: Trajectory | None = None,
+        is_smooth: bool = False,
         pieces: int = PIECES,
         settings: DeviationSettings = DEFAULT_DEVIATION,
     ) -> None:
         self.start, self.goal, self.limits, self.settings = start, goal, limits, settings
-        self.spline = DeviationSpline.of(pieces)
+        self.spline = DeviationSpline.of(pieces, 2 if is_smooth else 3)
         self._direct_limits = limits if gentler is None else gentler
         self.moving = rates is not None and rates.moves
-        self._is_direct = around is None
-        self.direct = (
-            direct_motion(start, goal, self._direct_limits, rates)
-            if around is None
-            else smoothed(around, settings.smoothing * pieces)
-        )
+        self._is_direct = around is None and not is_smooth
+        if around is not None:
+            self.direct = smoothed(around, settings.smoothing * pieces)
+        else:
+            self.direct = direct_motion(start, goal, self._direct_limits, rates)
+            self.direct = one_cubic(start, goal, self.direct.duration) if is_smooth else self.direct
         at_rest = float(least_durations(goal - start, limits).max())
         self.bound = max((1.0 - settings.allowance) * self.direct.duration if self.moving else at_rest, at_least)
         self.at_ends = np.zeros((self.spline.count, start.size))
         if rates is not None and rates.moves:
-            self.at_ends[:AT_REST], self.at_ends[-AT_REST:] = (
+            self.at_ends[: self.fixed], self.at_ends[-self.fixed :] = (
                 self.spline.end_points(0.0, rates.start),
                 self.spline.end_points(1.0, rates.goal),
             )
@@ -191,9 +201,14 @@ class Deviations:
         return self.start.size
 
     @property
+    def fixed(self) -> int:
+        """The number of control points of a joint at either end that are not free."""
+        return self.spline.fixed
+
+    @property
     def free(self) -> int:
         """The number of control points of a joint that are free."""
-        return self.spline.count - 2 * AT_REST
+        return self.spline.count - 2 * self.fixed
 
     def padded(self, x: FloatArray, duration: float | None = None) -> FloatArray:
         """All control points (pieces + 3, k) of a motion of a duration in s with some that are free (free, k).
@@ -204,14 +219,14 @@ class Deviations:
 
     def changed(self, x: FloatArray, longer: float) -> FloatArray:
         """How all control points (pieces + 3, k) change with those that are free (free, k) and a longer duration, s."""
-        padded = np.pad(x, ((AT_REST, AT_REST), (0, 0)))
+        padded = np.pad(x, ((self.fixed, self.fixed), (0, 0)))
         return padded + longer * self.at_ends if self.moving else padded
 
     def with_ends(self, rows: R) -> R:
         """Rows of free control points with what a change of the duration does to those at the ends."""
         if not self.moving:
             return rows
-        points = self.at_ends[rows.first[:, None] + AT_REST + np.arange(DEGREE + 1)]
+        points = self.at_ends[rows.first[:, None] + self.fixed + np.arange(DEGREE + 1)]
         if isinstance(rows, SingleRows):
             points = np.take_along_axis(points, rows.joint[:, None, None], axis=2)[:, :, 0]
         moved = (rows.weights * points).sum(axis=tuple(range(1, rows.weights.ndim)))
@@ -221,7 +236,7 @@ class Deviations:
         """Costs of free control points, (free, k), and of the duration, by those of all, (pieces + 3, k)."""
         if cost is None:
             return None, time_cost
-        return cost[AT_REST:-AT_REST], time_cost + float((cost * self.at_ends).sum())
+        return cost[self.fixed : -self.fixed], time_cost + float((cost * self.at_ends).sum())
 
     def _base(self, u: FloatArray, order: int) -> FloatArray:
         """Derivatives of the direct motion by u, (m, k)."""
@@ -287,8 +302,11 @@ class Deviations:
 
     @cached_property
     def switches(self) -> FloatArray:
-        """Parameters at which accelerations may be extreme, of any joint, without both ends, (n,)."""
-        return np.unique(self._intervals[2][self._intervals[2] < 1.0])
+        """Parameters at which accelerations may be extreme, of any joint, (n,): on both sides of where they jump."""
+        inner = np.unique(self._intervals[2][self._intervals[2] < 1.0])
+        if self.limits.jerk is not None:
+            return inner
+        return np.concatenate([[0.0], inner - JUST_BEFORE, inner, [1.0 - JUST_BEFORE]])
 
     def postures(self, u: FloatArray, order: int = 0) -> PostureRows:
         """Postures at parameters (n,), or a derivative of them by u."""
@@ -349,10 +367,13 @@ class Deviations:
         return np.asarray(self.fit @ (wanted - self._base(u, 0)))
 
     def nearest_to(self, trajectory: Trajectory) -> FloatArray:
-        """Free control points (free, k) of the motion nearest to another one between the same ends, in its time."""
+        """Free control points (free, k) of the motion nearest to another one, whose ends are moved to its own."""
         u, undeviated = self.parameters(), np.zeros((self.free, self.dof))
         there = self.postures(u).values(self.padded(undeviated, trajectory.duration))
-        return np.asarray(self.fit @ (trajectory.at(u * trajectory.duration) - there))
+        first, last = trajectory.at(trajectory.breakpoints[[0, -1]])
+        share = (u**2 * (3.0 - 2.0 * u))[:, None]
+        moved = (1.0 - share) * (self.start - first) + share * (self.goal - last)
+        return np.asarray(self.fit @ (trajectory.at(u * trajectory.duration) + moved - there))
 
     @property
     def fit(self) -> FloatArray:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core import World
 from problems.limits import Limit
 from problems.motions import JointPath, Trajectory
 from problems.polish.deviation import Deviations
@@ -17,10 +16,10 @@ from problems.polish.passages import Passages
 from problems.polish.refinement import PathRefinement, joint_box
 from problems.polish.settings import DEFAULT_NEARBY, NearbySettings
 from problems.polish.spline import PIECES
-from problems.scene import Obstacle
-from problems.sequential import JointTorques
+from problems.polish.torques import JointTorques
 from problems.tasks import Place
 from problems.timing import retime
+from problems.worlds import World
 
 
 def evenly_along(motion: Trajectory, count: int, times_per_point: int = NearbySettings.times_per_point) -> FloatArray:
@@ -35,7 +34,7 @@ def evenly_along(motion: Trajectory, count: int, times_per_point: int = NearbySe
 def faster_nearby(
     known: Trajectory,
     integrand: IntegrandFunctions,
-    obstacles: tuple[Obstacle, ...],
+    world: World,
     limits: Sequence[Limit],
     *,
     places: tuple[Place, ...] = (),
@@ -49,15 +48,14 @@ def faster_nearby(
     Args:
         known: the motion that is deviated from.
         integrand: of the objective, in least time, and of the robot.
-        obstacles: to keep clear of.
+        world: the robot and its surroundings.
         limits: that are kept.
         places: that are passed, each as near as it says.
         pieces: of the spline by which motions deviate.
         settings: of the deviation and of the timing along its path.
     """
-    robot = integrand.robot
-    world, (start, goal) = World.of(robot, obstacles), known.at(known.breakpoints[[0, -1]])
-    if world is None or world.moves:
+    robot, (start, goal) = integrand.robot, known.at(known.breakpoints[[0, -1]])
+    if world.moves:
         return
     motions = Deviations(start, goal, robot.limits, around=known, pieces=pieces)
     duration = motions.direct.duration

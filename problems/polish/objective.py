@@ -26,7 +26,6 @@ from problems.motions import SAMPLED_ORDERS, Samples
 from problems.objectives import DirectMoves, Integrand, Objective
 from problems.polish.deviation import Deviations, PostureRows
 from problems.polish.settings import DEFAULT_OBJECTIVE, ObjectiveSettings
-from problems.polish.spline import AT_REST
 from problems.robots import Robot
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # in each piece of the spline
@@ -176,11 +175,13 @@ class QuadraticModel:
         cost: of control points, (pieces + 3, k), s/rad.
         time_cost: of the duration.
         squares: whose halves count; None where there are none.
+        fixed: control points at either end, of which rows do not count the first ones.
     """
 
     cost: FloatArray | None
     time_cost: float
     squares: WholeRows | None
+    fixed: int
 
     def change(self, padded: FloatArray, longer: float) -> float:
         """The change of the objective with all control points, (pieces + 3, k), and the duration, s."""
@@ -189,14 +190,13 @@ class QuadraticModel:
             change += float((self.cost * padded).sum())
         if self.squares is not None:
             before = -self.squares.bound
-            after = before + _moved(self.squares, padded, longer)
+            after = before + self._moved(self.squares, padded, longer)
             change += 0.5 * float((self.squares.price * (after**2 - before**2)).sum())
         return change
 
-
-def _moved(rows: WholeRows, padded: FloatArray, longer: float) -> FloatArray:
-    points = padded[rows.first[:, None] + AT_REST + np.arange(rows.weights.shape[1])]
-    return np.asarray(np.einsum("mak,mak->m", rows.weights, points) + rows.by_time * longer)
+    def _moved(self, rows: WholeRows, padded: FloatArray, longer: float) -> FloatArray:
+        points = padded[rows.first[:, None] + self.fixed + np.arange(rows.weights.shape[1])]
+        return np.asarray(np.einsum("mak,mak->m", rows.weights, points) + rows.by_time * longer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -335,7 +335,7 @@ class PolishObjective:
         time_cost = self.scale * slope + self._weight_of_time + lateness
         squares = [self._time_square(self.scale * curvature)] if curvature > 0.0 else []
         if not self._rows_of_orders:
-            return QuadraticModel(None, time_cost, stacked(squares) if squares else None)
+            return QuadraticModel(None, time_cost, stacked(squares) if squares else None, self.motions.fixed)
         state = self._state(self.motions.padded(x, duration))
         squared, by_squared, vectors, by_vectors, first, second = self.integrand.linear(state, self._u, duration)
         weights = self.scale * self._weights
@@ -346,7 +346,7 @@ class PolishObjective:
         squares += [self._convex_squares(second, weights)] if second.size else []
         cost, by_time = self._costs(weights[:, None] * first)
         squares = [rows for rows in squares if rows.bound.size]
-        return QuadraticModel(cost, time_cost + by_time, stacked(squares) if squares else None)
+        return QuadraticModel(cost, time_cost + by_time, stacked(squares) if squares else None, self.motions.fixed)
 
     def _length_weights(self, vectors: FloatArray, weights: FloatArray) -> FloatArray:
         """Weights of the squares of vectors (n, m), by those of samples, (n,): (n, m)."""
@@ -374,7 +374,8 @@ class PolishObjective:
         k, by_points = self.motions.dof, np.zeros((sample.size, 4, self.motions.dof))
         for number, rows in enumerate(self._rows_of_orders):
             by_points += rows.weights[sample][:, :, None] * slopes[:, None, number * k : (number + 1) * k]
-        return WholeRows(self._rows_of_orders[0].first[sample] - AT_REST, by_points, slopes[:, -1], -values, weights)
+        first = self._rows_of_orders[0].first[sample] - self.motions.fixed
+        return WholeRows(first, by_points, slopes[:, -1], -values, weights)
 
     def _convex_squares(self, second: FloatArray, weights: FloatArray) -> WholeRows:
         """The convex part of second derivatives (n, w, w): squares along its axes."""

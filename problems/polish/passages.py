@@ -20,7 +20,6 @@ from problems.core import WholeRows
 from problems.motions import increasing_choice
 from problems.polish.deviation import Deviations
 from problems.polish.settings import DEFAULT_PASSAGES, PassageSettings
-from problems.polish.spline import AT_REST
 from problems.robots import Robot
 from problems.tasks import Place
 
@@ -154,7 +153,7 @@ class Passages:
             for sign in (1.0, -1.0):
                 by_points.append(sign * weights[0][None, :, None] * slopes[:, None, :])
                 bounds.append(most - sign * values)
-                first.append(np.full(most.size, piece[0] - AT_REST))
+                first.append(np.full(most.size, piece[0] - self.motions.fixed))
         bound = np.concatenate(bounds)
         return WholeRows(
             np.concatenate(first), np.concatenate(by_points), np.zeros(bound.size), bound,
@@ -163,7 +162,7 @@ class Passages:
 
     def left(self, rows: WholeRows, changed: FloatArray) -> float:
         """The sum of the misses that a change of all control points (n, k) leaves, to first order, m and rad."""
-        points = changed[rows.first[:, None] + AT_REST + np.arange(rows.weights.shape[1])]
+        points = changed[rows.first[:, None] + self.motions.fixed + np.arange(rows.weights.shape[1])]
         return float(np.maximum(np.einsum("mak,mak->m", rows.weights, points) - rows.bound, 0.0).sum())
 
     def exact(self, x: FloatArray, duration: float | None = None) -> FloatArray | None:
@@ -189,9 +188,9 @@ class Passages:
     def _by_control_points(self, passage: Passage) -> FloatArray:
         """Slopes of the miss by the free control points, (m, free k)."""
         weights, piece = self.motions.spline.weights(np.array([passage.u]), 0)
-        slopes = np.zeros((passage.missed.size, self.motions.free + 2 * AT_REST, self.motions.dof))
+        slopes = np.zeros((passage.missed.size, self.motions.free + 2 * self.motions.fixed, self.motions.dof))
         slopes[:, piece[0] : piece[0] + weights.shape[1]] = weights[0][None, :, None] * passage.slopes[:, None, :]
-        return np.asarray(slopes[:, AT_REST:-AT_REST].reshape(passage.missed.size, -1))
+        return np.asarray(slopes[:, self.motions.fixed : -self.motions.fixed].reshape(passage.missed.size, -1))
 
 
 def postures_on_the_way(

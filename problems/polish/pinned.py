@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core import World
 from problems.motions import Trajectory
 from problems.polish.settings import DEFAULT_PINNED, PinnedSettings
 from problems.robots import JointLimits
 from problems.timing import ThroughSettings, apart, fastest_through
+from problems.worlds import World
 
 
 def fastest_pinned(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -10,18 +10,27 @@ from itertools import pairwise
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core import Schedule, World
-from problems.limits import stay_shares
+from problems.core import Schedule
+from problems.limits import Limit, Proximity, TorqueLimit, stay_shares
 from problems.motions import Trajectory
 from problems.polish.descent import DeviationPolish, Iterate
-from problems.polish.deviation import Deviations, direct_motion
+from problems.polish.deviation import JUST_BEFORE, Deviations, direct_motion
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import PolishObjective
 from problems.polish.passages import Passages
 from problems.polish.samples import PolishSamples
 from problems.polish.settings import DEFAULT_REFINEMENT, RefinementSettings
+from problems.polish.spline import PIECES
+from problems.polish.torques import JointTorques
 from problems.robots import JointLimits, Robot
-from problems.sequential import JointTorques
+from problems.worlds import World
+
+JOINT_ORDERS = range(4)  # derivatives of the joint angles whose limits programs keep
+
+
+def programs_know(limits: Iterable[Limit]) -> bool:
+    """Whether programs can keep all of some limits, those on expressions aside."""
+    return all(limit.order in JOINT_ORDERS or isinstance(limit, Proximity | TorqueLimit) for limit in limits)
 
 
 def joint_box(robot: Robot, *postures: FloatArray) -> FloatArray:
@@ -34,28 +43,41 @@ def joint_box(robot: Robot, *postures: FloatArray) -> FloatArray:
     return np.stack([np.maximum(low, np.array(ranges)[:, 0]), np.minimum(high, np.array(ranges)[:, 1])])
 
 
-def gentler_limits(
+def deviations_from_rest(
     start: FloatArray,
     goal: FloatArray,
     limits: JointLimits,
     torques: JointTorques | None,
+    *,
+    at_least: float = 0.0,
+    pieces: int = PIECES,
     settings: RefinementSettings = DEFAULT_REFINEMENT,
-) -> JointLimits | None:
-    """Limits within which motors can begin and end the direct motion; None where they can anyway."""
+) -> Deviations:
+    """The motions between two postures at rest that deviate from the direct one, or from one that motors can follow.
+
+    Where accelerations may jump and the direct motion takes larger torques than there are, that is one cubic.
+    """
     if torques is None:
-        return None
+        return Deviations(start, goal, limits, at_least=at_least, pieces=pieces)
     direct = direct_motion(start, goal, limits)
-    times = direct.times(settings.examined_times)
+    times, jumps = direct.times(settings.examined_times), direct.breakpoints
+    times = np.union1d(times, [*jumps[:-1], *(jumps[1:] - JUST_BEFORE * direct.duration)])
+    if limits.jerk is None:
+        is_smooth = torques.time_scale_of(direct, times) > 1.0
+        return Deviations(start, goal, limits, is_smooth=is_smooth, at_least=at_least, pieces=pieces)
     times = times[np.minimum(times, direct.duration - times) <= settings.end_share * direct.duration]
     scale = min(torques.time_scale_of(direct, times), settings.gentlest_scale)
-    if scale <= 1.0:
-        return None
-    factors = {"acceleration": scale**2, "jerk": scale**3}
-    values = {name: getattr(limits, name) for name in factors}
-    return replace(
-        limits,
-        **{name: tuple(one / factors[name] for one in each) for name, each in values.items() if each is not None},
+    gentler = _gentler(limits, scale) if scale > 1.0 else None
+    return Deviations(start, goal, limits, gentler=gentler, at_least=at_least, pieces=pieces)
+
+
+def _gentler(limits: JointLimits, scale: float) -> JointLimits:
+    """The limits of accelerations and jerks that a motion keeps that is run so many times as slowly."""
+    assert limits.acceleration is not None and limits.jerk is not None
+    acceleration, jerk = (
+        tuple(one / scale**order for one in each) for order, each in ((2, limits.acceleration), (3, limits.jerk))
     )
+    return replace(limits, acceleration=acceleration, jerk=jerk)
 
 
 def never() -> bool:
@@ -174,9 +196,8 @@ class PathRefinement:
         return None if best is None else self._trajectory(best)
 
     def polished_motion(self) -> Trajectory | None:
-        """The motion that all others deviate from, polished; None where the result is not proven to be clear."""
-        unchanged = np.zeros((self.motions.free, self.motions.dof))
-        refined = self._refined(InitialMotion(unchanged, self.motions.direct.duration), np.inf)
+        """The known motion, or that which all others deviate from, polished; None where the result is not proven."""
+        refined = self._refined(next(self._initial_motions(0)), np.inf)
         return None if refined is None else self._trajectory(refined)
 
     # One motion: polished, repaired, proven
@@ -321,7 +342,7 @@ class PathRefinement:
     def _most_paths(self, is_known: bool, to_beat: float) -> int:
         """Paths that are tried, besides the straight one."""
         if is_known:
-            return self.settings.paths
+            return max(self.settings.paths, self.settings.rounds * len(self._windows))
         return self.settings.most_paths if to_beat == np.inf else self.settings.other_goal_paths
 
     def _initial_motions(self, seed: int) -> Iterator[InitialMotion]:
@@ -340,7 +361,7 @@ class PathRefinement:
         for number in range(settings.most_paths):
             usual = TimeWindow(0.0, self.motions.direct.duration)
             window = windows[number % len(windows)] if windows else usual
-            if self.objective.has_several_optima:
+            if self.objective.has_several_optima or self.torques is not None:
                 yield InitialMotion(self._bent(fitted, rng), window.end)
             path = self._connected(settings.most_paths * seed + number, window)
             failures += path is None

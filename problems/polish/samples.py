@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core import World
 from problems.limits import stay_shares
 from problems.polish.deviation import Deviations, JointRows, PostureRows
 from problems.polish.settings import DEFAULT_POLISH, PolishSettings
+from problems.worlds import World
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

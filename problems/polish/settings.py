@@ -137,7 +137,6 @@ class PolishSettings:
         enough_margin: share of the margin; a motion that keeps as much at all samples is clear.
         torque_samples: in each piece, besides the parameters where accelerations may be extreme.
         torque_threshold: share of the limit; torques are in programs if one somewhere is larger.
-        large_torque: share of the limit; samples with less are left out of programs.
         proof_samples: postures in each piece that are examined between the samples of programs.
         proof_share: share of the margin; a motion that keeps less between samples is repaired there.
         expression_proof_share: share of the margin of expressions that a motion has to keep between samples.
@@ -165,7 +164,6 @@ class PolishSettings:
     enough_margin: float = 0.5
     torque_samples: int = 2
     torque_threshold: float = 0.9
-    large_torque: float = 0.5
     proof_samples: int = 48
     proof_share: float = 0.25
     expression_proof_share: float = 0.25
@@ -199,6 +197,7 @@ class RefinementSettings:
         exact_passage_price: s/m or s/rad, price of missed places before they are passed exactly.
         duration_steps: corrections of a motion between moving ends, at most, until its duration no longer changes.
         paths: tried besides the straight one, where one has led to a motion.
+        rounds: of all times of arrival that paths are tried for, at least, among moving obstacles.
         most_paths: tried where none has.
         other_goal_paths: tried where only a motion to another goal is known.
         most_failures: searches for a path that may fail before there is probably none.
@@ -231,6 +230,7 @@ class RefinementSettings:
     exact_passage_price: float = 1000.0
     duration_steps: int = 10
     paths: int = 10
+    rounds: int = 3
     most_paths: int = 40
     other_goal_paths: int = 3
     most_failures: int = 2
@@ -296,6 +296,23 @@ class PinnedSettings:
     shortest: float = 0.01
 
 
+@dataclass(frozen=True, kw_only=True)
+class FreeEndsSettings:
+    """Settings of the search for better postures at the ends.
+
+    Args:
+        first_step: rad, of the first change of a posture.
+        least_step: rad, below which the search ends.
+        shrinkage: of the step, where no change is better.
+        rank_tolerance: share of the largest singular value of a place's Jacobian; smaller ones count as zero.
+    """
+
+    first_step: float = 0.3
+    least_step: float = 0.02
+    shrinkage: float = 0.4
+    rank_tolerance: float = 1e-7
+
+
 DEFAULT_DEVIATION = DeviationSettings()
 DEFAULT_OBJECTIVE = ObjectiveSettings()
 DEFAULT_EXPRESSIONS = ExpressionSettings()
@@ -304,4 +321,5 @@ DEFAULT_POLISH = PolishSettings()
 DEFAULT_REFINEMENT = RefinementSettings()
 DEFAULT_NEARBY = NearbySettings()
 DEFAULT_REPHASING = RephasingSettings()
+DEFAULT_FREE_ENDS = FreeEndsSettings()
 DEFAULT_PINNED = PinnedSettings()

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from problems.base import BSpline, FloatArray
 
 DEGREE = 3
-AT_REST = 3  # control points at either end that are zero
 PIECES = 24  # of the spline, were they of one length
 END_CUTS = (0.25, 0.5)  # shares of the first and the last piece where these are cut again
 SAMPLES = 6  # postures in each piece that programs examine
@@ -26,15 +25,17 @@ class DeviationSpline:
 
     Args:
         pieces: of the spline, were they of one length.
+        fixed: control points at either end that are zero: 3 where it has no acceleration there, else 2.
     """
 
     pieces: int = PIECES
+    fixed: int = 3
 
     @classmethod
     @lru_cache(maxsize=8)
-    def of(cls, pieces: int) -> Self:
+    def of(cls, pieces: int, fixed: int = 3) -> Self:
         """The cached spline of so many pieces, whose tables are made once."""
-        return cls(pieces)
+        return cls(pieces, fixed)
 
     @cached_property
     def edges(self) -> FloatArray:
@@ -87,12 +88,12 @@ class DeviationSpline:
         weights, piece = self.weights(u, 0)
         matrix = np.zeros((u.size, self.count))
         np.put_along_axis(matrix, piece[:, None] + np.arange(4), weights, axis=1)
-        inner = matrix[:, AT_REST:-AT_REST]
+        inner = matrix[:, self.fixed : -self.fixed]
         return np.asarray(np.linalg.solve(inner.T @ inner + FIT_DAMPING * np.eye(inner.shape[1]), inner.T))
 
     def end_points(self, end: float, rate: FloatArray) -> FloatArray:
-        """Control points (3, k) at an end whose spline has a derivative (k,) there, but no value and no second one."""
+        """Control points (fixed, k) at an end whose spline has a derivative (k,) there and no other."""
         at = np.array([end])
-        powers = np.stack([self.weights(at, order)[0][0] for order in range(AT_REST)])
-        matrix = powers[:, :AT_REST] if end == 0.0 else powers[:, -AT_REST:]
+        powers = np.stack([self.weights(at, order)[0][0] for order in range(self.fixed)])
+        matrix = powers[:, : self.fixed] if end == 0.0 else powers[:, -self.fixed :]
         return np.asarray(np.linalg.solve(matrix, np.stack([np.zeros_like(rate), rate, np.zeros_like(rate)])))

@@ -91,7 +91,7 @@ def about_z(angle: float) -> tuple[float, float, float, float] | None:
 
 
 class Shape(IntEnum):
-    """The shapes that the compiled core knows."""
+    """The shapes that the compiled core knows; of others it asks for distances."""
 
     BALL = 0
     BOX = 1
@@ -100,6 +100,7 @@ class Shape(IntEnum):
     ELLIPSOID = 4
     HALF_SPACE = 5
     POLYTOPE = 6
+    ASKED = 7
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from problems.base import (
     shown,
 )
 from problems.core import World
-from problems.limits import CoverLimit, Proximity, can_hold, cover_limits, holding_torques, proximity_limits
+from problems.limits import Proximity, can_hold, cover_limits, holding_torques, proximity_limits
 from problems.motions import Samples
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -125,10 +125,11 @@ def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> 
     if world is not None and world.clear(theta[None])[0]:
         return ""
     for cover in cover_limits(robot, obstacles):
-        found = cover.nearest(theta[None], np.zeros(1))
-        if found.clearance[0] < cover.margin:
-            links = cover.described(found.items)
-            return f"{links}: {cover.name} {found.clearance[0]:.6g} m, not {cover.margin:.6g} m"
+        found = cover.closest(theta[None], np.zeros(1))
+        (closest,), (left,) = found.pairs, found.clearance_margins
+        if closest is not None and left < 0.0:
+            links = cover.world.described(closest)
+            return f"{links}: {cover.name} {cover.margin + left:.6g} m, not {cover.margin:.6g} m"
     if robot.cover is not None:
         return ""
     samples = Samples(robot=robot, derivatives=(ca.DM(theta).T,), duration=ca.DM(1.0), times=ca.DM(0.0))
@@ -182,10 +183,6 @@ class Surroundings:
         return World.of(self.robot, self.obstacles)
 
     @cached_property
-    def _covers(self) -> tuple[CoverLimit, ...]:
-        return cover_limits(self.robot, self.obstacles)
-
-    @cached_property
     def _pairs(self) -> tuple[Proximity, ...]:
         return proximity_limits(self.robot, self.obstacles)
 
@@ -197,8 +194,6 @@ class Surroundings:
                 (margin, margin + self.world.clearance_margins(theta, which=which, times=times))
                 for which, margin in kept
             ]
-        if self.robot.cover is not None:
-            return [(cover.margin, cover.nearest(theta, times).clearance) for cover in self._covers]
         samples = Samples(robot=self.robot, derivatives=(ca.DM(theta),), duration=ca.DM(1.0), times=ca.DM(times))
         return [(self.robot.margin, as_array(limit.clearances(samples)).min(axis=1)) for limit in self._pairs]
 

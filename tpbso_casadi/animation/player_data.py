@@ -135,10 +135,10 @@ def _of_covers(limits: Sequence[CoverLimit], theta: FloatArray, times: FloatArra
     limit = next(iter((*outside, *limits)), None)
     if limit is None:
         return None
-    found, points = limit.closest(theta, times)
-    names = [limit.described(found.items.taken(np.array([row]))) for row in range(len(theta))]
+    found, world = limit.closest(theta, times), limit.world
+    names = ["" if pair is None else world.described(pair) for pair in found.pairs]
     every, numbers = np.unique(names, return_inverse=True)
-    return Closest(tuple(every.tolist()), numbers, found.clearance, points)
+    return Closest(tuple(every.tolist()), numbers, limit.margin + found.clearance_margins, found.points)
 
 
 def _said_apart(pairs: Sequence[Pair], frames: Sequence[Matrix], times: FloatArray) -> FloatArray:

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from problems.base import FloatArray
 from problems.certify import WorstIs
-from problems.limits import CollisionPair, CoverClearance, distances_from
+from problems.core import AskedSolid
+from problems.limits import CollisionPair, CoverClearance
 from tpbso_casadi.figures.curves import headline
 from tpbso_casadi.figures.limits import pairs_of
 from tpbso_casadi.figures.palette import CLOSEST, PATH, shade_of
@@ -120,8 +121,8 @@ def nearest_of(motion: JudgedMotion) -> Nearest | None:
     covers = [limit for limit in criteria.judged_limits if isinstance(limit, CoverClearance)]
     if covers:
         at = np.array([time])
-        _, points = covers[0].without_growth().closest(motion.trajectory.at(at), at)
-        return Nearest(time, approach.distance, points[0])
+        found = covers[0].without_growth().closest(motion.trajectory.at(at), at)
+        return Nearest(time, approach.distance, found.points[0])
     frames = robot.positions(ca.DM(motion.trajectory.at(np.array([time]))))
     named = [pair for pair in pairs_of(robot, criteria.obstacles) if str(pair) == approach.pair]
     pair = min(named, key=lambda pair: pair.distance(frames, ca.DM(time)))  # balls of a link share its name
@@ -155,7 +156,8 @@ def in_space(pair: CollisionPair, frames: list[FloatArray], time: float) -> tupl
     """The middle of a ball and the obstacle's point nearest to it, each (3,), m: where its distance falls fastest."""
     center = frames[pair.body.start]
     around = center + STEP * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
-    distances = distances_from(pair.obstacle.without_growth(), around, np.full(len(around), time))
+    seen = AskedSolid.of(pair.obstacle.without_growth())
+    distances = seen.distances(np.vstack([around.T, np.full(len(around), time)]))
     return center, center - distances[0] * (distances[1:4] - distances[4:]) / (2.0 * STEP)
 
 

@@ -20,9 +20,9 @@ from problems import (
     Trajectory,
 )
 from problems.base import FloatArray, Reading
-from problems.certify import TOLERANCE, ClearanceProof, prove, prove_among, prove_clearance, prove_covers
+from problems.certify import TOLERANCE, ClearanceProof, prove, prove_among, prove_clearance
 from problems.core import Separation
-from problems.limits import Clearance, Pair, Proximity, SelfClearance, cover_limits, limits_of, proximity_limits
+from problems.limits import Clearance, Pair, Proximity, SelfClearance, limits_of, proximity_limits
 from problems.motions import Samples
 
 ROUNDING = 1e-9  # of numbers of obstacles that are one
@@ -63,19 +63,13 @@ class KeptClear:
             return None
         which = Separation.ALL if self.own else Separation.FROM_OBSTACLES
         known = prove_among(self.robot, self.obstacles, trajectory, which, WHOLE_GAP, MOST_ITEMS)
-        return self._proof_of_pairs(trajectory) if known is None else known
-
-    def _proof_of_pairs(self, trajectory: Trajectory) -> ClearanceProof | None:
-        proof = prove_clearance(self._merged, trajectory, WHOLE_GAP, CELLS, MOST_CELLS, tell_broken=False)
-        for limit in cover_limits(self.robot, ()) if self.own and is_clear(proof) else ():
-            proof = prove_covers(limit, trajectory)
-            if not is_clear(proof):
-                return proof
-        return proof
+        if known is not None:
+            return known
+        return prove_clearance(self._merged, trajectory, WHOLE_GAP, CELLS, MOST_CELLS, tell_broken=False)
 
     @cached_property
     def _merged(self) -> MergedClearance:
-        """All pairs, of its own bodies unless it has covers."""
+        """All pairs, where the core does not know the robot."""
         each, numbers = tuple(self.obstacles.values()), list(self.obstacles)
         limit = Clearance.for_robot(self.robot, each)
         pairs: list[Pair] = [] if limit is None else [replace(p, number=numbers[p.number - 1]) for p in limit.pairs]

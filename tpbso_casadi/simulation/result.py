@@ -16,7 +16,7 @@ import numpy as np
 
 from problems import CertificateStatus, Trajectory, Verdict
 from problems.base import FloatArray, Table, as_array
-from problems.certify import limit_verdicts, peak_near, prove_clearance, prove_covers
+from problems.certify import limit_verdicts, peak_near, prove_clearance, prove_clearance_in_core
 from problems.limits import CoverLimit, Proximity, complete_limits, limits_of, proximity_limits
 from problems.motions import Samples
 from solvers import Interruption
@@ -113,10 +113,14 @@ def _distances(
 ) -> Iterator[tuple[CertificateStatus, float, float, str]]:
     """A proof and the smallest distance that it met; the smallest at times (n,) in s, followed to its bottom."""
     if isinstance(limit, CoverLimit):
-        found = prove_covers(limit, trajectory)
+        found = prove_clearance_in_core(limit, trajectory)
+        assert found is not None
         yield found.status, found.smallest, found.time, found.where
-        seen = limit.nearest(trajectory.at(times), times, each=False)
-        yield found.status, float(seen.clearance[0]), float(times[seen.items.row[0]]), limit.described(seen.items)
+        row = int(np.argmin(limit.clearances(trajectory.at(times), times)))
+        seen = limit.closest(trajectory.at(times[[row]]), times[[row]])
+        (pair,) = seen.pairs
+        where = "" if pair is None else limit.world.described(pair)
+        yield found.status, limit.margin + float(seen.clearance_margins[0]), float(times[row]), where
         return
     proof = prove_clearance(limit, trajectory)
     if proof is None:

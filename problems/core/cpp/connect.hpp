@@ -1,9 +1,10 @@
 // A way between two postures: RRT-Connect (Kuffner and LaValle, 2000), then shortcuts.
 #pragma once
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
-
-#include "rooms.hpp"
 
 namespace core {
 
@@ -24,8 +25,6 @@ private:
 
 struct Search {
     const double *lower, *upper;  // of the joints, rad
-    double step;                  // of looks along an edge, rad of the joint that turns most
-    double given;                 // room that is kept, m
     double reach;                 // longest edge, rad
     int most;                     // extensions of a tree
     int shortcuts;
@@ -59,16 +58,12 @@ private:
     std::vector<int> parents_;
 };
 
+// Args: `clear` says whether the straight way from one posture to another is, the first of them excluded.
+template <class Clear>
 class Connect {
 public:
-    // Args: how solids move and when postures are passed, or null for both; how far joints may be off, or null.
-    Connect(const World& world, const Search& search, uint64_t seed, const Drift* drifts, const Schedule* schedule,
-            const double* errors)
-        : k_(world.dof), search_(search), rooms_(world), random_(seed), next_(world.dof) {
-        rooms_.eight.drifts = drifts;
-        rooms_.schedule = schedule;
-        for (int j = 0; errors && j < k_; ++j) rooms_.eight.errors.push_back(all(errors[j]));
-    }
+    Connect(int dof, const Search& search, uint64_t seed, Clear clear)
+        : k_(dof), search_(search), clear_(std::move(clear)), random_(seed), next_(dof) {}
 
     // Postures one after the other from start to goal, with straight ways between them that were looked at; none where
     // no way was found.
@@ -94,10 +89,6 @@ public:
     }
 
 private:
-    bool clear(const double* from, const double* to) {
-        return rooms_.clear_between(from, to, search_.step, search_.given, FROM_SOLIDS | FROM_EACH_OTHER);
-    }
-
     // A new node at a posture, or as far toward it as an edge may reach; negative where the way is not clear.
     int extended(Tree& tree, const double* toward) {
         const int near = tree.nearest(toward);
@@ -107,7 +98,7 @@ private:
         const double way = std::sqrt(square), share = way > search_.reach ? search_.reach / way : 1.0;
         if (way == 0.0) return near;
         for (int j = 0; j < k_; ++j) next_[j] = share < 1.0 ? from[j] + share * (toward[j] - from[j]) : toward[j];
-        return clear(from, next_.data()) ? tree.add(next_.data(), near) : -1;
+        return clear_(from, next_.data()) ? tree.add(next_.data(), near) : -1;
     }
 
     std::vector<double> joined(const Tree* trees, int first, int second) const {
@@ -132,7 +123,7 @@ private:
             const int before = (int)first, after = (int)second;
             if (before == after) continue;
             const std::vector<double> one = between(path, first), two = between(path, second);
-            if (!clear(one.data(), two.data())) continue;
+            if (!clear_(one.data(), two.data())) continue;
             std::vector<double> found(path.begin(), path.begin() + (size_t)(before + 1) * k_);
             found.insert(found.end(), one.begin(), one.end());
             found.insert(found.end(), two.begin(), two.end());
@@ -154,7 +145,7 @@ private:
 
     const int k_;
     const Search search_;
-    Rooms rooms_;
+    Clear clear_;
     Random random_;
     std::vector<double> next_;
 };

@@ -97,6 +97,13 @@ int placed_at(Eight& eight, const Looked& looked, int row, std::vector<Lanes>& l
     return count;
 }
 
+// How many postures of a path there are, of which at most `capacity` are written.
+int written(const std::vector<double>& found, int k, int capacity, double* path) {
+    const int count = (int)found.size() / k;
+    std::copy(found.begin(), found.begin() + (size_t)std::min(count, capacity) * k, path);
+    return count;
+}
+
 }  // namespace
 }  // namespace core
 
@@ -126,7 +133,14 @@ int core_variant() {
     return 0;
 }
 
-World* core_world(const long long* counts, const double* numbers) { return new World(world_of({counts, numbers})); }
+// The world of a description; of solids that are not in it, those who know them are asked.
+World* core_world(const long long* counts, const double* numbers,
+                  void (*distances)(int solid, const double* points, double* found),
+                  void (*travel)(int solid, const double* cells, double* found)) {
+    World* world = new World(world_of({counts, numbers}));
+    world->asked = {distances, travel};
+    return world;
+}
 
 void core_forget(World* world) { delete world; }
 
@@ -170,6 +184,26 @@ int core_nearest(const World* world, unsigned which, double given, int rows, con
     return told;
 }
 
+// What is nearest of all in each posture: node, solid or node, kind, (rows, 3), the first of them negative where there is
+// nothing; room and the nearest points of both surfaces, (rows, 7).
+void core_closest(const World* world, unsigned which, int rows, const double* theta, const double* drifts,
+                  const double* times, const double* errors, int* places, double* values) {
+    const Looked looked{rows, theta, drifts, times, errors};
+    Nearest nearest(*world);
+    std::vector<Lanes> lanes;
+    std::fill(places, places + 3 * (size_t)rows, -1);
+    for (int row = 0; row < rows; row += LANES) {
+        const int count = placed_at(nearest.eight, looked, row, lanes);
+        nearest.of_all(which, count, [&](int lane, const Item& item, double room, const double* points) {
+            int* place = places + 3 * (size_t)(row + lane);
+            double* own = values + 7 * (size_t)(row + lane);
+            place[0] = item.one, place[1] = item.two, place[2] = kind(item);
+            own[0] = room;
+            std::copy(points, points + 6, own + 1);
+        });
+    }
+}
+
 // Room of a motion for all t, where solids move as `drifts` (solids, 7) say, if that is not null, and distances are off
 // by `rounding` more then, and joints may be off as `tracking` (3, k) says, if that is not null: a constant, shares of
 // speed and acceleration; values: proven, smallest, time of that, start and end of a cell that is not known; places: node, solid or node, kind.
@@ -184,23 +218,34 @@ int core_prove(const World* world, unsigned which, double gap, int cells, long l
     return proof.status;
 }
 
-// A way of at most `capacity` postures (m, k) from start to goal: how many there are, 0 where none was found. Solids move
-// as `drifts` (solids, 7) say, and postures are passed when `schedule` (k + 3,) says, if both are not null: slopes,
-// offset, first and last time. Joints may be off by `errors` (k,), if that is not null.
+// A way of at most `capacity` postures (m, k) from start to goal: how many there are, 0 where none was found. Edges are
+// looked at with so much step, rad of the joint that turns most, and keep the room that is given, m. Solids move as
+// `drifts` (solids, 7) say, and postures are passed when `schedule` (k + 3,) says, if both are not null: slopes, offset,
+// first and last time. Joints may be off by `errors` (k,), if that is not null.
 int core_connect(const World* world, const double* start, const double* goal, const double* lower, const double* upper,
                  double step, double given, double reach, int most, int shortcuts, unsigned long long seed,
                  const double* drifts, const double* schedule, const double* errors, int capacity, double* path) {
-    const Search search{lower, upper, step, given, reach, most, shortcuts};
+    const int k = world->dof;
+    Rooms rooms(*world);
+    rooms.eight.drifts = moving(drifts);
+    for (int j = 0; errors && j < k; ++j) rooms.eight.errors.push_back(all(errors[j]));
     Schedule passed{};
     if (schedule) {
-        const double* rest = schedule + world->dof;
+        const double* rest = schedule + k;
         passed = {schedule, rest[0], rest[1], rest[2]};
+        rooms.schedule = &passed;
     }
-    Connect connect(*world, search, seed, moving(drifts), schedule ? &passed : nullptr, errors);
-    const std::vector<double> found = connect(start, goal);
-    const int count = (int)found.size() / world->dof;
-    std::copy(found.begin(), found.begin() + (size_t)std::min(count, capacity) * world->dof, path);
-    return count;
+    const auto clear = [&](const double* from, const double* to) {
+        return rooms.clear_between(from, to, step, given, FROM_SOLIDS | FROM_EACH_OTHER);
+    };
+    return written(Connect(k, {lower, upper, reach, most, shortcuts}, seed, clear)(start, goal), k, capacity, path);
+}
+
+// The same among surroundings that the core does not know: `clear` is asked.
+int core_connect_asking(int k, const double* start, const double* goal, const double* lower, const double* upper,
+                        double reach, int most, int shortcuts, unsigned long long seed,
+                        int (*clear)(const double* from, const double* to), int capacity, double* path) {
+    return written(Connect(k, {lower, upper, reach, most, shortcuts}, seed, clear)(start, goal), k, capacity, path);
 }
 
 // Where steps lead from postures (rows, k), which are replaced, to a pose of the tool; what each then lacks, (rows,).

@@ -7,7 +7,8 @@
 // no more than
 //     sum over the joints that move it of turn_j (its distance from axis j at m).
 // A distance changes by no more than the point moves; of two bodies only the joints between them count. A solid that
-// moves at a constant velocity adds its speed times h, and what is kept from it grows by its rate times h. Where joints
+// moves at a constant velocity adds its speed times h, and what is kept from it grows by its rate times h; of a solid that the core does not know
+// those who know it say how much the distance changes by itself. Where joints
 // are off what is planned by no more than e_j, the least of all distances is less by no more than the sum of e_j times the
 // same levers: joint j is then within turn_j + e_j of its place at m, whatever the others do. What has more
 // room at m than all that has room all through the cell. What has not is opened, if it is larger than it
@@ -37,7 +38,8 @@ public:
     // how far joints may be off, (3, k), or null: a constant, shares of speed and acceleration.
     Prover(const World& world, const Motion& motion, const Drift* drifts, double rounding, const double* tracking)
         : eight_(world), world_(world), motion_(motion), rounding_(world.rounding + rounding), tracking_(tracking),
-          theta_(world.dof), turns_(world.dof), axes_(world.dof + 1) {
+          theta_(world.dof), turns_(world.dof), axes_(world.dof + 1), travels_(world.solids.size()),
+          known_travels_(world.solids.size(), 0u) {
         eight_.drifts = drifts;
         if (tracking) eight_.errors.resize(world.dof);
         for (size_t k = 0; drifts && k < world.solids.size(); ++k) {
@@ -146,12 +148,14 @@ private:
     void place(const Batch& batch) {
         const int k = world_.dof, order = motion_.order;
         powers_.resize(order);
+        ++batch_;
         for (int lane = 0; lane < LANES; ++lane) {
             const Cell& cell = batch.cells[lane];
             const double middle = cell.start + (cell.end - cell.start) / 2.0;
             const double half = std::max(cell.end - middle, middle - cell.start) * (1.0 + 1e-12);
             eight_.times[lane] = motion_.breaks[cell.piece] + middle;
             halves_[lane] = half;
+            cells_[lane] = eight_.times[lane] - half, cells_[LANES + lane] = eight_.times[lane] + half;
             for (int j = 0; j < k; ++j) {
                 for (int d = 0; d < order; ++d) powers_[d] = coefficient(order - 1 - d, cell.piece, j);
                 double sum = 0.0;  // of the sizes of all terms: what rounding is relative to
@@ -203,7 +207,19 @@ private:
     Lanes shrinking(const Item& item) {
         if (item.group >= 0) return travel(item.one, world_.nodes[item.two].body);
         const Lanes moved = travel(item.one, 0);
+        if (world_.solids[item.two].shape == ASKED) return moved + asked_travel(item.two);
         return paces_.empty() ? moved : moved + paces_[item.two] * halves_ * (1.0 + 1e-12);
+    }
+
+    // By how much the distances of a solid that the core does not know change by themselves; asked once in a batch.
+    const Lanes& asked_travel(int solid) {
+        if (known_travels_[solid] != batch_) {
+            double found[LANES];
+            world_.asked.travel(solid, cells_, found);
+            for (int lane = 0; lane < LANES; ++lane) travels_[solid][lane] = found[lane];
+            known_travels_[solid] = batch_;
+        }
+        return travels_[solid];
     }
 
     // How far the centre of a node moves at most as seen from another body.
@@ -279,6 +295,10 @@ private:
     std::vector<Lanes> theta_, turns_;
     std::vector<Point> axes_;
     std::vector<double> powers_;
+    double cells_[2 * LANES] = {};  // of the batch: starts, ends, s
+    std::vector<Lanes> travels_;
+    std::vector<unsigned> known_travels_;  // the batch for which each was asked
+    unsigned batch_ = 0;
 };
 
 }  // namespace core

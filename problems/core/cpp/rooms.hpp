@@ -85,10 +85,25 @@ private:
     std::vector<Lanes> theta_;
 };
 
-// Of each link and each solid, and of each two links, the two balls that come nearest.
+// Of each link and each solid, and of each two links, the two balls that come nearest; and what comes nearest of all.
 class Nearest {
 public:
     explicit Nearest(const World& world) : eight(world), world_(world), gradient_(world.dof) {}
+
+    // Tell what is nearest of all in the eight postures that are placed, where there is anything; the first so many count.
+    // Points are those of both surfaces that are nearest, three numbers each.
+    template <class Tell>
+    void of_all(unsigned which, int lanes, Tell tell) {
+        found_.fill(all(HUGE_VAL));
+        roots(world_, which, [this](const Item& item) { look(item); });
+        for (int lane = 0; lane < lanes; ++lane) {
+            if (!(found_.values[0][lane] < HUGE_VAL)) continue;
+            const Item& item = found_.items[0][lane];
+            double points[6];
+            surfaces(item, lane, points);
+            tell(lane, item, found_.values[0][lane], points);
+        }
+    }
 
     // Tell what of the eight postures that are placed has less room than is given; the first so many count.
     template <class Tell>
@@ -143,15 +158,43 @@ private:
         found_.items[place][lane] = item;
     }
 
+    // The points of a ball, and of the solid or ball that it is near, that are nearest to each other.
+    void surfaces(const Item& item, int lane, double* points) {
+        slopes(item, lane);
+        const Point& centers = eight.center(item.one);
+        const double p[3] = {centers.x[lane], centers.y[lane], centers.z[lane]};
+        double apart = 0.0;
+        if (item.group < 0) {
+            apart = from_solid(item, lane) - world_.nodes[item.one].radius;
+        } else {
+            const Point way = centers - eight.center(item.two);
+            apart = length(way)[lane] - world_.nodes[item.one].radius - world_.nodes[item.two].radius;
+        }
+        for (int i = 0; i < 3; ++i) {
+            points[i] = p[i] - world_.nodes[item.one].radius * out_[i];
+            points[3 + i] = points[i] - apart * out_[i];
+        }
+    }
+
+    // How far a ball's centre is from a solid, where that is.
+    double from_solid(const Item& item, int lane) {
+        const Solid& solid = world_.solids[item.two];
+        if (solid.shape == ASKED) return asked_distances(world_, item.two, eight.center(item.one), eight.times)[lane];
+        const Point there = eight.drifts ? as_seen_from(eight.drifts[item.two], eight, item.one) : eight.center(item.one);
+        return distance(solid, there, all(HUGE_VAL))[lane];
+    }
+
     // Along the way out of what is nearest each joint moves the centre of the ball, and time moves the solid.
     void slopes(const Item& item, int lane) {
         const int body = world_.nodes[item.one].body;
         const Point& centers = eight.center(item.one);
         const double p[3] = {centers.x[lane], centers.y[lane], centers.z[lane]};
-        double out[3];
+        double* out = out_;
         int fixed = 0;
         rate_ = 0.0;
-        if (item.group < 0 && eight.drifts) {
+        if (item.group < 0 && world_.solids[item.two].shape == ASKED) {
+            asked_way_out(item.two, p, eight.times[lane], out);
+        } else if (item.group < 0 && eight.drifts) {
             const Drift& drift = eight.drifts[item.two];
             const Point from = as_seen_from(drift, eight, item.one);
             const double seen[3] = {from.x[lane], from.y[lane], from.z[lane]};
@@ -187,11 +230,26 @@ private:
 
     // The unit vector along which the distance grows fastest, by differences: six points at once.
     static void way_out(const Solid& solid, const double* p, double* out) {
-        const double step = 1e-6;  // m
+        along(distance(solid, around(p), all(HUGE_VAL)), out);
+    }
+
+    // The same of a solid that the core does not know; the last two points tell how its distance changes with the time.
+    void asked_way_out(int solid, const double* p, double time, double* out) {
+        Lanes times = all(time);
+        times[6] += STEP, times[7] -= STEP;
+        const Lanes there = asked_distances(world_, solid, around(p), times);
+        along(there, out);
+        rate_ = (there[6] - there[7]) / (2.0 * STEP);
+    }
+
+    static Point around(const double* p) {
         Point around = {all(p[0]), all(p[1]), all(p[2])};
-        around.x[0] += step, around.x[1] -= step, around.y[2] += step;
-        around.y[3] -= step, around.z[4] += step, around.z[5] -= step;
-        const Lanes there = distance(solid, around, all(HUGE_VAL));
+        around.x[0] += STEP, around.x[1] -= STEP, around.y[2] += STEP;
+        around.y[3] -= STEP, around.z[4] += STEP, around.z[5] -= STEP;
+        return around;
+    }
+
+    static void along(const Lanes& there, double* out) {
         double square = 0.0;
         for (int i = 0; i < 3; ++i) {
             out[i] = there[2 * i] - there[2 * i + 1];
@@ -201,11 +259,13 @@ private:
         for (int i = 0; i < 3; ++i) out[i] /= norm;
     }
 
+    static constexpr double STEP = 1e-6;  // m, s
     const World& world_;
     Ranking found_;
     std::vector<Item> tops_, stack_;
     std::vector<double> gradient_;  // of the room by the joints
     double rate_ = 0.0;             // and by the time
+    double out_[3] = {};            // the way out of what is nearest
 };
 
 }  // namespace core

@@ -35,6 +35,13 @@ struct Drift {
     double rate;                    // how much more is kept from it with every second, m/s
 };
 
+// Who knows solids that the core does not: the distances of eight points (x, y, z, t: 8 each) from one, what more is kept
+// then taken off; and how much these may differ in eight cells of time (starts, ends: 8 each) from those in the middle.
+struct Asked {
+    void (*distances)(int solid, const double* points, double* found);
+    void (*travel)(int solid, const double* cells, double* found);
+};
+
 struct World {
     int dof;
     double base_rotation[9], base_translation[3];
@@ -45,6 +52,7 @@ struct World {
     std::vector<Pair> pairs;
     std::vector<Solid> solids;
     double margins[2];  // kept from solids, and from each other, m
+    Asked asked;
     double rounding;    // no computed distance is farther than that from what exact arithmetic gives, m
 };
 
@@ -167,6 +175,20 @@ INLINE Point as_seen_from(const Drift& drift, Eight& eight, int node) {
             center.z - (drift.origin[2] + drift.velocity[2] * eight.times)};
 }
 
+INLINE void put(double* numbers, const Lanes& lanes) {
+    for (int lane = 0; lane < LANES; ++lane) numbers[lane] = lanes[lane];
+}
+
+// The distances of points at times from a solid that the core does not know.
+inline Lanes asked_distances(const World& world, int solid, const Point& p, const Lanes& times) {
+    double given[4 * LANES], found[LANES];
+    put(given, p.x), put(given + LANES, p.y), put(given + 2 * LANES, p.z), put(given + 3 * LANES, times);
+    world.asked.distances(solid, given, found);
+    Lanes all_found;
+    for (int lane = 0; lane < LANES; ++lane) all_found[lane] = found[lane];
+    return all_found;
+}
+
 // How far they are apart, less what they have to keep: exact, or no more where it is more than enough, m.
 INLINE Lanes room(Eight& eight, const Item& item, Lanes enough) {
     const World& world = eight.world;
@@ -177,6 +199,8 @@ INLINE Lanes room(Eight& eight, const Item& item, Lanes enough) {
         const Drift* drift = eight.drifts ? &eight.drifts[item.two] : nullptr;
         Lanes more = drift ? one.radius + kept + drift->rate * eight.times : all(one.radius + kept);
         if (!exact) more += eight.tube(item.one, 0);
+        if (world.solids[item.two].shape == ASKED)
+            return asked_distances(world, item.two, eight.center(item.one), eight.times) - more;
         const Point center = drift ? as_seen_from(*drift, eight, item.one) : eight.center(item.one);
         return distance(world.solids[item.two], center, enough + more) - more;
     }

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from problems.assembly import LARGEST_TIME_SCALE, Approach, DirectPlanner
 from problems.base import FloatArray, InvalidProblem
-from problems.core import World
+from problems.core import found_core
 from problems.families.splines.branches import branch_posture, least_time
 from problems.limits import Limit
 from problems.motions import JointPath, Trajectory
@@ -22,25 +22,29 @@ from problems.polish import (
     PIECES,
     Deviations,
     ExpressionLimits,
+    FreeEnd,
     IntegrandFunctions,
+    JointTorques,
     Passages,
     PathRefinement,
     PolishObjective,
     Rates,
     RefinementSettings,
     at_the_bound,
+    deviations_from_rest,
     everywhere,
     faster_nearby,
     fastest_pinned,
-    gentler_limits,
     joint_box,
     postures_around,
     postures_on_the_way,
+    programs_know,
+    with_better_ends,
 )
 from problems.robots import Robot
-from problems.sequential import JointTorques, PathSpeedPolish, can_be_polished, limits_can_be_polished
 from problems.tasks import Joints, Move, Surroundings
 from problems.timing import fastest_through, least_durations, retime
+from problems.worlds import World, world_of
 
 SEGMENT_PIECES = 7  # of a deviation past vias, for each of its segments: durations within 3 % of 192 pieces
 SAMPLE_TIMES = 100  # of a motion, at least, at which motors and own limits are checked before a proof
@@ -49,7 +53,7 @@ LATER = 1e-9  # of the least total time: rounding
 
 
 def move_planner(task: Move, objective: Objective, limits: tuple[Limit, ...], keeps_branch: bool) -> MovePlanner:
-    """The planner of a move without a search: programs, and paths in space where programs know all limits.
+    """The planner of a move without a search: with programs and paths, where programs know all that is asked for.
 
     Args:
         task: the statement.
@@ -58,20 +62,18 @@ def move_planner(task: Move, objective: Objective, limits: tuple[Limit, ...], ke
         keeps_branch: whether no stop leaves several postures to inverse kinematics.
     """
     known = [limit for limit in limits if not ExpressionLimits.supports(limit)]
-    free = ExpressionLimits.among(limits) is None and task.total_time is None
+    free = len(known) == len(limits) and task.total_time is None
     between_states = free and task.robot.limits.jerk is not None
-    fits = task.robot.dim == 3 and keeps_branch and (task.at_rest or between_states)
-    if not (fits and limits_can_be_polished(known) and objective.polish_suffices):
-        return MovePlanner(task, objective, limits)
-    integrals = IntegrandFunctions.of(objective, task.robot)
-    if integrals is None:
+    fits = keeps_branch and (task.at_rest or between_states) and found_core() is not None
+    integrals = IntegrandFunctions.of(objective, task.robot) if fits and objective.polish_suffices else None
+    if integrals is None or not programs_know(known):
         return MovePlanner(task, objective, limits)
     return PathPlanner(task, objective, limits, integrals)
 
 
 @dataclass(frozen=True, eq=False)
 class MovePlanner(DirectPlanner):
-    """Sequential linear programs over path and speed, where these know all that is asked for.
+    """The fastest motions in free space; no programs.
 
     Args:
         task: the statement.
@@ -87,23 +89,6 @@ class MovePlanner(DirectPlanner):
     def robot(self) -> Robot:
         """The robot that moves."""
         return self.task.robot
-
-    @cached_property
-    def _has_programs(self) -> bool:
-        return self.objective.asks_for_least_time and can_be_polished(self.task, self.limits)
-
-    @property
-    def _ends_are_given(self) -> bool:
-        return all(place.always_reached for place in (self.task.start, *self.task.goals))
-
-    @property
-    def replaces_descents(self) -> bool:
-        """Whether there are programs, in space; in the plane a nonlinear program may do as well."""
-        return self._has_programs and self.robot.dim == 3
-
-    @property
-    def ends_may_move(self) -> bool:
-        return self.replaces_descents and not self._ends_are_given
 
     @property
     def free_space_time(self) -> float:
@@ -132,15 +117,6 @@ class MovePlanner(DirectPlanner):
         """Motions through postures that were found already: those at the bound are where paths begin."""
         return {}
 
-    @cached_property
-    def _polish(self) -> PathSpeedPolish:
-        return PathSpeedPolish(self.task, self.limits)
-
-    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """Faster motions; none in the plane, where a nonlinear program does as well, without torques and movement."""
-        hard = self.robot.limits.torque is not None or self.task.is_timed
-        return self._polish(start) if self._has_programs and (self.robot.dim == 3 or hard) else iter(())
-
 
 @dataclass(frozen=True, eq=False)
 class PathPlanner(MovePlanner):
@@ -153,19 +129,56 @@ class PathPlanner(MovePlanner):
     integrals: IntegrandFunctions
 
     @property
+    def _is_simple(self) -> bool:
+        """Whether nothing but a move from rest to rest in least time is asked for."""
+        simple = self.task.at_rest and self.task.passes_nothing and self.task.duration_bounds is None
+        return simple and self.objective.asks_for_least_time
+
+    @property
+    def replaces_descents(self) -> bool:
+        """Whether there are programs, in space; in the plane a nonlinear program may do as well."""
+        return self._is_simple and self._own is None and self.robot.dim == 3
+
+    @property
     def ends_may_move(self) -> bool:
-        return not self._ends_are_given
+        return self.robot.dim == 3 and not all(place.always_reached for place in (self.task.start, *self.task.goals))
 
     @property
     def least_bound(self) -> float:
         return float(self._goals[1][0])
 
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """Faster motions; with own limits, deviations of the given one, in least time from rest to rest."""
-        simple = self.task.at_rest and self.task.passes_nothing and self.task.total_time is None
-        if self._has_programs or self._own is None or not (simple and self.objective.asks_for_least_time):
-            return super().polished(start)
-        return faster_nearby(start, self.integrals, self.task.obstacles, self.limits)
+        """Faster motions; none in the plane, where a nonlinear program does as well, without torques and movement."""
+        hard = self.robot.dim == 3 or self.robot.limits.torque is not None or self.task.is_timed
+        if not (self._is_simple and hard):
+            return
+        if self._own is not None:
+            yield from faster_nearby(start, self.integrals, self._world, self.limits)
+            return
+        begin, end = start.at(start.breakpoints[[0, -1]])
+        found = self._refinement(begin, end, start).best_motion(0)
+        if found is not None:
+            ends = (FreeEnd(self.robot, self.task.start), FreeEnd(self.robot, self.task.reached_goal(end)))
+            yield with_better_ends(found, ends, self._near)
+
+    def _near(self, start: FloatArray, goal: FloatArray, known: Trajectory) -> Trajectory | None:
+        """The motion between two postures (dof,), rad, to which programs lead from a known one; None for none."""
+        if not (self._world.clear(np.stack([start, goal])).all() and self._allowed(goal[None]).all()):
+            return None
+        return self._refinement(start, goal, known).polished_motion()
+
+    def _refinement(self, start: FloatArray, goal: FloatArray, known: Trajectory) -> PathRefinement:
+        """The refinement of motions between two postures (dof,), rad, that begins at a known one."""
+        motions = deviations_from_rest(start, goal, self.robot.limits, self._torques)
+        return PathRefinement(
+            world=self._world,
+            motions=motions,
+            objective=self._polish_objective(motions),
+            box=joint_box(self.robot, start, goal),
+            torques=self._torques,
+            known=known,
+            stay=self.task.stay,
+        )
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Motions as fast as the direct one; of a pose to the postures around the branch's, the best first."""
@@ -180,7 +193,7 @@ class PathPlanner(MovePlanner):
             yield from map(self._in_time, held)
 
     def approaches(self) -> Sequence[Approach]:
-        if self._world is None or not self._allowed(self._start[None]).all():
+        if not self._allowed(self._start[None]).all():
             return ()
         goals, bounds = self._goals
         clear = self._world.still.clear(goals) & self._allowed(goals)
@@ -190,14 +203,8 @@ class PathPlanner(MovePlanner):
         self, approach: Approach, seed: int, to_beat: float, running_out: Callable[[], bool]
     ) -> Iterator[Trajectory]:
         world, start, goal, vias = self._world, self._start, approach.goal, self.task.vias
-        assert world is not None
         try:
-            gentler = gentler_limits(start, goal, self.robot.limits, self._torques) if self.task.at_rest else None
-            rates, soonest = Rates(*self.task.end_velocities), self._soonest if world.moves else 0.0
-            pieces = max(PIECES, SEGMENT_PIECES * (len(vias) + 1))
-            motions = Deviations(
-                start, goal, self.robot.limits, gentler=gentler, rates=rates, at_least=soonest, pieces=pieces
-            )
+            motions = self._motions(goal)
         except InvalidProblem:  # of ends that move
             return
         usual = np.array([branch_posture(self.robot, via) for via in vias]).reshape(-1, self.robot.dof)
@@ -230,9 +237,18 @@ class PathPlanner(MovePlanner):
                 yield from map(self._in_time, (found, *self._timed_anew(found, known)))
                 to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
 
+    def _motions(self, goal: FloatArray) -> Deviations:
+        """The motions from the start to a posture at the goal, (dof,), rad."""
+        limits, at_least = self.robot.limits, self._soonest if self._world.moves else 0.0
+        pieces = max(PIECES, SEGMENT_PIECES * (len(self.task.vias) + 1))
+        if self.task.at_rest:
+            return deviations_from_rest(self._start, goal, limits, self._torques, at_least=at_least, pieces=pieces)
+        rates = Rates(*self.task.end_velocities)
+        return Deviations(self._start, goal, limits, rates=rates, at_least=at_least, pieces=pieces)
+
     @cached_property
-    def _world(self) -> World | None:
-        return World.of(self.robot, self.task.obstacles)
+    def _world(self) -> World:
+        return world_of(self.robot, self.task.obstacles, self.limits)
 
     @cached_property
     def _start(self) -> FloatArray:
@@ -291,7 +307,7 @@ class PathPlanner(MovePlanner):
     def _timed_anew(self, found: Trajectory, known: Trajectory | None) -> Iterator[Trajectory]:
         """Motions past vias that may take less than a found one: through a few of its postures, or along its path."""
         world, best = self._world, found
-        if not self.task.vias or world is None or not self.objective.sooner_is_better:
+        if not self.task.vias or not self.objective.sooner_is_better:
             return
         passed = np.concatenate([[0.0], self.task.via_times(found), [found.duration]])
         pinned = None

@@ -11,9 +11,9 @@ import numpy as np
 from problems.assembly import Criteria, DirectPlanner
 from problems.families.traced.nearness import Nearness
 from problems.motions import Trajectory
-from problems.polish import PIECES, ExpressionLimits, IntegrandFunctions, faster_nearby
-from problems.sequential import limits_can_be_polished
+from problems.polish import PIECES, ExpressionLimits, IntegrandFunctions, faster_nearby, programs_know
 from problems.tasks import SpaceTracing
+from problems.worlds import world_of
 
 MOST_POLISHES, WORTH_POLISHING = 3, 0.01  # of a path; of the duration: what one gains before the next
 PIECES_EACH, MOST_PIECES = 12, 96  # of what a motion deviates by: in each stretch between two stops, in all
@@ -39,7 +39,7 @@ class TracingPlanner(DirectPlanner):
         others = [limit for limit in self.criteria.limits if not ExpressionLimits.supports(limit)]
         free = self.task.total_time is None and not self.task.is_timed
         objective = self.criteria.objective
-        if not (free and objective.asks_for_least_time and limits_can_be_polished(others)):
+        if not (free and objective.asks_for_least_time and programs_know(others)):
             return None
         return IntegrandFunctions.of(objective, self.task.robot)
 
@@ -63,9 +63,8 @@ class TracingPlanner(DirectPlanner):
         near, stretches = self._nearness, self.stretches
         pieces = PIECES if stretches == 1 else min(PIECES_EACH * stretches, MOST_PIECES)
         limits = (*self.criteria.limits, *near.limits)
-        for made in faster_nearby(
-            known, self.integrals, self.task.obstacles, limits, places=near.corners, pieces=pieces
-        ):
+        world = world_of(self.task.robot, self.task.obstacles, self.criteria.limits)
+        for made in faster_nearby(known, self.integrals, world, limits, places=near.corners, pieces=pieces):
             found = made.time_scaled(max(1.0, self.criteria.safe_time_scale(made)))
             if found.duration < known.duration and all(each.satisfied for each in self.criteria.verify(found)):
                 return found

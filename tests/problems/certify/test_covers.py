@@ -11,7 +11,14 @@ from helpers.slow import slow_except
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from problems.certify import CertificateStatus, at_goal, closest_cover, limit_verdicts, prove_covers
+from problems.certify import (
+    CertificateStatus,
+    ClearanceProof,
+    at_goal,
+    closest_cover,
+    limit_verdicts,
+    prove_clearance_in_core,
+)
 from problems.limits import CoverClearance, CoverLimit, cover_limits
 from problems.motions import Trajectory
 from problems.robots import SpatialArm
@@ -22,6 +29,12 @@ from problems.scene.solids import Ball, Box
 @pytest.fixture(scope="module")
 def arm() -> SpatialArm:
     return covered_arm()
+
+
+def proven(limit: CoverLimit, trajectory: Trajectory) -> ClearanceProof:
+    proof = prove_clearance_in_core(limit, trajectory)
+    assert proof is not None
+    return proof
 
 
 def moving(seed: int) -> Trajectory:
@@ -66,11 +79,7 @@ def test_the_nearest_is_that_of_all_balls(arm: SpatialArm, seed: int) -> None:
     theta = np.random.default_rng(seed).uniform(-2.5, 2.5, (3, 3))
     expected = np.array([by_hand(arm, posture) for posture in theta]).T
     for limit, least in zip(cover_limits(arm, BOXES), expected, strict=True):
-        found = limit.nearest(theta, np.zeros(3))
-        np.testing.assert_allclose(found.clearance, least, atol=1e-9)
-        overall = limit.nearest(theta, np.zeros(3), each=False)
-        assert overall.clearance[0] == found.clearance.min()
-        assert overall.items.row[0] == found.clearance.argmin()
+        np.testing.assert_allclose(limit.clearances(theta, np.zeros(3)), least, atol=1e-9)
 
 
 @settings(max_examples=15, deadline=None)
@@ -79,13 +88,15 @@ def test_the_nearest_points_lie_on_both_surfaces(arm: SpatialArm, seed: int) -> 
     theta = np.random.default_rng(seed).uniform(-2.5, 2.5, (3, 3))
     outside, own = cover_limits(arm, BOXES)
     for limit in (outside, own):
-        found, points = limit.closest(theta, np.zeros(3))
-        near, far = points.swapaxes(0, 1)
-        np.testing.assert_allclose(np.linalg.norm(far - near, axis=1), np.abs(found.clearance), atol=1e-7)
+        found = limit.closest(theta, np.zeros(3))
+        clearances = limit.margin + found.clearance_margins
+        np.testing.assert_array_equal(clearances, limit.clearances(theta, np.zeros(3)))
+        near, far = found.points.swapaxes(0, 1)
+        np.testing.assert_allclose(np.linalg.norm(far - near, axis=1), np.abs(clearances), atol=1e-7)
         for row, posture in enumerate(theta):
             centers, radii = (np.concatenate(parts) for parts in zip(*every_ball(arm, posture), strict=True))
             assert (np.linalg.norm(near[row] - centers, axis=1) - radii).min() < 1e-7
-            if limit is outside and found.clearance[row] > 0.0:
+            if limit is outside and clearances[row] > 0.0:
                 assert min(abs(float(from_box(far[row : row + 1], box)[0])) for box in BOXES) < 1e-6
             elif limit is own:
                 assert (np.linalg.norm(far[row] - centers, axis=1) - radii).min() < 1e-7
@@ -96,7 +107,7 @@ def test_what_is_proven_is_below_every_distance_and_not_far(arm: SpatialArm, see
     motion = moving(seed)
     seen = np.array([by_hand(arm, theta) for theta in motion.at(motion.times(60))]).min(axis=0)
     for limit, least in zip(cover_limits(arm, BOXES), seen, strict=True):
-        proof = prove_covers(limit, motion)
+        proof = proven(limit, motion)
         if least < -1e-3:
             assert proof.status is not CertificateStatus.CERTIFIED
         elif least > 0.02:
@@ -111,7 +122,7 @@ def test_a_status_says_violated_only_where_the_link_itself_is_too_near(arm: Spat
     for gap, status in ((0.01, "certified"), (0.001, "undecided"), (-0.01, "violated")):
         wall = Box(center=(0.03 + gap + 0.05, 0.0, 0.3), size=(0.1, 0.1, 0.1))
         (limit, _) = cover_limits(arm, [wall])
-        assert prove_covers(limit, standing).status == status
+        assert proven(limit, standing).status == status
         [verdict] = limit_verdicts([limit], standing)
         assert verdict.status == status and verdict.cell is None
         assert verdict.where.endswith("by a lower bound of the distance, maybe not in truth") == (status == "undecided")
@@ -135,8 +146,8 @@ def drifting(velocity: tuple[float, float, float]) -> Obstacle:
 def test_an_obstacle_that_comes_near_is_seen_when_it_does(arm: SpatialArm) -> None:
     standing = Trajectory.standing(np.zeros(3), 2.0)
     (away, _), (near, _) = (cover_limits(arm, [drifting((x, 0.0, 0.0))]) for x in (0.1, -0.2))
-    assert prove_covers(away, standing).status is CertificateStatus.CERTIFIED
-    proof = prove_covers(near, standing)
+    assert proven(away, standing).status is CertificateStatus.CERTIFIED
+    proof = proven(near, standing)
     assert proof.status is CertificateStatus.VIOLATED
     assert isinstance(near, CoverClearance)
     found = closest_cover(near, standing)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from problems.limits import TorqueLimit
+from problems.polish.torques import CoreTorques, JointTorques
 from problems.robots import FixedFrame, SpatialArm, built_in
 from problems.robots.chain import JointKind
-from problems.sequential.torques import CoreTorques, JointTorques
 
 pytestmark = pytest.mark.usefixtures("compiled")
 

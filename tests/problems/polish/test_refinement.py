@@ -14,12 +14,12 @@ from problems.polish import (
     Deviations,
     PathRefinement,
     RefinementSettings,
-    gentler_limits,
+    deviations_from_rest,
     joint_box,
 )
+from problems.polish.torques import JointTorques
 from problems.robots import SpatialArm
 from problems.scene import Box
-from problems.sequential import JointTorques
 from tpbso_casadi.facade.robots import robot
 
 
@@ -72,9 +72,8 @@ def test_motors_that_are_too_weak_for_the_bound_are_given_time() -> None:
     limit = next(limit for limit in limits_of(arm, ()) if isinstance(limit, TorqueLimit))
     torques, world = JointTorques.of(limit), World.of(arm, ())
     assert world is not None
-    eased = gentler_limits(start, goal, arm.limits, torques)
-    assert eased is not None and max(eased.acceleration) < max(arm.limits.acceleration)
-    motions = Deviations(start, goal, arm.limits, gentler=eased)
+    motions = deviations_from_rest(start, goal, arm.limits, torques)
+    assert motions.direct.duration > motions.bound
     objective, box = polish_objective(motions, arm), joint_box(arm, start, goal)
     found = PathRefinement(world=world, motions=motions, objective=objective, box=box, torques=torques)
     trajectory = found.best_motion(1)

@@ -65,6 +65,6 @@ def test_the_public_ur5_is_not_certified_through_a_pillar() -> None:
 
     scene = Meshes("ur5", arm, np.array([[0.34, 0.0, 0.5]]), (0.06, 0.06, 1.0))
     for theta in motion.at(np.linspace(0.0, motion.duration, 200)):
-        exact, found = scene.distance(theta), limits[0].nearest(theta[None], np.zeros(1)).clearance[0]
+        exact, found = scene.distance(theta), limits[0].clearances(theta[None], np.zeros(1))[0]
         if exact > 0.0:
             assert -1e-6 <= exact - found <= 0.003
