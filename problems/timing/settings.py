@@ -212,21 +212,24 @@ class ThroughBoundSettings:
     """Settings of the lower bound of motions through postures.
 
     Args:
-        levels: numbers of intervals of velocity from one limit to the other, and of steps of the weights with them.
-        most_edges: of all joints and segments; a level that has more is left out, unless it is the first.
+        intervals: numbers of intervals of velocity from one limit to the other: with the first one weights are
+            searched, and then improved with the largest whose graph is small enough.
+        most_edges: of the second graph, of all joints and segments.
+        steps: of the weights with the first number of intervals, and with the second.
         first_step: of the logarithm of a weight, for a segment's excess in shares of the mean segment.
         settling: steps after which one is half as long.
     """
 
-    levels: tuple[tuple[int, int], ...] = ((16, 120), (48, 15))
+    intervals: tuple[int, ...] = (16, 24, 32, 48)
     most_edges: int = 200_000
+    steps: tuple[int, int] = (120, 15)
     first_step: float = 1.0
     settling: float = 20.0
 
-    def grids(self, parts: int) -> tuple[tuple[int, int], ...]:
-        """The levels for so many segments times joints."""
-        finer = [level for level in self.levels[1:] if parts * level[0] ** 2 <= self.most_edges]
-        return (self.levels[0], *finer)
+    def levels(self, parts: int) -> tuple[tuple[int, int], ...]:
+        """The numbers of intervals, and of steps, for so many segments times joints."""
+        finer = [count for count in self.intervals[1:] if parts * count**2 <= self.most_edges]
+        return tuple(zip((self.intervals[0], *finer[-1:]), self.steps, strict=False))
 
 
 DEFAULT_THROUGH_BOUND = ThroughBoundSettings()

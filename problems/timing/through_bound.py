@@ -39,7 +39,7 @@ def least_through(
     if len(distances) < 2:
         return float(least_durations(distances, limits).max(initial=0.0)) * (1.0 - ROUNDING)
     weights, best = np.full(distances.shape, 1.0 / limits.dof), 0.0
-    for intervals, steps in settings.grids(distances.size):
+    for intervals, steps in settings.levels(distances.size):
         graph = VelocityGraph.of(distances, limits, intervals)
         bound, weights = best_weights(graph, weights, steps, settings)
         best = max(best, bound)
