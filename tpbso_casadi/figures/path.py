@@ -33,7 +33,15 @@ from tpbso_casadi.figures.scene import (
 )
 from tpbso_casadi.figures.space import Posture, Way, space_figure
 from tpbso_casadi.figures.space_scene import Scene
-from tpbso_casadi.figures.style import ONE_COLUMN, PlaceLabel, in_print, label_places, legend_columns, title_figure
+from tpbso_casadi.figures.style import (
+    ONE_COLUMN,
+    PlaceLabel,
+    in_print,
+    label_places,
+    lay_out,
+    legend_columns,
+    title_figure,
+)
 from tpbso_casadi.planning import JudgedMotion, PlannedMotion
 
 COUNT = 9
@@ -210,7 +218,7 @@ def path_in_plane(plan: PlannedMotion) -> Figure:
     title_figure(figure, headline(plan))
     labels = axes.get_legend_handles_labels()[1]
     figure.legend(loc="outside lower center", ncols=min(2, legend_columns(labels, figure.get_figwidth())))
-    figure.draw_without_rendering()  # so that places are final
+    lay_out(figure)  # so that places are final
     outlines = [obstacle.outline() for obstacle in criteria.task.scenery if not obstacle.moves]
     ways = [joints[:, -1], *motion.joint_positions(times_of(shown)), *outlines, *(c.middles for c in courses)]
     label_places(axes, labels_of(plan, nearest, still), ways)

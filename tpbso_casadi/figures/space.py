@@ -25,7 +25,15 @@ from tpbso_casadi.figures.appearance import LIGHT, front_of, layers, palette_of,
 from tpbso_casadi.figures.palette import BLUE, CLOSEST, GIVEN, GREEN, OBSTACLE, PATH, VERMILLION
 from tpbso_casadi.figures.scene import DIAMOND, LABEL, MARKER_STYLES, SQUARE, Points, draw_band, draw_ways
 from tpbso_casadi.figures.space_scene import FRONT, SIDE, TOP, Polyhedron, Scene, View, ground
-from tpbso_casadi.figures.style import ONE_COLUMN, TWO_COLUMNS, PlaceLabel, in_print, label_places, write_figure
+from tpbso_casadi.figures.style import (
+    ONE_COLUMN,
+    TWO_COLUMNS,
+    PlaceLabel,
+    in_print,
+    label_places,
+    lay_out,
+    write_figure,
+)
 
 
 def painting_order(
@@ -252,7 +260,7 @@ def space_figure(
         way: of the tool.
         swept: further postures (n, dof), rad, that have to fit in.
     """
-    shown = np.array([posture.theta for posture in postures])
+    shown = thetas_of(postures)
     bounds = scene.bounds(shown if swept is None else np.vstack([shown, swept]))
     width, depth, height = bounds[1] - bounds[0]
     scale = min((TWO_COLUMNS - 1.1) / (width + depth), TALLEST / (depth + height))
@@ -281,7 +289,7 @@ def space_figure(
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=2 if size[0] < 5.5 else 3)
     if way is not None:
         picture.set_title(LAST if way.nearest is None else literal(postures[-1].label), loc="right")
-        figure.draw_without_rendering()  # so that places are final
+        lay_out(figure)  # so that places are final
         for axes, view, *_ in panels:
             draw_names(axes, view, scene, postures, way)
     return figure
@@ -305,7 +313,7 @@ def draw_names(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture]
     labels = [PlaceLabel(points.label, view.project(points.places[0])) for points in way.named]
     if way.nearest is not None:
         labels.insert(0, PlaceLabel(way.nearest.label, view.project(way.nearest.places).mean(axis=0), CLOSEST))
-    skeletons = scene.robot.skeleton(np.array([posture.theta for posture in postures]))
+    skeletons = scene.robot.skeleton(thetas_of(postures))
     label_places(axes, labels, [view.project(line) for line in (way.path.places, *skeletons)])
 
 
@@ -321,9 +329,8 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
         solids = scene.solids_at(posture.time)
         draw_solids(axes, view, [solids[number] for number in scene.moving], posture.opacity, posture.opacity)
     axes.plot(*view.project(np.array(scene.robot.base)), "s", color="black", markersize=7, label="base", zorder=5)
-    for posture in postures:
-        draw_thickness(axes, view, scene, posture)
-        skeleton = scene.robot.skeleton(posture.theta[None])[0]
+    draw_thickness(axes, view, scene, [posture for posture in postures if posture.strong])
+    for posture, skeleton in zip(postures, scene.robot.skeleton(thetas_of(postures)), strict=True):
         axes.plot(
             *view.project(skeleton).T, "-o", color=posture.colour, label=literal(posture.label) or None,
             markerfacecolor="white", markersize=3.5 if posture.strong else 2.0,
@@ -335,21 +342,28 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
         axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, label=marker.label, **style)
 
 
-def draw_thickness(axes: Axes, view: View, scene: Scene, posture: Posture) -> None:
-    """How thick the robot is in a posture, where that is strong: its links as they look, or their balls."""
-    if not posture.strong:
+def thetas_of(postures: Sequence[Posture]) -> FloatArray:
+    """Joint positions of one posture or more, (n, dof), rad."""
+    return np.array([posture.theta for posture in postures])
+
+
+def draw_thickness(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture]) -> None:
+    """How thick the robot is in postures: its links as they look, or their balls."""
+    if not postures:
         return
-    centers, sizes = scene.centers(posture.theta[None])[0, scene.bare], 2.0 * scene.radii[scene.bare]
-    axes.add_collection(
-        EllipseCollection(
-            sizes, sizes, np.zeros(len(sizes)), units="xy", offsets=view.project(centers),
-            offset_transform=axes.transData, facecolors=posture.colour, alpha=0.16, linewidths=0.0, zorder=2,
-        ),
-        autolim=False,
-    )  # fmt: skip
-    if scene.appearances:
-        outline = silhouette(view, placed_corners(scene.appearances, scene.frames(posture.theta[None])[0]))
-        axes.add_patch(PathPatch(outline, facecolor=posture.colour, alpha=0.25, linewidth=0.0, zorder=2))
+    theta, sizes = thetas_of(postures), 2.0 * scene.radii[scene.bare]
+    frames = scene.frames(theta) if scene.appearances else [None] * len(theta)
+    for posture, centers, placed in zip(postures, scene.centers(theta)[:, scene.bare], frames, strict=True):
+        axes.add_collection(
+            EllipseCollection(
+                sizes, sizes, np.zeros(len(sizes)), units="xy", offsets=view.project(centers),
+                offset_transform=axes.transData, facecolors=posture.colour, alpha=0.16, linewidths=0.0, zorder=2,
+            ),
+            autolim=False,
+        )  # fmt: skip
+        if placed is not None:
+            outline = silhouette(view, placed_corners(scene.appearances, placed))
+            axes.add_patch(PathPatch(outline, facecolor=posture.colour, alpha=0.25, linewidth=0.0, zorder=2))
 
 
 def draw_solids(axes: Axes, view: View, solids: Sequence[Polyhedron], opacity: float, edges: float = 1.0) -> None:

@@ -85,12 +85,24 @@ def write_figure(folder: Path, name: str, figure: Figure, formats: Sequence[str]
         OSError: a file cannot be written.
     """
     with mpl.rc_context(RC | {"svg.hashsalt": name}):
+        figure.set_dpi(DPI)
+        lay_out(figure)
+        figure.set_layout_engine("none")  # which is not laid out again for each format
         return [
             write_with(
                 folder / f"{name}.{kind}", partial(figure.savefig, format=kind, dpi=DPI, metadata=METADATA[kind])
             )
             for kind in formats
         ]
+
+
+def lay_out(figure: Figure) -> None:
+    """Give the parts of a figure the places that they have when it is drawn."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+    for axes in figure.get_axes():
+        axes.apply_aspect()
 
 
 WORD = re.compile(r"\S*\s?")
@@ -132,7 +144,10 @@ def _fits(text: str, inches: float, size: float) -> bool:
 
 def width_of(text: str, size: float = SMALL) -> float:
     """The width of one line, inches, in letters of so many points."""
-    return float(TextPath((0.0, 0.0), text.replace("$", "S"), size=size).get_extents().x1) / 72.0 if text else 0.0
+    if not text:
+        return 0.0
+    points = TextPath((0.0, 0.0), text.replace("$", "S"), size=size).vertices  # of curves and around them
+    return float(np.max(points[:, 0], initial=0.0)) / 72.0
 
 
 HANDLE = 0.65  # inches beside a label of a legend: what is drawn, and space
@@ -149,6 +164,12 @@ def legend_columns(labels: Sequence[str], inches: float) -> int:
 
 LINE_HEIGHT = 1.2  # of the size of its letters
 LEADER = 8.0  # points from the end of a line to its label
+BESIDE = {
+    "relpos": (0.0, 0.5),
+    "patchA": None,
+    "shrinkA": 2.0,
+    "shrinkB": 0.0,
+}  # ends of a leader: to cut it takes long
 
 
 @dataclass(frozen=True)
@@ -180,11 +201,11 @@ def label_ends(axes: Axes, labels: Sequence[EndLabel]) -> None:
     lines = max((label.text.count("\n") + 1 for label in labels), default=1)
     moved = spread(ends, lines * LINE_HEIGHT * SMALL / height)
     for label, place, away in zip(labels, places, (moved - ends) * height, strict=True):
-        leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkA": 0.0, "shrinkB": 0.0}
+        leader = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, **BESIDE}
         axes.annotate(
             label.text, (1.0, place), (LEADER, away), xycoords=axes.get_yaxis_transform(),
             textcoords="offset points", color=label.colour, fontsize=SMALL, va="center", ha="left", linespacing=1.0,
-            arrowprops=leader | {"relpos": (0.0, 0.5)}, annotation_clip=False, parse_math=False,
+            arrowprops=leader, annotation_clip=False, parse_math=False,
         )  # fmt: skip
 
 
