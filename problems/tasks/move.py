@@ -259,7 +259,7 @@ class Move(Task):
     def passed_postures(self) -> FloatArray | None:
         places, given = (self.start, *self.vias, *self.goals), self.given_postures
         exact = len(given) == len(places) and not any(place.within for place in places)
-        return given if exact and self.vias and self.at_rest else None
+        return given if exact and self.vias and not any(self.start_acceleration) else None
 
     def reached_goal(self, theta: FloatArray) -> Place:
         """The goal that a posture (dof,) misses least, relative to its tolerance."""

@@ -230,7 +230,7 @@ class Task(Parametric, ABC):
 
     @property
     def passed_postures(self) -> FloatArray | None:
-        """The postures that a motion passes, from rest at the first to rest at the last, (n, dof), rad.
+        """The postures that a motion passes, both ends included, (n, dof), rad.
 
         None where a motion may pass others, or no more than its ends are given, as by default.
         """

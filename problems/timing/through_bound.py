@@ -1,4 +1,4 @@
-"""A lower bound of the duration of any motion through given postures, from rest to rest.
+"""A lower bound of the duration of any motion through given postures.
 
 Joints share nothing but the durations of the segments. With weights w_ij >= 0 of joint j in segment i, whose sum over
 the joints is 1, no motion takes less than the sum over the joints of each one's own least sum_i w_ij T_ij, since T_i is
@@ -26,21 +26,26 @@ ROUNDING = 1e-9  # share of a bound
 
 
 def least_through(
-    postures: FloatArray, limits: JointLimits, settings: ThroughBoundSettings = DEFAULT_THROUGH_BOUND
+    postures: FloatArray,
+    limits: JointLimits,
+    velocities: FloatArray | None = None,
+    settings: ThroughBoundSettings = DEFAULT_THROUGH_BOUND,
 ) -> float:
-    """A lower bound of the duration of any motion through postures (n, k) in rad, at rest at both ends, s.
+    """A lower bound of the duration of any motion through postures (n, k) in rad, s.
 
     Args:
         postures: in their order.
         limits: of the joints; their ranges only make a motion longer.
+        velocities: at both ends, (2, k), rad/s; at rest where None.
         settings: of the search for good weights, and the intervals of velocities.
     """
     distances = np.diff(postures[apart(postures)], axis=0)
     if len(distances) < 2:
         return float(least_durations(distances, limits).max(initial=0.0)) * (1.0 - ROUNDING)
+    ends = np.zeros((2, limits.dof)) if velocities is None else velocities
     weights, best = np.full(distances.shape, 1.0 / limits.dof), 0.0
     for intervals, steps in settings.levels(distances.size):
-        graph = VelocityGraph.of(distances, limits, intervals)
+        graph = VelocityGraph.of(distances, limits, ends, intervals)
         bound, weights = best_weights(graph, weights, steps, settings)
         best = max(best, bound)
     return best * (1.0 - ROUNDING)
@@ -80,25 +85,38 @@ class VelocityGraph:
     last: FloatArray
 
     @classmethod
-    def of(cls, distances: FloatArray, limits: JointLimits, intervals: int) -> VelocityGraph:
+    def of(cls, distances: FloatArray, limits: JointLimits, velocities: FloatArray, intervals: int) -> VelocityGraph:
         """The graph of distances (segments, k) in rad with so many intervals of velocity.
 
         They are the shorter the slower: what they give away is where joints turn back.
+
+        Args:
+            distances: from posture to posture.
+            limits: of the joints.
+            velocities: at both ends, (2, k), rad/s.
+            intervals: how many.
         """
         ramps, even = Ramps.of(limits), np.linspace(-1.0, 1.0, intervals + 1)
         edges = even * np.abs(even)
         backward, far = distances[:, :, None] < 0.0, np.abs(distances)[:, :, None]
-        ends = [ramps.speed[:, None] * side for side in (edges[:-1], edges[1:])]
-        low = np.where(backward, -ends[1], ends[0])  # in the direction in which a joint goes
-        high = np.where(backward, -ends[0], ends[1])
+        sides = [ramps.speed[:, None] * side for side in (edges[:-1], edges[1:])]
+        low = np.where(backward, -sides[1], sides[0])  # in the direction in which a joint goes
+        high = np.where(backward, -sides[0], sides[1])
         inner = JointSegments(
             ramps.shaped(1, -1, 1, 1),
             far[1:-1, :, :, None],
             (low[1:-1, :, :, None], high[1:-1, :, :, None]),
             (low[1:-1, :, None], high[1:-1, :, None]),
         )
-        first, last = (from_rest(ramps.shaped(-1, 1), far[i], low[i], high[i]) for i in (0, -1))
-        return cls(first, inner.durations(), last)
+
+        def at_end(i: int) -> FloatArray:
+            """Durations of the first segment, or of the last one, backward in time."""
+            still, own = velocities[i][:, None] == 0.0, np.where(backward[i], -1.0, 1.0) * velocities[i][:, None]
+            limited = ramps.shaped(-1, 1)
+            moving = JointSegments(limited, far[i], (own, own), (low[i], high[i])).durations()
+            return np.where(still, from_rest(limited, far[i], low[i], high[i]), moving)
+
+        return cls(at_end(0), inner.durations(), at_end(-1))
 
     def shortest(self, weights: FloatArray) -> tuple[float, FloatArray]:
         """The sum of the joints' least weighted durations, s, and the durations of their segments, (segments, k), s."""

@@ -143,7 +143,7 @@ class Plan:
     def least_duration(self) -> float | None:
         """A lower bound of the duration of any motion past the same postures, s; None where it passes none.
 
-        Of a motion from rest to rest past given joint values. Computed in floating point, so that it is no certificate.
+        Of a motion past given joint values. Computed in floating point, so that it is no certificate.
         """
         return self.motion.least_duration
 

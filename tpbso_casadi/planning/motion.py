@@ -223,8 +223,10 @@ class JudgedMotion:
 
         Computed in floating point, with an allowance for rounding: no certificate.
         """
-        postures = self.criteria.task.passed_postures
-        return None if postures is None else least_through(postures, self.criteria.robot.limits)
+        task = self.criteria.task
+        if task.passed_postures is None:
+            return None
+        return least_through(task.passed_postures, self.criteria.robot.limits, task.end_velocities)
 
     @cached_property
     def objective(self) -> float:

@@ -25,15 +25,18 @@ def limits(rng: np.random.Generator, joints: int, with_jerk: bool) -> JointLimit
     return JointLimits(speed=tuple(speed), acceleration=tuple(acceleration), jerk=jerk)
 
 
-@given(seed=st.integers(0, 100_000), with_jerk=st.booleans())
+@given(seed=st.integers(0, 100_000), with_jerk=st.booleans(), moving=st.booleans())
 @settings(max_examples=15, deadline=None)
-def test_no_motion_that_is_found_is_faster(seed: int, with_jerk: bool) -> None:
+def test_no_motion_that_is_found_is_faster(seed: int, with_jerk: bool, moving: bool) -> None:
     rng = np.random.default_rng(seed)
     joints, count = int(rng.integers(1, 6)), int(rng.integers(3, 7))
     postures = rng.uniform(-1.0, 1.0, (count, joints)) * 10.0 ** rng.uniform(-2.0, 0.5)
     bounds = limits(rng, joints, with_jerk)
-    found = fastest_through(postures, bounds)
-    assert found is not None and least_through(postures, bounds) <= found.duration
+    velocities = rng.uniform(-0.5, 0.5, (2, joints)) * np.array(bounds.speed) if moving else np.zeros((2, joints))
+    found = fastest_through(postures, bounds, velocities)
+    least = least_through(postures, bounds, velocities)
+    assert least > 0.0 and (found is None or least <= found.duration)
+    assert found is not None or moving
 
 
 @pytest.mark.parametrize("name", slow_except(CASES, "Piazzi and Visioli, after [2]"))
