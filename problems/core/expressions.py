@@ -4,27 +4,31 @@ from __future__ import annotations
 
 import ctypes
 import weakref
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import cos, sin
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import FloatArray
+from problems.base import FloatArray, Operand
 from problems.core.motion_numbers import STATUS, MotionNumbers
 from problems.evaluation import UnsupportedOperation
 from problems.library import loaded_core
 from problems.motions import SampleFunction
-from problems.robots import Robot, SpatialArm, Transform
+from problems.robots import PlanarArm, Robot, SpatialArm, Transform
 
 OPERATIONS = (  # in the order of the core
     *("add", "sub", "mul", "div", "fmin", "fmax", "atan2", "neg", "sq", "twice", "inv", "sqrt", "fabs"),
     *("sin", "cos", "asin", "acos", "atan", "exp", "log"),
 )  # fmt: skip
 Entry: TypeAlias = tuple[str, int]  # a quantity's name and which of its numbers
+Point: TypeAlias = tuple[int, tuple[Operand, Operand, Operand]]  # how many joints move it; where on the last, m
 Register: TypeAlias = tuple[Literal["constant", "source", "result"], int]
 JOINTS, TIME, DURATION, PLACE, VELOCITY, ROTATION = range(6)  # quantities of the core
 BY_ORDER = ("q", "speed", "acceleration", "jerk")
+ORIGIN, UP = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 ORDER_OF = {"speed": 1, "tool_velocity": 1, "acceleration": 2, "jerk": 3}
 
 
@@ -63,32 +67,73 @@ class _Tape:
         return "result", len(self.instructions) - 1
 
 
+@dataclass(frozen=True, eq=False)
+class _Arm:
+    """The places of an arm.
+
+    Attributes:
+        base: pose of the first joint's frame, unmoved, but for its own offset.
+        joints: pose in the frame before, axis, and whether it turns, of each.
+        tool: pose in the last frame.
+        frames: those of ``positions`` but the tool.
+    """
+
+    base: Transform
+    joints: Sequence[tuple[Transform, Sequence[float], bool]]
+    tool: Transform
+    frames: Sequence[Point]
+
+    @classmethod
+    def of(cls, robot: Robot) -> _Arm | None:
+        """The places of a robot; None where the core does not know its class."""
+        if type(robot) is SpatialArm:
+            return cls._in_space(robot)
+        return cls._in_plane(robot) if type(robot) is PlanarArm else None
+
+    @classmethod
+    def _in_space(cls, robot: SpatialArm) -> _Arm:
+        joints = [(joint.pose, joint.axis, joint.turns) for joint in robot.chain.joints]
+        spheres = [(sphere.link, sphere.center) for sphere in robot.spheres]
+        return cls(robot.base_frame, joints, robot.tool.frame, [*((n, ORIGIN) for n in range(robot.dof + 1)), *spheres])
+
+    @classmethod
+    def _in_plane(cls, robot: PlanarArm) -> _Arm:
+        lengths, (along, left) = robot.link_lengths, robot.tool_offset
+        (x, y), cosine, sine = robot.base, cos(robot.base_angle), sin(robot.base_angle)
+        base = Transform(((cosine, -sine, 0.0), (sine, cosine, 0.0), UP), (x, y, 0.0))
+        joints = [(Transform(translation=(length, 0.0, 0.0)), UP, True) for length in (0.0, *lengths[:-1])]
+        tool = Transform(translation=(lengths[-1] + along, left, 0.0))
+        ends: list[Point] = [(number, (length, 0.0, 0.0)) for number, length in enumerate(lengths, start=1)]
+        return cls(base, joints, tool, [(0, ORIGIN), *ends])
+
+
 class CoreExpression:
-    """An expression of an arm in space, in the core.
+    """An expression of an arm, in the core.
 
     Args:
         library: the compiled core.
         robot: that moves.
+        arm: its places.
         function: the expression.
 
     Raises:
         UnsupportedOperation: it holds an operation that the core does not have.
     """
 
-    def __init__(self, library: ctypes.CDLL, robot: SpatialArm, function: SampleFunction) -> None:
+    def __init__(self, library: ctypes.CDLL, robot: Robot, arm: _Arm, function: SampleFunction) -> None:
         self._library, self._robot, self._function = library, robot, function
-        counts, numbers = _described(robot, function)
+        counts, numbers = _described(arm, function)
         self._expression = ctypes.c_void_p(library.core_expression(counts.ctypes.data, numbers.ctypes.data))
         weakref.finalize(self, library.core_forget_expression, self._expression)
 
     @classmethod
     def of(cls, robot: Robot, function: SampleFunction) -> CoreExpression | None:
         """The expression of a robot, where the core is there and knows both."""
-        library = loaded_core().library
-        if library is None or type(robot) is not SpatialArm or function.uses("torque"):
+        library, arm = loaded_core().library, _Arm.of(robot)
+        if library is None or arm is None or function.uses("torque"):
             return None
         try:
-            return cls(library, robot, function)
+            return cls(library, robot, arm, function)
         except UnsupportedOperation:
             return None
 
@@ -136,30 +181,30 @@ class CoreExpression:
         return Settled(STATUS[status], time, (start, end) if status < 0 else None)
 
 
-def _described(robot: SpatialArm, function: SampleFunction) -> tuple[NDArray[np.int64], FloatArray]:
+def _described(arm: _Arm, function: SampleFunction) -> tuple[NDArray[np.int64], FloatArray]:
     """Counts and numbers, in the order in which the core reads them."""
-    tape, arm = _Tape(), _Places(robot)
+    tape, places = _Tape(), _Places(arm)
     outputs = function.interpreted([("source", number) for number in range(len(function.entries))], tape)
-    sources = [arm.source(entry) for entry in function.entries]
+    sources = [places.source(entry) for entry in function.entries]
     offsets = {"constant": 0, "source": len(tape.constants), "result": len(tape.constants) + len(sources)}
 
     def place(register: Register) -> int:
         return offsets[register[0]] + register[1]
 
-    joints, frame = robot.chain.joints, robot.tool.frame
-    orders = 1 + max([number // robot.dof for quantity, number in sources if quantity == JOINTS], default=0)
+    dof = len(arm.joints)
+    orders = 1 + max([number // dof for quantity, number in sources if quantity == JOINTS], default=0)
     moves = any(quantity == VELOCITY for quantity, _ in sources)
     has_hand = any(quantity in (PLACE, VELOCITY, ROTATION) for quantity, _ in sources)
     counts = [
-        *(len(joints), max(orders, 2 if moves else 1), moves, has_hand, *(int(joint.turns) for joint in joints)),
-        *(len(arm.places), *(body for body, _ in arm.places), len(tape.constants)),
+        *(dof, max(orders, 2 if moves else 1), moves, has_hand, *(int(turns) for _, _, turns in arm.joints)),
+        *(len(places.known), *(body for body, _ in places.known), len(tape.constants)),
         *(len(sources), *(part for source in sources for part in source), len(tape.instructions)),
         *(part for code, one, two in tape.instructions for part in (code, place(one), place(two))),
         *(len(outputs), *map(place, outputs)),
     ]
-    poses = [part for joint in joints for part in (*_of_pose(joint.pose), *joint.axis)]
-    points = [part for _, point in arm.places for part in point]
-    numbers = [*_of_pose(robot.base_frame), *poses, *_of_pose(frame)[:9], *points, *tape.constants]
+    poses = [part for pose, axis, _ in arm.joints for part in (*_of_pose(pose), *axis)]
+    points = [part for _, point in places.known for part in point]
+    numbers = [*_of_pose(arm.base), *poses, *_of_pose(arm.tool)[:9], *map(float, points), *tape.constants]
     return np.array(counts, dtype=np.int64), np.array(numbers, dtype=np.float64)
 
 
@@ -170,27 +215,25 @@ def _of_pose(pose: Transform) -> list[float]:
 class _Places:
     """The points of an arm that an expression speaks of, that of the tool first: bodies, and where they are on them."""
 
-    def __init__(self, robot: SpatialArm) -> None:
-        self._robot = robot
-        self.places = [(robot.dof, tuple(map(float, robot.tool.frame.translation)))]
+    def __init__(self, arm: _Arm) -> None:
+        self._arm = arm
+        self.known: list[Point] = [(len(arm.joints), arm.tool.translation)]
 
     def source(self, entry: Entry) -> tuple[int, int]:
         """A quantity of the core, and which of its numbers."""
         name, number = entry
         if name in BY_ORDER:
-            return JOINTS, BY_ORDER.index(name) * self._robot.dof + number
+            return JOINTS, BY_ORDER.index(name) * len(self._arm.joints) + number
         if name.startswith("frame_"):
-            return PLACE, 3 * self._frame(int(name.removeprefix("frame_"))) + number
+            return PLACE, 3 * self._number(int(name.removeprefix("frame_"))) + number
         kinds = {"time": TIME, "duration": DURATION, "tool": PLACE, "tool_velocity": VELOCITY, "rotation": ROTATION}
         return kinds[name], number
 
-    def _frame(self, frame: int) -> int:
-        """The number of the place of a frame: base, joints, centres of spheres, tool."""
-        joints, spheres = self._robot.dof + 1, self._robot.spheres
-        if frame >= joints + len(spheres):
+    def _number(self, frame: int) -> int:
+        """The number of a frame of the arm among the points; the tool's beyond the others."""
+        if frame >= len(self._arm.frames):
             return 0
-        sphere = None if frame < joints else spheres[frame - joints]
-        place = (frame, (0.0, 0.0, 0.0)) if sphere is None else (sphere.link, tuple(map(float, sphere.center)))
-        if place not in self.places:
-            self.places.append(place)
-        return self.places.index(place)
+        place = self._arm.frames[frame]
+        if place not in self.known:
+            self.known.append(place)
+        return self.known.index(place)

@@ -61,10 +61,14 @@ class ExpressionLimit(Limit):
         return CoreExpression.of(self.robot, self.function)
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
-        if samples.is_finished and self.in_core is not None:
-            return self._bounding(ca.DM(self.in_core.values(samples.states, float(samples.duration))), margin)
         searched = any(isinstance(part, ca.SX) for part in (*samples.derivatives, samples.times))
-        return self._bounding(self.function.at(samples, smooth=searched), margin)
+        return self._bounding(self._values(samples, searched), margin)
+
+    def _values(self, samples: Samples, smooth: bool) -> Matrix:
+        """The values at n samples, (n, m); by the core of a finished motion, where that knows them."""
+        if samples.is_finished and self.in_core is not None:
+            return ca.DM(self.in_core.values(samples.states, float(samples.duration)))
+        return self.function.at(samples, smooth)
 
     def exact_constraints_at(self, samples: Samples) -> list[Constraint]:
         return self._bounding(self.function.at(samples), 0.0)
@@ -144,7 +148,7 @@ class ExpressionLimit(Limit):
 
     def magnitudes(self, samples: Samples) -> Matrix:
         """Shares of the bounds, (n, m)."""
-        values, shares = self.function.at(samples, smooth=isinstance(samples.duration, ca.SX)), []
+        values, shares = self._values(samples, isinstance(samples.duration, ca.SX)), []
         for bound in (self.lower, self.upper):
             if bound is not None:
                 shares.append(values / ca.repmat(ca.horzcat(*bound), samples.count, 1))

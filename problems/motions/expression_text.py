@@ -17,7 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from math import isfinite
 from typing import Any, TypeVar
 
@@ -30,6 +30,7 @@ from problems.motions.samples import MISSING, SAMPLED_ORDERS, MotionView, Sample
 from problems.robots import Robot
 
 MOST_OPERATIONS = 20_000
+CACHED_TEXTS = 64
 LONGEST_LINE = 200  # characters
 OUTPUT = re.compile(r"= (\S+)")
 OPERATION = re.compile(r"w(\d{1,6}) = ([a-z_0-9]+)\(([^,()]+)(?:, ([^,()]+))?\)")
@@ -90,6 +91,7 @@ def written(expression: ca.SX, symbols: Mapping[str, ca.SX]) -> str:
     return "\n".join([*writer.lines, *(f"= {output}" for output in outputs)])
 
 
+@lru_cache(maxsize=CACHED_TEXTS)
 def read(text: str) -> tuple[tuple[Entry, ...], ca.Function]:
     """The expression of a text.
 

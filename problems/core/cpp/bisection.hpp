@@ -26,6 +26,19 @@ struct Found {
     std::vector<Moment> broken;
 };
 
+// The largest of shares; infinite where one of them is no number.
+struct Largest {
+    Lanes share = -unbounded();
+    Mask known = ~Mask{};
+    Mask add(Lanes own) {
+        const Mask larger = own > share;
+        known &= own < HUGE_VAL;
+        share = larger ? own : share;
+        return larger;
+    }
+    Lanes value() const { return known ? share : unbounded(); }
+};
+
 template <class Question>
 class Bisection {
 public:
@@ -73,8 +86,8 @@ private:
             Cell eight[LANES];
             for (size_t lane = 0; lane < LANES; ++lane) eight[lane] = cells[std::min(from + lane, cells.size() - 1)];
             polynomials.over(eight, models);
-            Lanes share, where = {};
-            question.bound(models, share, where);
+            Lanes where = {};
+            const Lanes share = question.bound(models, where);
             for (size_t lane = 0; lane < LANES && from + lane < cells.size(); ++lane) {
                 bounds.push_back(share[lane]);
                 moments.push_back(polynomials.moment(eight[lane], where[lane]));
@@ -105,7 +118,6 @@ private:
         look(around);
     }
 
-    // A share that is no number is infinite.
     void look(const std::vector<Moment>& moments) {
         for (size_t from = 0; from < moments.size(); from += LANES) {
             Moment eight[LANES];
@@ -113,9 +125,8 @@ private:
             polynomials.at(eight, numbers);
             const Lanes seen = question.seen(numbers);
             for (size_t lane = 0; lane < LANES && from + lane < moments.size(); ++lane) {
-                const double share = seen[lane] == seen[lane] ? seen[lane] : HUGE_VAL;
-                if (share > found.share) found.share = share, found.moment = eight[lane];
-                if (share > aim.allowed) found.broken.push_back(eight[lane]);
+                if (seen[lane] > found.share) found.share = seen[lane], found.moment = eight[lane];
+                if (seen[lane] > aim.allowed) found.broken.push_back(eight[lane]);
             }
         }
     }

@@ -50,7 +50,9 @@ inline Bounded bounded(Model model, Range from, Undefined& undefined) {
 }
 
 INLINE Bounded exactly(double value) { return {constant(all(value)), {all(value), all(value)}}; }
-INLINE Bounded input(const Model& model) { return {model, range(model)}; }
+INLINE Bounded input(const Model& model, Undefined& undefined) {
+    return bounded(model, {-unbounded(), unbounded()}, undefined);
+}
 
 INLINE Bounded negated(const Bounded& a) { return {-a.model, {-a.range.high, -a.range.low}}; }
 
@@ -178,8 +180,9 @@ inline Bounded angle(const Bounded& y, const Bounded& x, Undefined& undefined) {
     for (int lane = 0; lane < LANES; ++lane) middle[lane] = std::atan2(y0[lane], x0[lane]);
     const Model across = x0 * y.model - y0 * x.model, along = x0 * x.model + y0 * y.model;
     Undefined beside;
-    const Bounded ahead{along, range(along)};
-    const Bounded turned = arctangent(times({across, range(across)}, inverse(ahead, beside), beside), beside);
+    const Bounded ahead = input(along, beside);
+    beside.where(~(ahead.range.low > 0.0));
+    const Bounded turned = arctangent(times(input(across, beside), inverse(ahead, beside), beside), beside);
     Model model = middle + turned.model;
     slack(model, all(4.0));
     const Mask unknown = jumps | beside.cells;

@@ -33,22 +33,22 @@ public:
     Lanes seen(const State<Lanes>& state) {
         numbers_.state = state.joints;
         numbers_.compute(1.0);
-        Lanes share = nothing();
+        Largest share;
         for (int j = 0; j < k_; ++j) {
             const Lanes& speed = state.joints[k_ + j];
             const Lanes torque = numbers_.torques[j] + motors_.damping[j] * speed, rubs = all(motors_.friction[j]);
             const Lanes low = torque + (speed > motors_.still[j] ? rubs : -rubs);
             const Lanes high = torque + (speed < -motors_.still[j] ? -rubs : rubs);
-            const Lanes own = most(high, -low) / motors_.largest[j];
-            share = own <= share ? share : own;  // which keeps what is no number
+            share.add(high / motors_.largest[j]);
+            share.add(-low / motors_.largest[j]);
         }
-        return share;
+        return share.value();
     }
 
-    void bound(const State<Model>& state, Lanes& share, Lanes& where) {
+    Lanes bound(const State<Model>& state, Lanes& where) {
         models_.state = state.joints;
         models_.compute(1.0);
-        share = nothing();
+        Largest share;
         for (int j = 0; j < k_; ++j) {
             const Model& speed = state.joints[k_ + j];
             const Model torque = models_.torques[j] + motors_.damping[j] * speed;
@@ -56,12 +56,12 @@ public:
             const Lanes high = top(torque) + (top(speed) < 0.0 ? -rubs : rubs);
             const Lanes low = top(-torque) + (top(-speed) < 0.0 ? -rubs : rubs);
             for (int side : {0, 1}) {
-                const Lanes own = (side ? high : low) * ((1.0 + ROUNDED) / motors_.largest[j]);
-                const Mask worse = ~(own <= share);
-                where = worse ? likely(side ? torque : -torque) : where;
-                share = worse ? own : share;
+                const Lanes own = side ? high : low;
+                const Mask larger = share.add((own + ROUNDED * size(own)) / motors_.largest[j]);
+                where = larger ? likely(side ? torque : -torque) : where;
             }
         }
+        return share.value();
     }
 
 private:

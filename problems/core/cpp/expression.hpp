@@ -109,11 +109,10 @@ struct Expression {
     std::vector<int> outputs;
 };
 
-INLINE Lanes input(const Lanes& value) { return value; }
-
 struct Numbers {
     typedef Lanes Value;
     static Lanes exactly(double value) { return all(value); }
+    static Lanes known(const Lanes& value) { return value; }
     template <class Function>
     static Lanes each(Lanes a, Lanes b, Function&& function) {
         for (int lane = 0; lane < LANES; ++lane) a[lane] = function(a[lane], b[lane]);
@@ -149,6 +148,7 @@ struct Bounds {
     typedef Bounded Value;
     Undefined undefined;
     static Bounded exactly(double value) { return core::exactly(value); }
+    Bounded known(const Model& model) { return input(model, undefined); }
     Bounded apply(int operation, const Bounded& a, const Bounded& b) {
         switch (operation) {
         case ADD: return plus(a, b, undefined);
@@ -189,12 +189,12 @@ public:
         for (const Source& source : expression.sources) {
             const int n = source.number;
             switch (source.quantity) {
-            case JOINTS: registers.push_back(input(joints[n])); break;
-            case TIME: registers.push_back(input(state.time)); break;
+            case JOINTS: registers.push_back(arithmetic.known(joints[n])); break;
+            case TIME: registers.push_back(arithmetic.known(state.time)); break;
             case DURATION: registers.push_back(arithmetic.exactly(duration)); break;
-            case PLACE: registers.push_back(input(hand.coordinate(n))); break;
-            case VELOCITY: registers.push_back(input(hand.speed(n))); break;
-            default: registers.push_back(input(hand.rotation(n)));
+            case PLACE: registers.push_back(arithmetic.known(hand.coordinate(n))); break;
+            case VELOCITY: registers.push_back(arithmetic.known(hand.speed(n))); break;
+            default: registers.push_back(arithmetic.known(hand.rotation(n)));
             }
         }
         for (const Instruction& step : expression.instructions)

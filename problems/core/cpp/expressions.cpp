@@ -42,37 +42,29 @@ public:
     Lanes seen(const State<Lanes>& state) {
         Numbers arithmetic;
         numbers_.compute(state, duration_, arithmetic);
-        Lanes share = -unbounded();
-        for (int i = 0; i < m_; ++i) {
-            const Lanes& value = numbers_.output(i);
+        Largest share;
+        for (int i = 0; i < m_; ++i)
             for (int side : {0, 1})
-                if (std::isfinite(bound(i, side))) {
-                    const Lanes own = 1.0 + excess(value, i, side) / scale_[i];
-                    share = own <= share ? share : own;  // which keeps what is no number
-                }
-        }
-        return share;
+                if (std::isfinite(bound(i, side))) share.add(1.0 + excess(numbers_.output(i), i, side) / scale_[i]);
+        return share.value();
     }
 
-    void bound(const State<Model>& state, Lanes& share, Lanes& where) {
+    Lanes bound(const State<Model>& state, Lanes& where) {
         Bounds arithmetic;
         bounds_.compute(state, duration_, arithmetic);
-        share = -unbounded();
-        Lanes farthest = -unbounded();
+        Largest share, farthest;
         for (int i = 0; i < m_; ++i) {
             const Bounded& value = bounds_.output(i);
             for (int side : {0, 1}) {
                 if (!std::isfinite(bound(i, side))) continue;
                 const Lanes end = side ? value.range.high : value.range.low;
                 const Lanes off = ROUNDED * (size(end) + std::abs(bound(i, side)) + scale_[i]);
-                share = most(share, 1.0 + (excess(end, i, side) + off) / scale_[i]);
+                share.add(1.0 + (excess(end, i, side) + off) / scale_[i]);
                 const Model own = side ? value.model : -value.model;
-                const Lanes seen = (top(own) - (side ? upper_[i] : -lower_[i])) / scale_[i];
-                const Mask worse = seen > farthest;
-                farthest = worse ? seen : farthest, where = worse ? likely(own) : where;
+                where = farthest.add((top(own) - (side ? upper_[i] : -lower_[i])) / scale_[i]) ? likely(own) : where;
             }
         }
-        share = arithmetic.undefined.cells ? unbounded() : share;
+        return arithmetic.undefined.cells ? unbounded() : share.value();
     }
 
 private:

@@ -1,6 +1,6 @@
 """Proofs for expressions of a user's own: certified, violated or undecided, and never certified wrongly.
 
-Of an arm in the plane by intervals of its whole expression, of one in space by Taylor models in the core.
+Of an arm whose class the core does not know by intervals of its expression, of others by Taylor models in the core.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import pytest
 from helpers.cases import equal_links
 from helpers.space import sliding_arm, small_arm
 
-from problems import CertificateStatus, Robot, Trajectory
+from problems import CertificateStatus, PlanarArm, Robot, Trajectory
 from problems.certify import Verdict, limit_verdicts
 from problems.certify.cells import BINARY, UNARY, Ranges
 from problems.certify.core_expressions import prove_in_core
@@ -21,8 +21,14 @@ from problems.evaluation import interpreter as tapes
 from problems.limits import ExpressionLimit, StatedExpression
 from problems.motions import traced
 
-ARM, SPACE = equal_links(2), small_arm(2)
-BOTH = pytest.mark.parametrize("arm", [ARM, SPACE], ids=["plane", "space"])
+
+class OwnArm(PlanarArm):
+    """A class that the core does not know."""
+
+
+PLANE, SPACE = equal_links(2), small_arm(2)
+ARM = OwnArm(**vars(PLANE))
+BOTH = pytest.mark.parametrize("arm", [ARM, SPACE], ids=["intervals", "core"])
 
 
 def prove_expression(limit: ExpressionLimit, trajectory: Trajectory) -> Verdict:
@@ -81,7 +87,7 @@ OPERATIONS: dict[str, Any] = {
     "larger": lambda m: ca.fmax(m.q[1], m.q[2]) - ca.fmin(m.q[0], m.speed[1]),
     "arcs": lambda m: ca.asin(m.q[1] / 5.0) - ca.acos(m.q[2] / 5.0) + ca.atan(m.q[3]),
     "growth": lambda m: ca.exp(m.q[1]) - ca.log(6.0 + m.q[2]),
-    "angle": lambda m: ca.atan2(m.tool[1], m.tool[0] + 3.0),
+    "angle": lambda m: ca.atan2(m.tool[1], m.tool[0] + 3.0) + m.positions[2][0] - m.positions[-1][1],
     "places": lambda m: ca.norm_2(m.positions[3] - m.positions[1]) * m.tool[2],
     "rotation": lambda m: m.rotation[0, 1] * m.rotation[2, 0],
     "velocity": lambda m: ca.norm_2(m.tool_velocity),
@@ -96,10 +102,17 @@ def there_and_back() -> Trajectory:
     return whole.part(0.0, 0.4).followed_by(whole.part(0.4, 1.0))
 
 
-@pytest.mark.parametrize("arm", [sliding_arm(), small_arm(4)], ids=["sliding", "turning"])
-@pytest.mark.parametrize("stated", OPERATIONS.values(), ids=OPERATIONS)
-def test_every_operation_of_the_core_is_proven_closely(stated: Any, arm: Robot) -> None:
-    motion = there_and_back()
+TURNED = PlanarArm(
+    (0.5, 0.4, 0.3, 0.2), (9.0,) * 4, (99.0,) * 4, base_point=(0.1, -0.2), base_angle=0.7, tool_offset=(0.1, 0.2)
+)
+
+
+@pytest.mark.parametrize("arm", [sliding_arm(), small_arm(4), TURNED], ids=["sliding", "turning", "plane"])
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_every_operation_of_the_core_is_proven_closely(name: str, arm: Robot) -> None:
+    if arm is TURNED and name in ("places", "rotation"):
+        return  # which it has not
+    motion, stated = there_and_back(), OPERATIONS[name]
     kept = limit(stated, -1e3, 1e3, arm)
     times, step = np.linspace(0.0, motion.duration, 2_000), motion.breakpoints[1]
     sides = np.concatenate([times, [np.nextafter(step, 0.0)]])
@@ -117,6 +130,13 @@ def test_every_operation_of_the_core_is_proven_closely(stated: Any, arm: Robot) 
         assert outcome is not None and outcome.status is status
         reached = low if outcome.bound in (low - close, low + close) else high
         assert outcome.worst == pytest.approx(reached, abs=close)
+
+
+def test_nothing_is_certified_of_angles_whose_sines_are_not_known() -> None:
+    far = Trajectory.standing(np.array([3e5, 0.0]), 1.0)
+    several = StatedExpression("own", "m", traced(lambda m: [m.tool[1], m.q[1]], SPACE, "c"), None, (5.0,))
+    outcome = prove_in_core(several.for_robot(SPACE, ()), far)
+    assert outcome is not None and outcome.status is UNDECIDED
 
 
 def test_a_spike_between_the_samples_is_not_overlooked() -> None:

@@ -112,6 +112,12 @@ def test_what_too_few_cells_leave_undecided_is_named() -> None:
     assert verdict.where.endswith(f"; undecided from t = {start:.6g} s on for {end - start:.2g} s")
 
 
+def test_nothing_is_certified_of_angles_whose_sines_are_not_known() -> None:
+    far = Trajectory.standing(np.array([3e5, 0.0]), 1.0)
+    assert judged(rods(50.0, gravity=(0.0, -9.81)), far).status is UNDECIDED
+    assert judged(rods(50.0, gravity=(0.0, -9.81)), Trajectory.standing(np.array([9e4, 0.0]), 1.0)).satisfied
+
+
 LIFT = """<robot name="lift"><link name="floor"/>
 <link name="cabin"><inertial><mass value="3"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
