@@ -45,7 +45,12 @@ class PiecewisePolynomial:
         into = (flat - self.x[piece]).reshape(-1, *[1] * (self.c.ndim - 2))
         value, power = np.zeros((flat.size, *self.c.shape[2:])), np.ones_like(into)
         for number in range(derivative, len(self.c)):
-            value = value + self.c[-1 - number, piece] * power * float(perm(number, derivative))
+            term, factor = self.c[-1 - number, piece], perm(number, derivative)
+            if number > derivative:
+                term *= power
+            if factor > 1:
+                term *= float(factor)
+            value += term
             power = power * into
         return value.reshape(*places.shape, *self.c.shape[2:])
 
@@ -207,10 +212,8 @@ class BSpline:
         return BSpline(t, c, k)
 
 
-def basis_functions(
-    t: FloatArray, x: FloatArray, degree: int, last: NDArray[np.intp], derivative: int
-) -> list[FloatArray]:
-    """The B-splines that are not zero at parameters (n,), or derivatives: degree + 1 of (n,), by de Boor's recursion.
+def basis_functions(t: FloatArray, x: FloatArray, degree: int, last: NDArray[np.intp], derivative: int) -> FloatArray:
+    """The B-splines that are not zero at parameters (n,), or derivatives, (degree + 1, n), by de Boor's recursion.
 
     Args:
         t: knots.
@@ -219,19 +222,13 @@ def basis_functions(
         last: number of the last of them at each parameter.
         derivative: its order.
     """
-    values = [np.ones_like(x)]
+    values = np.ones((1, x.size))
     for j in range(1, degree + 1):
-        before, values = values, [np.zeros_like(x)]
-        for n in range(1, j + 1):
-            right, left = t[last + n], t[last + n - j]
-            apart = right != left
-            width = np.where(apart, right - left, 1.0)
-            if j <= degree - derivative:
-                share = np.where(apart, before[n - 1] / width, 0.0)
-                values[-1] = values[-1] + share * (right - x)
-                values.append(share * (x - left))
-            else:
-                share = np.where(apart, j * before[n - 1] / width, 0.0)
-                values[-1] = values[-1] - share
-                values.append(share)
+        numbers = last + np.arange(1, j + 1)[:, None]
+        right, left = t[numbers], t[numbers - j]
+        width, differs = right - left, j > degree - derivative
+        share = np.divide(j * values if differs else values, width, out=np.zeros_like(width), where=width != 0.0)
+        values = np.zeros((j + 1, x.size))
+        values[1:] = share if differs else share * (x - left)
+        values[:-1] += -share if differs else share * (right - x)
     return values

@@ -12,6 +12,7 @@ import numpy as np
 from problems.base import FloatArray, bernstein
 from problems.motions import JointPath
 from problems.robots import JointLimits
+from problems.timing.speed_profile import SpeedProfile
 
 CELLS = 64  # of a path, at least
 ROUNDING = 1e-9  # of the bound
@@ -24,19 +25,47 @@ def least_along(path: JointPath, limits: JointLimits) -> float:
         path: of k joints, whose first derivative is continuous.
         limits: on speed, acceleration and jerk; others do not count.
     """
-    each = -(-CELLS // (path.breakpoints.size - 1))
-    inner = path.breakpoints[:-1, None] + np.diff(path.breakpoints)[:, None] * np.arange(each) / each
-    u = np.append(inner.ravel(), path.breakpoints[-1])
-    speed, acceleration = limits.by_order[:2]
-    slopes, gains = path.at(u, 1) ** 2, 2.0 * acceleration * _longest(path, u)
+    u = _even_grid(path, CELLS)
+    slopes = path.at(u, 1) ** 2
     with np.errstate(divide="ignore"):
-        most = (speed**2 / slopes).min(axis=1)
-    squares = _reached(slopes[::-1], gains[::-1], _reached(slopes, gains, most)[::-1])[::-1]
+        squares = _largest_squares(path, limits, u, (limits.by_order[0] ** 2 / slopes).min(axis=1))
     ways = np.abs(np.diff(path.at(u), axis=0))
     times = _least_times(ways, slopes * squares[:, None], limits)
     if limits.jerk is not None:
         times[[0, -1]] = np.maximum(times[[0, -1]], _from_rest(ways[[0, -1]], *limits.by_order[1:]))
     return float(times.max(axis=1).sum()) * (1.0 - ROUNDING)
+
+
+def energy_profile(path: JointPath, limits: JointLimits, cells: int) -> SpeedProfile:
+    """The profile of the path's speed that the energies of all joints allow, without their accelerations in bends.
+
+    Speeds, and accelerations where the path's speed is steady, are kept at the ends of cells, so many at least.
+    """
+    u = _even_grid(path, cells)
+    speed, acceleration = limits.by_order[:2]
+    with np.errstate(divide="ignore"):
+        most = np.minimum((speed**2 / path.at(u, 1) ** 2), acceleration / np.abs(path.at(u, 2))).min(axis=1)
+    return SpeedProfile(u, _largest_squares(path, limits, u, most))
+
+
+def _even_grid(path: JointPath, cells: int) -> FloatArray:
+    """Parameters of a path, so many equal cells at least, the breakpoints among them."""
+    each = -(-cells // (path.breakpoints.size - 1))
+    inner = path.breakpoints[:-1, None] + np.diff(path.breakpoints)[:, None] * np.arange(each) / each
+    return np.append(inner.ravel(), path.breakpoints[-1])
+
+
+def _largest_squares(path: JointPath, limits: JointLimits, u: FloatArray, most: FloatArray) -> FloatArray:
+    """The largest (du/dt)^2 at parameters, (n + 1,), that the energies of all joints allow between rest at both ends.
+
+    Args:
+        path: of k joints.
+        limits: on acceleration.
+        u: parameters from end to end, (n + 1,).
+        most: (du/dt)^2 that is not exceeded, (n + 1,).
+    """
+    slopes, gains = path.at(u, 1) ** 2, 2.0 * limits.by_order[1] * _longest(path, u)
+    return _reached(slopes[::-1], gains[::-1], _reached(slopes, gains, most)[::-1])[::-1]
 
 
 def _longest(path: JointPath, u: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import BSpline, FloatArray, composition
+from problems.base import BSpline, FloatArray, basis_functions, composition
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
 from problems.timing.prepared import PathTorques, PreparedPath
@@ -43,11 +43,10 @@ class Basis:
     @classmethod
     def of(cls, knots: FloatArray, tau: FloatArray, orders: int) -> Basis:
         """The basis of samples at tau (n,)."""
-        count, width = knots.size - DEGREE - 1, DEGREE + 1
-        first = np.clip(np.searchsorted(knots, tau, "right") - width, 0, count - width)
-        every = BSpline(knots, np.eye(width)[np.arange(count) % width], DEGREE)  # every fifth function in one column
-        columns = (first[:, None] + np.arange(width)) % width
-        return cls(first, np.stack([np.take_along_axis(every(tau, order), columns, 1) for order in range(orders)]))
+        last = np.clip(np.searchsorted(knots, tau, "right") - 1, DEGREE, knots.size - DEGREE - 2)
+        return cls(
+            last - DEGREE, np.stack([basis_functions(knots, tau, DEGREE, last, order).T for order in range(orders)])
+        )
 
     def joined(self, other: Basis) -> Basis:
         """The basis of these samples and others."""

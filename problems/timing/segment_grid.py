@@ -68,7 +68,7 @@ class SegmentGrid:
         knots = self._all_knots
         last = np.arange(self.segments)[:, None] * knots.shape[1] + cells + self.degree
         found = basis_functions(knots.ravel(), u.ravel(), self.degree, last.ravel(), order)
-        return np.stack(found, axis=-1).reshape(*u.shape, self.degree + 1)
+        return found.T.reshape(*u.shape, self.degree + 1)
 
     def at_shares(self, share: float, order: int) -> FloatArray:
         """Weights of control points where a share of each cell is left behind, (segments, cells, degree + 1)."""

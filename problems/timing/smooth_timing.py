@@ -17,6 +17,7 @@ import scipy  # whose parts are loaded when they are used
 from problems.base import FloatArray, InvalidProblem
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
+from problems.timing.bound import energy_profile
 from problems.timing.law_program import LawProgram
 from problems.timing.parametrisation import (
     DEGREE,
@@ -206,27 +207,29 @@ def smooth_timing(
     Raises:
         InvalidProblem: no motion was found that keeps the limits with the velocities of its ends.
     """
-    profile, _ = fastest_profile(prepared, limits, motors, ceiling, rough=ceiling is None, settings=settings.profile)
-    law = settings.law
-    ends, breakpoints = ParametrisationEnds.of(prepared), prepared.path.breakpoints
-    swings = law.swings if ceiling is None else law.following_swings
-    count = _intervals(breakpoints.size - 1, float(profile.times[-1]), limits, law)
-    passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
+    law, breakpoints, path = settings.law, prepared.path.breakpoints, prepared.path
+    ends, swings = ParametrisationEnds.of(prepared), law.swings if ceiling is None else law.following_swings
 
-    def on_grid(passed: FloatArray, coarser: int) -> ParametrisationSearch:
+    def on_grid(passed: FloatArray, count: int, coarser: int) -> ParametrisationSearch:
         knots = graded_knots(passed, count // coarser, coarser, law)
-        return ParametrisationSearch(prepared.path, limits, ends, knots, motors=motors, settings=law)
+        return ParametrisationSearch(path, limits, ends, knots, motors=motors, settings=law)
 
-    def begun(search: ParametrisationSearch) -> Candidate:
+    def begun(search: ParametrisationSearch, profile: SpeedProfile) -> Candidate:
         starts = _smoothed(profile, limits, ends, search.knots, swings)
         return min((search.candidate(*start) for start in starts), key=lambda candidate: candidate.merit)
 
-    search = on_grid(passed, 1)
-    best = begun(search)
-    if refined and (any(prepared.resting) or best.merit > law.far * profile.times[-1]):
-        coarse = on_grid(passed, law.coarser)
-        improved = coarse.improved(begun(coarse))
-        search = on_grid(np.concatenate([[0.0], improved.law.reaching(breakpoints[1:-1]), [1.0]]), 1)
+    for profile in _profiles(prepared, limits, motors, ceiling, settings):
+        count = _intervals(breakpoints.size - 1, float(profile.times[-1]), limits, law)
+        passed = profile.times[np.searchsorted(profile.nodes, breakpoints)] / profile.times[-1]
+        search = on_grid(passed, count, 1)
+        best = begun(search, profile)
+        is_far = best.merit > law.far * profile.times[-1]
+        if not is_far:
+            break
+    if refined and (is_far or any(prepared.resting)):
+        coarse = on_grid(passed, count, law.coarser)
+        improved = coarse.improved(begun(coarse, profile))
+        search = on_grid(np.concatenate([[0.0], improved.law.reaching(breakpoints[1:-1]), [1.0]]), count, 1)
         best = _refined(improved, search)
     motion = None if refined else search.proven(best)
     for margin in law.margins if ends.moving else (0.0,):
@@ -239,6 +242,22 @@ def smooth_timing(
             "rates", "no motion was found that keeps the jerk limits with these velocities at its ends"
         )
     return motion
+
+
+def _profiles(
+    prepared: PreparedPath,
+    limits: JointLimits,
+    motors: PathTorques | None,
+    ceiling: SpeedProfile | None,
+    settings: RetimingSettings,
+) -> Iterator[SpeedProfile]:
+    """Profiles from which a search may begin: one without programs, and theirs where laws are far from it.
+
+    Where a path hardly bends, as along lines, the energies of joints decide.
+    """
+    if ceiling is None and not (prepared.moves_at_an_end or any(prepared.resting)):
+        yield energy_profile(prepared.path, limits, settings.law.fewest_intervals)
+    yield fastest_profile(prepared, limits, motors, ceiling, rough=ceiling is None, settings=settings.profile)[0]
 
 
 def _intervals(pieces: int, duration: float, limits: JointLimits, settings: LawSettings) -> int:

@@ -24,12 +24,13 @@ from problems import InvalidProblem, Problem, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
-from problems.tasks import Following, Joints, Place, ToolPath
-from problems.timing import least_along, least_durations, retime
+from problems.tasks import Place
+from problems.timing import least_along, retime
 from tpbso_casadi.planning.direct import directly, judged
 from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
+from tpbso_casadi.planning.stops import bounds_between, led_along, postures_at
 from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
     ENDS,
@@ -46,10 +47,7 @@ from tpbso_casadi.scenario import (
 LOG = logging.getLogger(__name__)
 BOUND = "least_time"  # the quantity of a plan that says what its stages take at least, s
 MOST_POSTURES = 12  # of a stop
-DRAWN = 64  # postures of a place that states none, of which the nearest are kept
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
-MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
-FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
 MOST_POLISHES, WORTH_POLISHING = 2, 0.02  # of a way of the tool; of the duration: what one gains before the next
 EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet; with jerk lines do
 UNKNOWN = 3.0  # the same for other edges then
@@ -144,6 +142,7 @@ class SequencePlanner:
         self.stages: list[StageSection] = [stage for _, stage in scenario.task.legs]
         self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
         self._motions: dict[tuple[str, bytes, bytes], Trajectory] = {}
+        self._judged: dict[tuple[int, bytes], tuple[Cell, Criteria]] = {}  # of ways of the tool, by layer and start
         self._broken: dict[int, str] = {}  # by layer, what the last motion along a way broke
         planning.progress.phase("postures")
         self.stops = self._stops()
@@ -220,7 +219,7 @@ class SequencePlanner:
         failures: list[InvalidProblem] = []
         for goal in goals:
             try:
-                found.append(_postures_at(goal, robot, obstacles, key))
+                found.append(postures_at(goal, robot, obstacles, key))
             except InvalidProblem as error:
                 failures.append(error)
         if not found:
@@ -228,7 +227,7 @@ class SequencePlanner:
         postures = np.concatenate(found)
         if near is None:
             return postures[:MOST_POSTURES]
-        soonest = _bounds(robot, near, postures).min(axis=0)
+        soonest = bounds_between(robot, near, postures).min(axis=0)
         return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
 
     def _led(self, layer: int, cell: Cell, before: SequenceStop) -> SequenceStop:
@@ -258,7 +257,7 @@ class SequencePlanner:
     def _edges(self, layer: int) -> Edges:
         """Bounds of all motions of a stage."""
         before, after, robot = self.stops[layer], self.stops[layer + 1], self._robot(layer)
-        bounds = _bounds(robot, before.postures, after.postures)
+        bounds = bounds_between(robot, before.postures, after.postures)
         durations = bounds.copy()
         for number, (parent, path) in enumerate(zip(after.parents, after.paths, strict=True)):
             if path is not None:
@@ -290,8 +289,8 @@ class SequencePlanner:
         cyclic = self.task.cyclic
         stops = self.stops[:-1] if cyclic else self.stops
         postures = np.concatenate([stop.postures for stop in stops])
-        costs = [_bounds(self._robot(layer), postures, stop.postures) for layer, stop in enumerate(stops[1:])]
-        back = _bounds(self._robot(len(self.moving) - 1), postures, stops[0].postures)
+        costs = [bounds_between(self._robot(layer), postures, stop.postures) for layer, stop in enumerate(stops[1:])]
+        back = bounds_between(self._robot(len(self.moving) - 1), postures, stops[0].postures)
         visits = Visits(tuple(len(stop.postures) for stop in stops), np.hstack([back, *costs]), cyclic)
         order, bound = visits.best_order()
         return [stop - 1 for stop in order], bound + sum(stage.pause for stage in self.stages)
@@ -340,7 +339,7 @@ class SequencePlanner:
         stage, start, goal = self.stage(layer), postures[layer], postures[layer + 1]
         try:
             if path is not None:
-                motion = self._timed(layer, cell.statement(stage, start), path)
+                motion = self._timed(layer, self._along(layer, cell, start), path)
             else:
                 motion = self._moved(cell.statement(stage, start, goal), start, goal, thorough)
         except InvalidProblem as error:
@@ -374,9 +373,17 @@ class SequencePlanner:
         planned = self._plan(statement)
         return planned.trajectory if planned.feasible else None
 
-    def _timed(self, layer: int, statement: Scenario, path: JointPath) -> Trajectory | None:
+    def _along(self, layer: int, cell: Cell, start: FloatArray) -> Criteria:
+        """The criteria of a way of the tool from a posture (dof,), made once for each cell."""
+        known = self._judged.get((layer, start.tobytes()))
+        if known is not None and (known[0].obstacles, known[0].carried) == (cell.obstacles, cell.carried):
+            return known[1]
+        criteria = cell.statement(self.stage(layer), start).judged()
+        self._judged[layer, start.tobytes()] = cell, criteria
+        return criteria
+
+    def _timed(self, layer: int, criteria: Criteria, path: JointPath) -> Trajectory | None:
         """The least-time motion along a path that a stage's tool follows; None where it is not certified."""
-        criteria = statement.judged()
         trajectory = retime(path, criteria.robot.limits, chain=criteria.robot.rigid_chain)
         motion = judged(criteria, trajectory)
         if motion.feasible:
@@ -396,7 +403,7 @@ class SequencePlanner:
             self.planning.progress.phase(f"{self.task.labels[self.moving[layer]]}, within its accuracy")
             stage, cell = self.stage(layer), self._cell(layer, postures)
             problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()
-            criteria = cell.statement(stage, postures[layer]).judged()
+            criteria = self._along(layer, cell, postures[layer])
             for _ in range(MOST_POLISHES):
                 if self.planning.running_out():
                     return
@@ -441,56 +448,3 @@ def _polished(problem: Problem[Any], criteria: Criteria, motion: Trajectory) -> 
 
 def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:
     return list(pairwise(chain))
-
-
-def _bounds(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Least durations of the slowest joint from each posture (n, dof) to each of others (m, dof): (n, m), s."""
-    ways = (after[None] - before[:, None]).reshape(-1, robot.dof)
-    return np.asarray(least_durations(ways, robot.limits).max(axis=1).reshape(len(before), len(after)))
-
-
-def _postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) -> FloatArray:
-    """Clear postures at a place, (n, dof).
-
-    Raises:
-        InvalidProblem: there is none.
-    """
-    if isinstance(goal, Joints):
-        return np.array([goal.values])
-    branches = [place.branch_angles for place in goal.branches(robot, obstacles, None, key)]
-    if all(branches):
-        return np.array(branches)
-    choices = goal.choices(robot)
-    low, high = (np.array([getattr(choice, end) for choice in choices]) for end in ("lower", "upper"))
-    drawn = np.random.default_rng(1).uniform(low, high, (DRAWN, len(choices)))
-    postures, there = goal.postures(robot, drawn)
-    return np.asarray(postures[there])
-
-
-def led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> JointPath:
-    """The joints along a way of the tool, the shortest way; where that ends, toward postures at the way's end.
-
-    Raises:
-        InvalidProblem: the tool cannot be led along.
-    """
-    accuracies = stage.accuracy, stage.angular_accuracy
-    try:
-        return Following(way, robot).joints(posture, *accuracies)
-    except InvalidProblem as error:
-        for toward in _ends_of(way, robot, posture):
-            with suppress(InvalidProblem):
-                return Following(way, robot, toward).joints(posture, *accuracies)
-        raise error
-
-
-def _ends_of(way: ToolPath, robot: Robot, posture: FloatArray) -> FloatArray:
-    """Postures with the tool at the end of a way, the nearest first, (n, dof); where that leaves a choice at all."""
-    (end,) = way.places(np.ones(1))
-    if robot.dof <= FREEDOMS[robot.dim]:
-        return np.empty((0, robot.dof))
-    try:
-        found = _postures_at(end, robot, (), "goal")
-    except InvalidProblem:
-        return np.empty((0, robot.dof))
-    nearest = np.argsort(np.abs(found - posture).max(axis=1), kind="stable")
-    return np.asarray(found[nearest[:MOST_ENDS]])

@@ -23,7 +23,7 @@ from problems.certify import check_certificate as checker
 from problems.timing import retime
 from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning import BOUND
-from tpbso_casadi.planning.sequence import led_along
+from tpbso_casadi.planning.stops import led_along
 from tpbso_casadi.scenario import Cell
 from tpbso_casadi.storage import checked
 
