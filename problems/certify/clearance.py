@@ -21,7 +21,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import Arguments, FloatArray, Reading, bernstein, bounded_minimum
+from problems.base import Arguments, FloatArray, Reading, bernstein
 from problems.certify.settings import DEFAULT_APPROACH, ApproachSettings
 from problems.certify.verdict import CertificateStatus
 from problems.evaluation import PARAMETERS, RowFunction
@@ -408,8 +408,16 @@ def closest_approach(
     motion = MovingPairs.of(limit.robot, tuple(pair.without_growth() for pair in limit.pairs), trajectory)
     times = trajectory.times(settings.times)
     seen = motion.clearances(times, np.ones((len(times), len(motion.pairs)), dtype=bool))
-    minima = [_followed(motion, times, row, number, settings.resolution) for row, number in _dips(seen, settings)]
-    distance, time, number = min(minima)
+    rows, numbers = np.array(_dips(seen, settings)).T
+    spans = _around(np.broadcast_to(times, (len(rows), len(times))), rows)
+    followed = _followed(motion, numbers, spans, settings)
+    distance, time, number, row = min(
+        (motion.distance(number, time), time, number, row)
+        for number, row, time in zip(numbers.tolist(), rows.tolist(), followed.tolist(), strict=True)
+    )
+    before = motion.distance(number, float(times[row]))
+    if distance >= before - DISTANCE_ROUNDING:  # as of a robot that stands: the first time
+        distance, time = before, float(times[row])
     return ClosestApproach(distance, time, str(motion.pairs[number]))
 
 
@@ -426,15 +434,19 @@ def _dips(distances: FloatArray, settings: ApproachSettings) -> list[tuple[int, 
     return dips[: settings.candidates]
 
 
+def _around(times: FloatArray, rows: NDArray[np.intp]) -> FloatArray:
+    """The times before and after one of each row of times (k, n), the numbers of which are given, (k, 2), s."""
+    sides = np.clip(rows[:, None] + np.array([-1, 1]), 0, times.shape[1] - 1)
+    return np.take_along_axis(times, sides, axis=1)
+
+
 def _followed(
-    motion: MovingPairs, times: FloatArray, row: int, number: int, resolution: float
-) -> tuple[float, float, int]:
-    """The least distance of a pair between the times around one of them, its time, and the pair."""
-
-    def distance(time: float) -> float:
-        return motion.distance(number, time)
-
-    low, middle, high = (float(times[k]) for k in (max(row - 1, 0), row, min(row + 1, len(times) - 1)))
-    seen = min((distance(time), time) for time in (low, middle, high))
-    time, least = bounded_minimum(distance, low, high, resolution * (high - low))
-    return (least, time, number) if least < seen[0] - DISTANCE_ROUNDING else (*seen, number)
+    motion: MovingPairs, numbers: NDArray[np.intp], spans: FloatArray, settings: ApproachSettings
+) -> FloatArray:
+    """The times (k,), s, at which pairs (k,) are nearest within spans (k, 2), s, by passes over ever shorter ones."""
+    chosen = np.repeat(numbers[:, None] == np.arange(len(motion.pairs)), settings.zoom_points, axis=0)
+    for _ in range(settings.zooms):
+        times = np.linspace(spans[:, 0], spans[:, 1], settings.zoom_points, axis=1)
+        nearest = motion.clearances(times.ravel(), chosen).min(axis=1).reshape(times.shape).argmin(axis=1)
+        spans = _around(times, nearest)
+    return np.take_along_axis(times, nearest[:, None], axis=1)[:, 0]

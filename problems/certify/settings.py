@@ -17,16 +17,14 @@ class ApproachSettings:
         times: at least, at which all pairs are evaluated.
         candidates: minima that are followed to the bottom, the deepest ones.
         minima_per_pair: of these, at most.
-        resolution: share of the time between two evaluations to which a minimum is followed.
-        zooms: passes around the nearest time of a cover.
+        zooms: passes around the time of a minimum, each sixteen times finer.
         zoom_points: times in each pass.
     """
 
     times: int = 400
     candidates: int = 6
     minima_per_pair: int = 2
-    resolution: float = 1e-7
-    zooms: int = 3
+    zooms: int = 4
     zoom_points: int = 33
 
 

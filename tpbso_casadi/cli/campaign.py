@@ -25,7 +25,6 @@ from tpbso_casadi.cli.options import (
 from tpbso_casadi.cli.progress import State, campaign_progress, duration, phase, say, size_of
 from tpbso_casadi.judging.campaign import campaign_seconds, run_campaign, searches_of
 from tpbso_casadi.judging.executors import (
-    ExecutorError,
     ExecutorFactory,
     LostExecutor,
     check_address,
@@ -38,7 +37,7 @@ from tpbso_casadi.judging.store import STORE, RunStore, StoreError
 from tpbso_casadi.judging.tables import check_export
 from tpbso_casadi.storage import OutputError, check_file, check_writable
 
-CAMPAIGN_FAILURES = (*FAILURES, StoreError, ExecutorError, LostExecutor)
+CAMPAIGN_FAILURES = (*FAILURES, StoreError, LostExecutor)
 INTERRUPTED = "interrupted; completed runs are stored, and the same command resumes"
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from problems import InvalidProblem
 from problems.base import FloatArray, nearest_word, shown_value, too_much
 from solvers import GRADIENT_SOLVERS, IPOPT, SOLVERS, AnySolver, Solver
-from tpbso_casadi.judging.executors import ExecutorError
 from tpbso_casadi.plain import settings_of
 from tpbso_casadi.scenario import (
     TASK_CATALOGUE,
@@ -80,9 +79,8 @@ def in_words_of_python() -> Iterator[None]:
     """Turn errors into those of a call.
 
     Raises:
-        ScenarioError: of an argument.
+        ScenarioError: of an argument, or of workers.
         OutputError: of a file.
-        ExecutorError: of workers.
     """
     try:
         yield
@@ -90,7 +88,7 @@ def in_words_of_python() -> Iterator[None]:
         raise ScenarioError(as_argument(str(error))) from error
     except RecursionError as error:
         raise ScenarioError(f"an argument: {too_much(error)}") from error
-    except (ScenarioError, OutputError, ExecutorError) as error:
+    except (ScenarioError, OutputError) as error:
         raise type(error)(as_argument(str(error))) from error
 
 

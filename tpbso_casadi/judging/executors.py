@@ -26,7 +26,7 @@ from tpbso_casadi.judging.run import Outcome, difference, failed, problem_of
 from tpbso_casadi.judging.searches import KEY, SUITE_KEY, search_text, suite_text
 from tpbso_casadi.plain import one_line, versions
 from tpbso_casadi.planning import SharedSearches, plan
-from tpbso_casadi.scenario import parse_scenario
+from tpbso_casadi.scenario import ScenarioError, parse_scenario
 from tpbso_casadi.storage import result_of
 
 RUN_LOCK = threading.Lock()  # IPOPT's linear solver is not thread-safe, and a cluster's worker may have many threads
@@ -92,7 +92,7 @@ def _result(content: dict[str, Any], expected: dict[str, str], backend: str | No
 WORKERS_PER_PROCESSOR = 8  # more only take memory
 
 
-class ExecutorError(ValueError):
+class ExecutorError(ScenarioError):
     """The workers are not available; the message is one line."""
 
 

@@ -25,7 +25,7 @@ from tpbso_casadi.scenario.recorded_rows import (
     Row,
     check_count,
 )
-from tpbso_casadi.scenario.ros_messages import read_json, read_yaml
+from tpbso_casadi.scenario.ros_messages import read_json
 from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError
 
 SAME_MOTION = 1e-6  # rad and s, relative to the largest angle
@@ -231,11 +231,17 @@ def _arrays(content: bytes) -> dict[str, Any]:
         raise BadRow(f"is no NPZ of arrays of numbers: {error}") from error
 
 
+def _yaml(folder: InputFolder, name: str) -> RecordedRows:
+    from tpbso_casadi.scenario.ros_yaml import read_yaml  # noqa: PLC0415 (loads a library for these files alone)
+
+    return read_yaml(folder, name)
+
+
 READERS: dict[str, Callable[[InputFolder, str], RecordedRows]] = {
     ".csv": _csv,
     ".npz": _npz,
     ".json": read_json,
-    ".yaml": read_yaml,
-    ".yml": read_yaml,
+    ".yaml": _yaml,
+    ".yml": _yaml,
     ".mcap": read_bag,
 }
