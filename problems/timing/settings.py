@@ -220,8 +220,8 @@ class ThroughBoundSettings:
         settling: steps after which one is half as long.
     """
 
-    intervals: tuple[int, ...] = (16, 24, 32, 48)
-    most_edges: int = 200_000
+    intervals: tuple[int, ...] = (16, 24, 32, 48, 64, 96)
+    most_edges: int = 150_000
     steps: tuple[int, int] = (120, 15)
     first_step: float = 1.0
     settling: float = 20.0
