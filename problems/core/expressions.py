@@ -7,7 +7,7 @@ import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, sin
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ OPERATIONS = (  # in the order of the core
 )  # fmt: skip
 Entry: TypeAlias = tuple[str, int]  # a quantity's name and which of its numbers
 Point: TypeAlias = tuple[int, tuple[Operand, Operand, Operand]]  # how many joints move it; where on the last, m
+KnownArm: TypeAlias = SpatialArm | PlanarArm
 Register: TypeAlias = tuple[Literal["constant", "source", "result"], int]
 JOINTS, TIME, DURATION, PLACE, VELOCITY, ROTATION = range(6)  # quantities of the core
 BY_ORDER = ("q", "speed", "acceleration", "jerk")
@@ -84,11 +85,9 @@ class _Arm:
     frames: Sequence[Point]
 
     @classmethod
-    def of(cls, robot: Robot) -> _Arm | None:
-        """The places of a robot; None where the core does not know its class."""
-        if type(robot) is SpatialArm:
-            return cls._in_space(robot)
-        return cls._in_plane(robot) if type(robot) is PlanarArm else None
+    def of(cls, robot: KnownArm) -> _Arm:
+        """The places of a robot."""
+        return cls._in_space(robot) if isinstance(robot, SpatialArm) else cls._in_plane(robot)
 
     @classmethod
     def _in_space(cls, robot: SpatialArm) -> _Arm:
@@ -113,27 +112,26 @@ class CoreExpression:
     Args:
         library: the compiled core.
         robot: that moves.
-        arm: its places.
         function: the expression.
 
     Raises:
         UnsupportedOperation: it holds an operation that the core does not have.
     """
 
-    def __init__(self, library: ctypes.CDLL, robot: Robot, arm: _Arm, function: SampleFunction) -> None:
+    def __init__(self, library: ctypes.CDLL, robot: KnownArm, function: SampleFunction) -> None:
         self._library, self._robot, self._function = library, robot, function
-        counts, numbers = _described(arm, function)
+        counts, numbers = _described(_Arm.of(robot), function)
         self._expression = ctypes.c_void_p(library.core_expression(counts.ctypes.data, numbers.ctypes.data))
         weakref.finalize(self, library.core_forget_expression, self._expression)
 
     @classmethod
     def of(cls, robot: Robot, function: SampleFunction) -> CoreExpression | None:
         """The expression of a robot, where the core is there and knows both."""
-        library, arm = loaded_core().library, _Arm.of(robot)
-        if library is None or arm is None or function.uses("torque"):
+        library, is_known = loaded_core().library, type(robot) in (SpatialArm, PlanarArm)
+        if library is None or not is_known or function.uses("torque"):
             return None
         try:
-            return cls(library, robot, arm, function)
+            return cls(library, cast(KnownArm, robot), function)
         except UnsupportedOperation:
             return None
 

@@ -6,15 +6,28 @@ import ctypes
 from dataclasses import astuple, replace
 from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 from helpers.core_robots import ROBOTS, SCENE, postures, robot_of, through
 
-from problems.core import Dynamics, SegmentMotion, Separation, SingleRows, Stops, WholeRows
+from problems import Trajectory
+from problems.core import (
+    CoreExpression,
+    Dynamics,
+    MotionNumbers,
+    SegmentMotion,
+    Separation,
+    SingleRows,
+    Stops,
+    TorqueAim,
+    WholeRows,
+)
 from problems.core.compiled import Core, CoreWorld
 from problems.core.description import described
 from problems.core.interface import MovingSolids, PathSearch, ProofRequest, Schedule
 from problems.core.rows import ProgramData
 from problems.core.world import known_robot
+from problems.motions import MotionView, traced
 from problems.robots import SpatialArm, built_in, geometry_of
 from problems.timing.segment_grid import SegmentGrid
 
@@ -43,6 +56,7 @@ def answers(library: ctypes.CDLL, seed: int) -> Answers:
         found[f"program of {reach}"] = solved(core, program)
     for model in ("panda", "iiwa14"):
         found[f"{model}: torques"] = torques(library, built_in(model).arm(), np.random.default_rng(seed))
+        found[f"{model}: expressions"] = expressions(library, built_in(model).arm(), np.random.default_rng(seed))
     for degree, joints in ((2, 3), (3, 9)):
         found[f"through, of degree {degree}"] = passing(core, degree, joints, np.random.default_rng(seed))
     return found
@@ -160,4 +174,25 @@ def torques(library: ctypes.CDLL, arm: SpatialArm, rng: np.random.Generator) -> 
     chain = arm.rigid_chain
     assert chain is not None
     dynamics, states = Dynamics(library, chain), rng.normal(0.0, 2.0, (POSTURES, 3 * arm.dof))
-    return bits(*dynamics.torques(states), dynamics.slopes(states))
+    aim, limits = TorqueAim(1.0, 1e-3, 1e-3, 12, 200, 0.01), rng.uniform(50.0, 150.0, arm.dof)
+    answer = dynamics.settle(moving(arm, rng), limits, np.full(arm.dof, 1e-9), aim)
+    return bits(*dynamics.torques(states), dynamics.slopes(states)) + repr(answer).encode()
+
+
+def moving(arm: SpatialArm, rng: np.random.Generator) -> MotionNumbers:
+    """A motion of three pieces that need not join, and where they begin."""
+    pieces = Trajectory(np.array([0.0, 0.3, 0.5, 1.0]), rng.normal(size=(6, 3, arm.dof)))
+    return MotionNumbers.of(pieces, np.arange(3), np.zeros(3))
+
+
+def expressions(library: ctypes.CDLL, arm: SpatialArm, rng: np.random.Generator) -> bytes:
+    """Values, and a proof, of operations that round as IEEE 754 says."""
+
+    def stated(m: MotionView) -> ca.SX:
+        away = ca.norm_2(m.tool - m.positions[3]) + ca.fabs(m.rotation[0, 2] / (2.0 + m.q[1] ** 2))
+        return ca.fmax(away, ca.norm_2(m.tool_velocity) - m.time)
+
+    expression = CoreExpression(library, arm, traced(stated, arm, "c"))
+    values = expression.values(rng.normal(size=(POSTURES, 4 * arm.dof + 1)), 1.0)
+    bounds = np.array([-np.inf]), np.array([values.max()]), np.ones(1)
+    return bits(values) + repr(expression.settle(moving(arm, rng), bounds, 1e-9, (12, 200), 0.01)).encode()

@@ -11,8 +11,10 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.cases import equal_links
+from helpers.slow import slow_except
 from helpers.space import sliding_arm, small_arm
 
+from benchmarks.taylor_models import checked
 from problems import CertificateStatus, PlanarArm, Robot, Trajectory
 from problems.certify import Verdict, limit_verdicts
 from problems.certify.cells import BINARY, UNARY, Ranges
@@ -130,6 +132,14 @@ def test_every_operation_of_the_core_is_proven_closely(name: str, arm: Robot) ->
         assert outcome is not None and outcome.status is status
         reached = low if outcome.bound in (low - close, low + close) else high
         assert outcome.worst == pytest.approx(reached, abs=close)
+
+
+@pytest.mark.parametrize("seeds", slow_except([range(9, 18), range(9), range(18, 200)], 1), ids=str)
+def test_verdicts_are_those_of_samples_and_of_intervals(seeds: range) -> None:
+    found = [one for seed in seeds for one in checked(seed, 2_000)]
+    assert not any(one.is_false for one in found)
+    assert {CERTIFIED, VIOLATED} <= {one.status for one in found}
+    assert all(one.status is CERTIFIED for one in found if one.second and one.second[0] is CERTIFIED)
 
 
 def test_nothing_is_certified_of_angles_whose_sines_are_not_known() -> None:
