@@ -16,7 +16,7 @@ struct Aim {
 };
 
 constexpr int ZOOMS = 3, ZOOM_POINTS = 65;
-constexpr int FINEST = 48;  // level of cells, all of which are of one level at a time
+constexpr int FINEST = 40;  // level of cells, all of which are of one level at a time; finer ones drown in rounding
 
 struct Found {
     int status;        // 1: proven; 0: broken at a moment; -1: not known
