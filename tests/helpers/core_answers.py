@@ -27,6 +27,7 @@ from problems.core.description import described
 from problems.core.interface import MovingSolids, PathSearch, ProofRequest, Schedule
 from problems.core.rows import ProgramData
 from problems.core.world import known_robot
+from problems.geometry.cover import SETTINGS
 from problems.motions import MotionView, traced
 from problems.robots import SpatialArm, built_in, geometry_of
 from problems.timing.segment_grid import SegmentGrid
@@ -59,7 +60,18 @@ def answers(library: ctypes.CDLL, seed: int) -> Answers:
         found[f"{model}: expressions"] = expressions(library, built_in(model).arm(), np.random.default_rng(seed))
     for degree, joints in ((2, 3), (3, 9)):
         found[f"through, of degree {degree}"] = passing(core, degree, joints, np.random.default_rng(seed))
+    found["cover"] = covering(library, np.random.default_rng(seed))
     return found
+
+
+def covering(library: ctypes.CDLL, rng: np.random.Generator) -> bytes:
+    """A cover of random triangles, which enclose something, and what its larger half does not hold."""
+    corners, settings = rng.uniform(-0.1, 0.1, (24, 3, 3)), np.array(astuple(SETTINGS), dtype=float)
+    balls, figures, missed = np.zeros((int(SETTINGS.most_balls), 4)), np.zeros(3), np.zeros((1_000, 3))
+    triangles = len(corners), corners.ctypes.data
+    count = library.core_cover(*triangles, 0.02, settings.ctypes.data, balls.ctypes.data, figures.ctypes.data)
+    lost = library.core_not_held(*triangles, count // 2, balls.ctypes.data, 0.01, 1_000, missed.ctypes.data)
+    return bits(np.array([count, lost]), balls, figures, missed)
 
 
 def passing(core: Core, degree: int, joints: int, rng: np.random.Generator) -> bytes:
