@@ -187,15 +187,16 @@ class ExpressionLimits:
 
     def projected(self, theta: FloatArray, margins: FloatArray) -> FloatArray:
         """Postures near given ones (n, k) that keep rows of angles alone by margins (m,), as far as steps lead."""
-        theta = theta.copy()
+        theta, left = theta.copy(), np.arange(len(theta))
         for _ in range(self.settings.projection_steps):
-            state = np.pad(theta, ((0, 0), (0, (STATE_ORDERS - 1) * theta.shape[1])))
+            state = np.pad(theta[left], ((0, 0), (0, (STATE_ORDERS - 1) * theta.shape[1])))
             values, slopes = self.linear(state)
             missing = np.where(self.is_static, np.maximum(values + margins, 0.0), 0.0)
-            broken = np.flatnonzero((missing > self.settings.projection_tolerance).any(axis=1))
-            if not broken.size:
+            broken = (missing > self.settings.projection_tolerance).any(axis=1)
+            left = left[broken]
+            if not left.size:
                 break
-            theta[broken] -= self._steps(missing[broken], slopes[broken, :, 0])
+            theta[left] -= self._steps(missing[broken], slopes[broken, :, 0])
         return theta
 
     def _steps(self, missing: FloatArray, slopes: FloatArray) -> FloatArray:

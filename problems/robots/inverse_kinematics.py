@@ -60,17 +60,11 @@ def project(
         known: a posture there, (1, dof): what stays free is less where this is nearer to a limit.
     """
     limits = joint_bounds(robot, kept, known)
-    step = _step(geometry_of(robot), rotation is not None, bool(limits))
+    step = _step(robot.geometry, rotation is not None, bool(limits))
     wanted = (position,) if rotation is None else (position, rotation)
     for _ in range(steps):
         theta = step(theta, *wanted, *limits)
     return theta
-
-
-def geometry_of(robot: SpatialArm) -> SpatialArm:
-    """The plain numbers of a robot that decide where its tool is, the same in its symbolic copy."""
-    ones = (1.0,) * robot.dof
-    return SpatialArm(robot.chain, ones, ones, base_frame=robot.base_frame, tool_in_tip=robot.tool_in_tip)
 
 
 @lru_cache(maxsize=16)

@@ -244,6 +244,12 @@ class SpatialArm(Robot):
     def tool(self) -> ArmTool:
         return ArmTool(self.chain, self.base_frame, self.chain.tip @ self.tool_in_tip)
 
+    @cached_property
+    def geometry(self) -> SpatialArm:
+        """The plain numbers that decide where its tool is, the same in its symbolic copy."""
+        ones = (1.0,) * self.dof
+        return SpatialArm(self.chain, ones, ones, base_frame=self.base_frame, tool_in_tip=self.tool_in_tip)
+
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
         """Base, joints, centres of the spheres, tool; dof + 2 + spheres matrices (n, 3), m."""
         frames, rows = self.chain.frames(theta, self.base_frame), theta.shape[0]

@@ -11,7 +11,7 @@ import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.motions import JointPath
-from problems.robots import Robot, SpatialArm, geometry_of
+from problems.robots import Robot, SpatialArm
 from problems.tasks.place import ANGLE_TOLERANCE, Place
 from problems.tasks.pose import Projection
 from problems.tasks.tool_path import ToolPath
@@ -140,7 +140,7 @@ class Following:
         if not isinstance(self.robot, SpatialArm):
             positions, rotations = as_array(self.robot.tool.position(ca.DM(theta))), None
         else:
-            positions, rotations = (as_array(part).T for part in _tool_of(geometry_of(self.robot))(theta.T))
+            positions, rotations = (as_array(part).T for part in _tool_of(self.robot.geometry)(theta.T))
         away = positions - way.points(shares)
         along = (away * tangent).sum(axis=1)
         missed = float(np.linalg.norm(away - along[:, None] * tangent, axis=1).max())

@@ -284,6 +284,9 @@ class Joints(Place):
         """The given posture, with its turns as they are."""
         return ca.horzcat(*self.values), None
 
+    def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        return np.tile(np.array(self.values, dtype=np.float64), (len(chosen), 1)), np.ones(len(chosen), dtype=bool)
+
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
         return np.array(self.values)
 

@@ -29,7 +29,7 @@ from problems.core.rows import ProgramData
 from problems.core.world import known_robot
 from problems.geometry.cover import SETTINGS
 from problems.motions import MotionView, traced
-from problems.robots import SpatialArm, built_in, geometry_of
+from problems.robots import SpatialArm, built_in
 from problems.timing.segment_grid import SegmentGrid
 
 POSTURES = 21  # no multiple of the lanes
@@ -151,7 +151,7 @@ def ways(world: CoreWorld, robot: SpatialArm, rng: np.random.Generator) -> Answe
 
 def steps(core: Core, robot: SpatialArm, rng: np.random.Generator) -> bytes:
     """Inverse kinematics, of points and of poses."""
-    reach, (place, rotation) = core.steps(geometry_of(robot)), robot.tool.at(postures(robot, rng, 1))
+    reach, (place, rotation) = core.steps(robot.geometry), robot.tool.at(postures(robot, rng, 1))
     starts, limits = postures(robot, rng, POSTURES), np.array(robot.position_limits).T
     bounds = (np.ascontiguousarray(limits[0]), np.ascontiguousarray(limits[1]))
     return b"".join(bits(*reach(starts, place[0], turn, bounds, 40)) for turn in (None, rotation[0]))

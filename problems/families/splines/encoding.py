@@ -18,7 +18,8 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly import GRID_ALLOWANCE, Decoded, PathTiming, Variable
-from problems.base import Matrix, Operand, as_array, largest, smallest, split
+from problems.base import FloatArray, Matrix, Operand, as_array, largest, smallest, split
+from problems.families.splines.branches import branch_posture
 from problems.limits import Constraint, Limit
 from problems.motions import DEGREE, Rates, TimedPath
 from problems.objectives import MotionBounds
@@ -126,9 +127,13 @@ def variables(task: Move) -> list[Variable]:
     return [variable for stop in stops(task) for variable in stop.variables(task)]
 
 
-def nominal(task: Move) -> list[Matrix]:
-    """Numeric postures at the stops, in the middle of what there is to choose."""
-    return postures(task, ca.DM([(variable.lower + variable.upper) / 2.0 for variable in variables(task)]))
+def nominal(task: Move) -> FloatArray:
+    """Postures at the stops, in the middle of what there is to choose, (stops, dof), rad."""
+    listed = stops(task)
+    if not any(stop.chosen for stop in listed):
+        return np.stack([branch_posture(task.robot, stop.places[len(stop.places) // 2]) for stop in listed])
+    middle = ca.DM([(variable.lower + variable.upper) / 2.0 for variable in variables(task)])
+    return np.concatenate([as_array(posture) for posture in postures(task, middle)])
 
 
 def spread(task: Move) -> float:

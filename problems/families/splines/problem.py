@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from problems.assembly import Criteria, LocalTimeScale, SearchedTimeScale, Variable, objective_named
-from problems.base import FloatArray, InvalidProblem, as_array
+from problems.base import FloatArray, InvalidProblem
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program
 from problems.families.splines.branches import branch_posture, branched, on_postures
 from problems.families.splines.direct import MovePlanner, move_planner
@@ -120,7 +120,7 @@ def least_samples(task: Move) -> int:
     step = StepLimit.for_robot(task.robot, task.obstacles)
     if step is None:
         return 0
-    stops = np.concatenate([as_array(posture) for posture in nominal(task)])
+    stops = nominal(task)
     between = np.linspace(0.0, len(stops) - 1.0, FINE * (len(stops) - 1) + 1)
     theta = np.column_stack([np.interp(between, np.arange(len(stops)), column) for column in stops.T])
     travel = np.linalg.norm(np.diff(task.robot.skeleton(theta), axis=0), axis=2).sum(axis=0).max()
@@ -131,7 +131,7 @@ def segment_durations(task: Move) -> FloatArray:
     """Roughly how long each segment takes on a straight line between usual postures, (segments,), s."""
     limits = task.robot.limits
     speed, acceleration = np.array(limits.speed), np.array(limits.acceleration)
-    distances = np.abs(np.diff(np.concatenate([as_array(posture) for posture in nominal(task)]), axis=0))
+    distances = np.abs(np.diff(nominal(task), axis=0))
     return np.asarray((distances / speed).max(axis=1)) + float((speed / acceleration).max())
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from problems.base import FloatArray
 from problems.core import steps_of
-from problems.robots import SpatialArm, built_in, geometry_of
+from problems.robots import SpatialArm, built_in
 from problems.robots import postures as found_by
 from problems.tasks import Pose
 
@@ -94,7 +94,7 @@ def test_what_counts_is_the_arm_and_its_tool_alone() -> None:
     robot = built_in("panda").arm()
     other = replace(robot, margin=0.1, spheres=())
     assert steps_of(robot) is steps_of(other)
-    assert geometry_of(other) == geometry_of(robot)
+    assert other.geometry == robot.geometry
 
 
 def test_postures_of_a_pose_are_those_that_its_function_gives() -> None:

@@ -79,5 +79,5 @@ def test_no_posture_is_farther_than_the_spread() -> None:
 def test_the_nominal_postures_are_at_the_places() -> None:
     task = Move(FOUR, Position((1.0, 0.5)), (Position((0.5, 1.0)),))
     start, goal = nominal(task)
-    assert np.abs(as_array(task.start.miss(FOUR, start))).max() < 1e-12
-    assert np.abs(as_array(task.goals[0].miss(FOUR, goal))).max() < 1e-12
+    assert np.abs(as_array(task.start.miss(FOUR, ca.DM(start).T))).max() < 1e-12
+    assert np.abs(as_array(task.goals[0].miss(FOUR, ca.DM(goal).T))).max() < 1e-12
