@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from hashlib import sha256
 
 import numpy as np
 
 from problems.geometry import Balls, BallTree
 
+TREES = 128  # that are kept, of about ten links each arm
+
 
 @dataclass(frozen=True, eq=False)
 class CoveredLink:
-    """A link on a body of the chain, with balls that hold it.
+    """A link on a body of the chain, with balls that hold it. Two with the same content are equal.
 
     Attributes:
         name: of the link.
@@ -27,16 +29,27 @@ class CoveredLink:
     balls: Balls
     overhang: float
 
-    @cached_property
+    @property
     def tree(self) -> BallTree:
-        """The tree of the balls."""
-        return BallTree.of(self.balls)
+        """The tree of the balls, one for all links with the same content."""
+        return _tree_of(self)
 
     @cached_property
     def digest(self) -> str:
         """A digest of name, body, balls and overhang."""
         content = np.column_stack([self.balls.centers, self.balls.radii])
         return sha256(f"{self.name} {self.body} {self.overhang!r} ".encode() + content.tobytes()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, CoveredLink) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+
+@lru_cache(maxsize=TREES)
+def _tree_of(link: CoveredLink) -> BallTree:
+    return BallTree.of(link.balls)
 
 
 @dataclass(frozen=True, eq=False)
