@@ -204,6 +204,15 @@ class DeviationPolish:
             dips.append(self._dips(-worst, -EXPRESSION_ROUNDING))
         return np.unique(u[np.concatenate(dips)])
 
+    def overloaded_between(self, x: FloatArray, duration: float) -> FloatArray:
+        """Parameters (m,) between samples at which a motion takes larger torques than there are, the worst ones."""
+        if self.torques is None:
+            return np.empty(0)
+        u, padded = self.motions.parameters(self.settings.proof_samples), self.motions.padded(x, duration)
+        state = state_of([self.motions.postures(u, order) for order in range(3)], padded, duration)
+        left = 1.0 - np.abs(self.torques.shares(state)).max(axis=1)
+        return u[np.sort(self._dips(left, -self.settings.torque_tolerance))]
+
     def _dips(self, values: FloatArray, least: float) -> NDArray[np.intp]:
         """Indices of the deepest local minima of values (n,) in a row below a needed one."""
         around = np.pad(values, 1, constant_values=np.inf)

@@ -154,6 +154,7 @@ class Deviations:
         settings: of the rows.
 
     Attributes:
+        is_smooth: as given.
         direct: the fastest motion between the two, within the gentler limits where there are some; or that one.
         bound: no motion between the two takes less time, s; between moving ends none that has no accelerations there.
         at_ends: how the control points at the ends change with the duration, (pieces + 3, k), rad/s.
@@ -176,7 +177,7 @@ class Deviations:
         pieces: int = PIECES,
         settings: DeviationSettings = DEFAULT_DEVIATION,
     ) -> None:
-        self.start, self.goal, self.limits, self.settings = start, goal, limits, settings
+        self.start, self.goal, self.limits, self.settings, self.is_smooth = start, goal, limits, settings, is_smooth
         self.spline = DeviationSpline.of(pieces, 2 if is_smooth else 3)
         self._direct_limits = limits if gentler is None else gentler
         self.moving = rates is not None and rates.moves
@@ -306,7 +307,7 @@ class Deviations:
         inner = np.unique(self._intervals[2][self._intervals[2] < 1.0])
         if self.limits.jerk is not None:
             return inner
-        return np.concatenate([[0.0], inner - JUST_BEFORE, inner, [1.0 - JUST_BEFORE]])
+        return np.concatenate([[JUST_BEFORE], inner - JUST_BEFORE, inner, [1.0 - JUST_BEFORE]])
 
     def postures(self, u: FloatArray, order: int = 0) -> PostureRows:
         """Postures at parameters (n,), or a derivative of them by u."""

@@ -130,10 +130,12 @@ class Flaws:
     Attributes:
         between: parameters between samples at which it breaks something, (m,); without any, the proof itself failed.
         is_too_fast: whether it exceeds limits that a longer duration cannot restore.
+        time_mends: whether nothing but torques are too large, so that it only has to be run more slowly.
     """
 
     between: FloatArray
     is_too_fast: bool
+    time_mends: bool = False
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -206,7 +208,7 @@ class PathRefinement:
         self, initial: InitialMotion, to_beat: float, running_out: Callable[[], bool] = never
     ) -> Iterate | None:
         """The initial motion polished and proven, after repairs; None where it fails or does not beat a value."""
-        attempt = self._first_attempt(initial, running_out)
+        attempt, slower = self._first_attempt(initial, running_out), None
         for _ in range(self.settings.repairs + 1):
             polished = attempt.polish(attempt.x, to_beat, attempt.programs, attempt.duration)
             exact = self._passing(attempt.polish, polished)
@@ -214,12 +216,13 @@ class PathRefinement:
                 attempt = replace(attempt, polish=self._tightened(attempt.polish))
                 continue
             if exact is None or exact.value > self.settings.near_optimal * to_beat or not exact.is_clear:
-                return None
+                return slower
             flaws = self._flaws(attempt.polish, exact)
             if flaws is None:
                 return exact
+            slower = exact if flaws.time_mends else slower
             attempt = self._repaired(attempt.polish, exact, flaws)
-        return None
+        return slower
 
     def _first_attempt(self, initial: InitialMotion, running_out: Callable[[], bool]) -> Attempt:
         settings, u = self.settings.polish, self.motions.parameters()
@@ -285,9 +288,10 @@ class PathRefinement:
         """The flaws of a motion; None where it is proven to have none."""
         between, trajectory = polish.broken_between(iterate.x, iterate.duration), self._trajectory(iterate)
         is_too_fast = not self._is_slow_enough(trajectory)
-        if not between.size and not is_too_fast and self._is_proven_clear(trajectory):
-            return None
-        return Flaws(between, is_too_fast)
+        if between.size or is_too_fast or not self._is_proven_clear(trajectory):
+            return Flaws(between, is_too_fast)
+        overloaded = polish.overloaded_between(iterate.x, iterate.duration)
+        return Flaws(overloaded, False, time_mends=not self.world.moves) if overloaded.size else None
 
     def _is_slow_enough(self, trajectory: Trajectory) -> bool:
         """Whether a motion between moving ends keeps the limits that other motions keep by a longer duration."""
@@ -361,7 +365,7 @@ class PathRefinement:
         for number in range(settings.most_paths):
             usual = TimeWindow(0.0, self.motions.direct.duration)
             window = windows[number % len(windows)] if windows else usual
-            if self.objective.has_several_optima or self.torques is not None:
+            if self.objective.has_several_optima or self.motions.is_smooth:
                 yield InitialMotion(self._bent(fitted, rng), window.end)
             path = self._connected(settings.most_paths * seed + number, window)
             failures += path is None

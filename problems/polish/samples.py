@@ -92,7 +92,8 @@ class PolishSamples:
     @cached_property
     def torque_states(self) -> tuple[PostureRows, ...]:
         """Postures and their derivatives where torques are examined."""
-        u = np.union1d(self.motions.parameters(self.settings.torque_samples), self.motions.switches)
+        usual = np.union1d(self.motions.parameters(self.settings.torque_samples), self.motions.switches)
+        u = np.union1d(usual, self.repairs)
         return tuple(self.motions.postures(u, order) for order in range(3))
 
     @cached_property

@@ -136,6 +136,7 @@ class PolishSettings:
         approach: m/rad, how much nearer bodies come at most for each rad that control points move.
         enough_margin: share of the margin; a motion that keeps as much at all samples is clear.
         torque_samples: in each piece, besides the parameters where accelerations may be extreme.
+        torque_tolerance: share of the limit by which torques between samples may exceed it without a repair.
         torque_threshold: share of the limit; torques are in programs if one somewhere is larger.
         proof_samples: postures in each piece that are examined between the samples of programs.
         proof_share: share of the margin; a motion that keeps less between samples is repaired there.
@@ -163,6 +164,7 @@ class PolishSettings:
     approach: float = 0.35
     enough_margin: float = 0.5
     torque_samples: int = 2
+    torque_tolerance: float = 3e-4
     torque_threshold: float = 0.9
     proof_samples: int = 48
     proof_share: float = 0.25
