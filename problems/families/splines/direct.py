@@ -64,11 +64,11 @@ def move_planner(task: Move, objective: Objective, limits: tuple[Limit, ...], ke
     known = [limit for limit in limits if not ExpressionLimits.supports(limit)]
     free = len(known) == len(limits) and task.total_time is None
     between_states = free and task.robot.limits.jerk is not None
-    fits = keeps_branch and (task.at_rest or between_states) and found_core() is not None
+    fits = (task.at_rest or between_states) and found_core() is not None
     integrals = IntegrandFunctions.of(objective, task.robot) if fits and objective.polish_suffices else None
     if integrals is None or not programs_know(known):
         return MovePlanner(task, objective, limits)
-    return PathPlanner(task, objective, limits, integrals)
+    return PathPlanner(task, objective, limits, integrals, keeps_branch)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +124,11 @@ class PathPlanner(MovePlanner):
 
     Args:
         integrals: of what is minimised.
+        keeps_branch: whether no stop leaves several postures to inverse kinematics; else branches plan paths.
     """
 
     integrals: IntegrandFunctions
+    keeps_branch: bool
 
     @property
     def _is_simple(self) -> bool:
@@ -183,7 +185,9 @@ class PathPlanner(MovePlanner):
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Motions as fast as the direct one; of a pose to the postures around the branch's, the best first."""
         yield from super().at_the_bound(rng)
-        if not (self.objective.direct_is_least and self.task.passes_nothing and self.task.at_rest):
+        if not (
+            self.keeps_branch and self.objective.direct_is_least and self.task.passes_nothing and self.task.at_rest
+        ):
             return
         if self._allowed(self._start[None]).all():
             around = Surroundings(self.robot, self.task.obstacles)
@@ -193,7 +197,7 @@ class PathPlanner(MovePlanner):
             yield from map(self._in_time, held)
 
     def approaches(self) -> Sequence[Approach]:
-        if not self._allowed(self._start[None]).all():
+        if not (self.keeps_branch and self._allowed(self._start[None]).all()):
             return ()
         goals, bounds = self._goals
         clear = self._world.still.clear(goals) & self._allowed(goals)

@@ -17,6 +17,7 @@ import tpbso_casadi as tp
 from problems import Trajectory, library
 from problems.certify import limit_verdicts
 from problems.core import core, found_core
+from problems.core.world import _core_world, _known_world
 from problems.library import SWITCH, NoCore, core_account, loaded_core
 from problems.limits import TorqueLimit
 from tpbso_casadi.planning import plan
@@ -30,7 +31,7 @@ REFUSED = r"robot: arms in space need the compiled core: "
 
 
 def forget() -> None:
-    for known in (loaded_core, found_core):
+    for known in (loaded_core, found_core, _known_world, _core_world):
         known.cache_clear()
 
 
