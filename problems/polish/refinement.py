@@ -346,7 +346,8 @@ class PathRefinement:
     def _most_paths(self, is_known: bool, to_beat: float) -> int:
         """Paths that are tried, besides the straight one."""
         if is_known:
-            return max(self.settings.paths, self.settings.rounds * len(self._windows))
+            rounds = self.settings.rounds if self.known is not None and not len(self.through) else 0
+            return max(self.settings.paths, rounds * len(self._windows))
         return self.settings.most_paths if to_beat == np.inf else self.settings.other_goal_paths
 
     def _initial_motions(self, seed: int) -> Iterator[InitialMotion]:

@@ -199,7 +199,7 @@ class RefinementSettings:
         exact_passage_price: s/m or s/rad, price of missed places before they are passed exactly.
         duration_steps: corrections of a motion between moving ends, at most, until its duration no longer changes.
         paths: tried besides the straight one, where one has led to a motion.
-        rounds: of all times of arrival that paths are tried for, at least, among moving obstacles.
+        rounds: of all times of arrival that paths are tried for, at least, where a searched motion is polished.
         most_paths: tried where none has.
         other_goal_paths: tried where only a motion to another goal is known.
         most_failures: searches for a path that may fail before there is probably none.
