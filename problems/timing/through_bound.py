@@ -40,9 +40,9 @@ def least_through(
         settings: of the search for good weights, and the intervals of velocities.
     """
     distances = np.diff(postures[apart(postures)], axis=0)
-    if len(distances) < 2:
-        return float(least_durations(distances, limits).max(initial=0.0)) * (1.0 - ROUNDING)
     ends = np.zeros((2, limits.dof)) if velocities is None else velocities
+    if not len(distances) or (len(distances) == 1 and not ends.any()):
+        return float(least_durations(distances, limits).max(initial=0.0)) * (1.0 - ROUNDING)
     weights, best = np.full(distances.shape, 1.0 / limits.dof), 0.0
     for intervals, steps in settings.levels(distances.size):
         graph = VelocityGraph.of(distances, limits, ends, intervals)

@@ -24,6 +24,7 @@ MARKS = {
 }
 FREE_TO_TURN = "state joint_limits if it must not"
 FAR = 0.02  # above the best known objective, relative to it: worth a word
+FAR_ABOVE = 0.5  # above the least time in free space, likewise
 
 
 def summary_of(plan: PlannedMotion) -> str:
@@ -153,7 +154,7 @@ def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
 
 
 def remarks(plan: PlannedMotion) -> Iterator[str]:
-    """Remarks on a polish left out, joints that turn more than once, and a plan far from the best."""
+    """Remarks on a polish left out, joints that turn more than once, and a plan far from the best or its bound."""
     if plan.problem is not None and plan.scenario.solver.polish_starts and not plan.problem.has_program:
         yield "not polished: this task has no nonlinear program"
     given = plan.criteria.task.given_postures
@@ -167,6 +168,10 @@ def remarks(plan: PlannedMotion) -> Iterator[str]:
         excess, known = plan.objective / best - 1.0, limit_of(best, plan.criteria.objective.unit)
         polish = "" if plan.scenario.solver.polish_starts else "--polish, or "
         yield f"{excess:.0%} above the best plan known, {known}; try {polish}--within 10"
+    least = plan.motion.least_duration_between_ends
+    if least is not None and plan.feasible and plan.trajectory.duration > (1.0 + FAR_ABOVE) * least:
+        excess = plan.trajectory.duration / least - 1.0
+        yield f"{excess:.0%} above {least:.4g} s, the least time between its ends where nothing is in the way"
 
 
 def print_scenarios(console: OutputConsole) -> None:

@@ -19,8 +19,8 @@ from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, ClosestApproach, WorstIs, broken_spans
 from problems.limits import Clearance
 from problems.motions import JointPath
-from problems.tasks import RecordedMotion
-from problems.timing import least_through
+from problems.tasks import Move, RecordedMotion
+from problems.timing import least_durations, least_through
 
 STILL = 1e-9  # of a joint's limit of speed: at less it stands still, and Coulomb friction does not act
 
@@ -227,6 +227,17 @@ class JudgedMotion:
         if task.passed_postures is None:
             return None
         return least_through(task.passed_postures, self.criteria.robot.limits, task.end_velocities)
+
+    @property
+    def least_duration_between_ends(self) -> float | None:
+        """The least duration of a move from rest to rest between the ends in free space, s; None of other motions."""
+        task = self.criteria.task
+        if not (isinstance(task, Move) and task.at_rest and task.passes_nothing and self.trajectory.is_finite):
+            return None
+        if not self.criteria.objective.asks_for_least_time or task.total_time is not None:
+            return None
+        start, goal = self.trajectory.at(self.trajectory.breakpoints[[0, -1]])
+        return float(least_durations(goal - start, self.criteria.robot.limits).max())
 
     @cached_property
     def objective(self) -> float:

@@ -29,7 +29,7 @@ def limits(rng: np.random.Generator, joints: int, with_jerk: bool) -> JointLimit
 @settings(max_examples=15, deadline=None)
 def test_no_motion_that_is_found_is_faster(seed: int, with_jerk: bool, moving: bool) -> None:
     rng = np.random.default_rng(seed)
-    joints, count = int(rng.integers(1, 6)), int(rng.integers(3, 7))
+    joints, count = int(rng.integers(1, 6)), int(rng.integers(2, 7))
     postures = rng.uniform(-1.0, 1.0, (count, joints)) * 10.0 ** rng.uniform(-2.0, 0.5)
     bounds = limits(rng, joints, with_jerk)
     velocities = rng.uniform(-0.5, 0.5, (2, joints)) * np.array(bounds.speed) if moving else np.zeros((2, joints))

@@ -48,6 +48,17 @@ def test_tables_fit_and_cut_nothing(case: str, capfd: pytest.CaptureFixture[str]
     assert all(re.match(r"\w+ +-?[\d.e-]+  -?[\d.]+ \S+ ", row) for row in rows)
 
 
+def test_a_plan_far_above_the_least_time_between_its_ends_says_by_how_much(capfd: pytest.CaptureFixture[str]) -> None:
+    ends = {"start": {"joints": [0.0, 0.0]}, "goal": {"joints": [1.2, 0.0]}}
+    wall = {"shape": "ellipse", "center": [1.1, 0.75], "semi_axes": [0.1, 0.1]}
+    for obstacles, remark in (([wall], r"^\d\d+% above [\d.]+ s, the least time between its ends"), ([], None)):
+        task = {"kind": "point-to-point", **ends}
+        Path("move.toml").write_text(toml(arm=TWO_LINKS, task=task, obstacles=obstacles))
+        assert solve.main(["move.toml", "--solver", "direct", "--no-plots", "--out", "out"]) == 0
+        said = capfd.readouterr().out
+        assert re.search(remark, said, re.MULTILINE) if remark else "the least time between" not in said
+
+
 def test_joints_that_turn_more_than_once_and_plans_far_from_the_best_known_are_mentioned(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
