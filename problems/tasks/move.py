@@ -256,6 +256,10 @@ class Move(Task):
         return np.concatenate([np.empty((0, self.robot.dof)), *rows])
 
     @property
+    def is_plain_move(self) -> bool:
+        return self.at_rest and self.passes_nothing and self.total_time is None
+
+    @property
     def passed_postures(self) -> FloatArray | None:
         places, given = (self.start, *self.vias, *self.goals), self.given_postures
         exact = len(given) == len(places) and not any(place.within for place in places)

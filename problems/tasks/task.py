@@ -229,6 +229,11 @@ class Task(Parametric, ABC):
         return np.empty((0, self.robot.dof))
 
     @property
+    def is_plain_move(self) -> bool:
+        """Whether it asks for nothing but a motion from rest at one place to rest at another; not by default."""
+        return False
+
+    @property
     def passed_postures(self) -> FloatArray | None:
         """The postures that a motion passes, both ends included, (n, dof), rad.
 

@@ -19,7 +19,7 @@ from problems.base import FloatArray, as_array
 from problems.certify import AtGoal, ClosestApproach, WorstIs, broken_spans
 from problems.limits import Clearance
 from problems.motions import JointPath
-from problems.tasks import Move, RecordedMotion
+from problems.tasks import RecordedMotion
 from problems.timing import least_durations, least_through
 
 STILL = 1e-9  # of a joint's limit of speed: at less it stands still, and Coulomb friction does not act
@@ -231,10 +231,8 @@ class JudgedMotion:
     @property
     def least_duration_between_ends(self) -> float | None:
         """The least duration of a move from rest to rest between the ends in free space, s; None of other motions."""
-        task = self.criteria.task
-        if not (isinstance(task, Move) and task.at_rest and task.passes_nothing and self.trajectory.is_finite):
-            return None
-        if not self.criteria.objective.asks_for_least_time or task.total_time is not None:
+        is_plain = self.criteria.task.is_plain_move and self.trajectory.is_finite
+        if not (is_plain and self.criteria.objective.asks_for_least_time):
             return None
         start, goal = self.trajectory.at(self.trajectory.breakpoints[[0, -1]])
         return float(least_durations(goal - start, self.criteria.robot.limits).max())
