@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.core import World
+from problems.core import CompiledWorld
 from problems.robots import SpatialArm
 from problems.tasks import Pose
 from tpbso_casadi.facade.plan import Plan
@@ -77,7 +77,7 @@ def tilts(trajectory: tp.Trajectory) -> FloatArray:
 def postures(rng: np.random.Generator, tolerance: float) -> Iterator[FloatArray]:
     """Clear postures (dof,) with the tool downward within half of the tolerance."""
     arm = panda().model
-    world = World.of(arm, OBSTACLES)
+    world = CompiledWorld.of(arm, OBSTACLES)
     assert world is not None
     while True:
         radius, angle, height = (rng.uniform(*bounds) for bounds in (RADII, ANGLES, HEIGHTS))

@@ -24,7 +24,7 @@ import numpy as np
 import tpbso_casadi as tp
 from benchmarks.hand_constraints import panda
 from problems.base import FloatArray, as_array
-from problems.core import World
+from problems.core import CompiledWorld
 from tpbso_casadi.facade.plan import Plan
 
 OBSTACLES = (
@@ -58,7 +58,7 @@ class Outcome:
 def postures(rng: np.random.Generator) -> Iterator[FloatArray]:
     """Those (dof,) that are clear of everything, as the ends of plans have to be."""
     arm = panda().model
-    world = World.of(arm, OBSTACLES)
+    world = CompiledWorld.of(arm, OBSTACLES)
     assert world is not None
     low, high = np.array(arm.limits.position).T
     while True:

@@ -11,7 +11,7 @@ from problems.base import FloatArray
 from problems.certify.clearance import ClearanceProof, ClosestApproach
 from problems.certify.settings import DEFAULT_APPROACH, ApproachSettings
 from problems.certify.verdict import peak_near
-from problems.core import MOST_ITEMS, ClosestPair, Proof, Separation, World
+from problems.core import MOST_ITEMS, ClosestPair, CompiledWorld, Proof, Separation
 from problems.limits import CoverClearance, Limit
 from problems.motions import Trajectory
 from problems.robots import Robot
@@ -31,7 +31,7 @@ class _Question:
         gap: share of the smallest clearance seen beyond the margin by which the proven one may be smaller.
     """
 
-    world: World
+    world: CompiledWorld
     which: Separation
     margin: float
     gap: float
@@ -40,7 +40,7 @@ class _Question:
     def of(cls, limit: Limit) -> _Question | None:
         """The question of a limit; None where it is not one about a world, or the core does not know that."""
         stated = limit.world_question
-        world = None if stated is None else World.of(stated.robot, stated.obstacles)
+        world = None if stated is None else CompiledWorld.of(stated.robot, stated.obstacles)
         if stated is None or world is None:
             return None
         which = Separation.FROM_EACH_OTHER if stated.of_own_links else Separation.FROM_OBSTACLES
@@ -103,7 +103,7 @@ def prove_among(
     Returns:
         None where the core does not know the robot, a shape or a motion. A minimum is not followed further.
     """
-    world = World.of(robot, tuple(obstacles.values()))
+    world = CompiledWorld.of(robot, tuple(obstacles.values()))
     if world is None:
         return None
     proof = world.prove(trajectory, which, gap, most_items)
@@ -117,7 +117,9 @@ def _side(where: ClosestPair) -> Separation:
     return Separation.FROM_EACH_OTHER if where.obstacle is None else Separation.FROM_OBSTACLES
 
 
-def _of_clearance(world: World, margin: float, proof: Proof, trajectory: Trajectory, where: str) -> ClearanceProof:
+def _of_clearance(
+    world: CompiledWorld, margin: float, proof: Proof, trajectory: Trajectory, where: str
+) -> ClearanceProof:
     """The proof in terms of clearance, m: the core's distance and the margin. Only the planned motion breaks it."""
     smallest = margin + proof.smallest
     if proof.status:

@@ -14,13 +14,13 @@ from problems.core.description import (
 )
 from problems.core.dynamics import Dynamics, TorqueAim
 from problems.core.expressions import CoreExpression
-from problems.core.interface import Nearby, PathSearch, Schedule, Separation
+from problems.core.interface import ClosestPair, ClosestPairs, Nearby, PathSearch, Proof, Schedule, Separation, World
 from problems.core.linear_program import LinearProgram, minimizer
 from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.segments import SegmentCells, SegmentMotion, Stops
 from problems.core.trust_region import TrustRegion
-from problems.core.world import CONNECT, MOST_ITEMS, ClosestPair, ClosestPairs, Proof, World, known_robot
+from problems.core.world import CONNECT, MOST_ITEMS, CompiledWorld, known_robot
 
 __all__ = [
     "CONNECT",
@@ -28,6 +28,7 @@ __all__ = [
     "AskedSolid",
     "ClosestPair",
     "ClosestPairs",
+    "CompiledWorld",
     "CoreExpression",
     "Dynamics",
     "LinearProgram",

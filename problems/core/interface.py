@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntFlag
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
+from problems.motions import Trajectory
 
 
 class Separation(IntFlag):
@@ -171,3 +173,138 @@ class ProofResult(NamedTuple):
     kind: int
     start: float = 0.0
     end: float = 0.0
+
+
+@dataclass(frozen=True)
+class ClosestPair:
+    """The two objects that are nearest to each other.
+
+    Attributes:
+        links: names: of the one that an obstacle comes near, or of both, that nearer the base first.
+        obstacle: number, from 0 on; None where it is a link.
+    """
+
+    links: tuple[str, ...]
+    obstacle: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class ClosestPairs:
+    """The objects that come nearest to each other in each of n postures.
+
+    Attributes:
+        pairs: of objects; None where there is nothing.
+        clearance_margins: (n,), m; infinite where there is nothing.
+        points: of both surfaces, where they are nearest, (n, 2, 3), m.
+    """
+
+    pairs: tuple[ClosestPair | None, ...]
+    clearance_margins: FloatArray
+    points: FloatArray
+
+
+@dataclass(frozen=True)
+class Proof:
+    """A proof about the clearance margin of a motion for all t.
+
+    Attributes:
+        status: whether it is proven; None where that is not known.
+        proven: clearance margin at all times, m; -inf where none is proven.
+        smallest: least clearance margin that was seen, m; infinite where nothing was looked at.
+        time: of that, s.
+        where: of that; None where nothing was.
+        cell: start and end, s, of a cell of time in which it is not known; None where there is none.
+    """
+
+    status: bool | None
+    proven: float
+    smallest: float
+    time: float
+    where: ClosestPair | None
+    cell: tuple[float, float] | None = None
+
+
+class World(Protocol):
+    """A robot among obstacles that stand still or move.
+
+    Where some move, it matters when postures are tested: at the beginning by default. A clearance margin is a distance
+    less what is kept.
+    """
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+
+    @property
+    def margins(self) -> Mapping[Separation, float]:
+        """The distances that are kept, m, by from what."""
+
+    @property
+    def fastest(self) -> float:
+        """The largest pace at which an obstacle comes nearer, about, m/s."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether an obstacle moves."""
+
+    @property
+    def still(self) -> World:
+        """The world of the obstacles that stand still; this world where all do."""
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether joints are where they are planned, or are off by as much at any speed."""
+
+    def errors(self, speed: FloatArray, acceleration: FloatArray) -> FloatArray | None:
+        """Errors of joints at speeds and accelerations (n, dof): (n, dof), rad or m; None of exact ones."""
+
+    def clearance_margins(
+        self,
+        theta: FloatArray,
+        most: float = np.inf,
+        which: Separation = Separation.ALL,
+        times: FloatArray | None = None,
+        errors: FloatArray | None = None,
+    ) -> FloatArray:
+        """The clearance margins of postures, no larger than asked for, (n,), m.
+
+        Args:
+            theta: (n, dof), rad.
+            most: that is asked for, m.
+            which: what has to keep a distance.
+            times: at which they are looked at, (n,), s.
+            errors: by which joints may be off there, (n, dof), rad or m.
+        """
+
+    def clear(self, theta: FloatArray, extra_margin: float = 0.0, times: FloatArray | None = None) -> NDArray[np.bool_]:
+        """Whether postures (n, dof), rad, at times (n,), s, have a clearance margin of so much, m: (n,)."""
+
+    def nearby(
+        self, theta: FloatArray, below: float, times: FloatArray | None = None, errors: FloatArray | None = None
+    ) -> Nearby:
+        """The pairs with smaller clearance margins in postures; arguments as of :meth:`clearance_margins`."""
+
+    def prove(self, trajectory: Trajectory) -> Proof:
+        """Bound the clearance margin of a motion for all t; its clock is that of the obstacles."""
+
+    def connect(
+        self,
+        start: FloatArray,
+        goal: FloatArray,
+        box: FloatArray,
+        seed: int,
+        *,
+        schedule: Schedule | None = None,
+    ) -> FloatArray | None:
+        """A path between two postures (dof,), rad, by RRT-Connect and shortcuts; None where none was found.
+
+        Args:
+            start: of the way.
+            goal: its end.
+            box: lower and upper bounds of what is tried, (2, dof), rad.
+            seed: of what is drawn.
+            schedule: when postures are passed, about; that of the beginning where obstacles move and None is given.
+
+        Returns:
+            (m, dof), rad: where the way bends, start and goal included.
+        """

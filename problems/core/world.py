@@ -21,7 +21,18 @@ from problems.core.description import (
     margins_of,
     pace_of,
 )
-from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, Schedule, Separation
+from problems.core.interface import (
+    ClosestPair,
+    ClosestPairs,
+    MovingSolids,
+    Nearby,
+    PathSearch,
+    Proof,
+    ProofRequest,
+    Schedule,
+    Separation,
+    World,
+)
 from problems.motions import Trajectory
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle, standing
@@ -52,56 +63,7 @@ class ConnectSettings:
 CONNECT = ConnectSettings()
 
 
-@dataclass(frozen=True)
-class ClosestPair:
-    """The two objects that are nearest to each other.
-
-    Attributes:
-        links: names: of the one that an obstacle comes near, or of both, that nearer the base first.
-        obstacle: number, from 0 on; None where it is a link.
-    """
-
-    links: tuple[str, ...]
-    obstacle: int | None
-
-
-@dataclass(frozen=True, eq=False)
-class ClosestPairs:
-    """The objects that come nearest to each other in each of n postures.
-
-    Attributes:
-        pairs: of objects; None where there is nothing.
-        clearance_margins: (n,), m; infinite where there is nothing.
-        points: of both surfaces, where they are nearest, (n, 2, 3), m.
-    """
-
-    pairs: tuple[ClosestPair | None, ...]
-    clearance_margins: FloatArray
-    points: FloatArray
-
-
-@dataclass(frozen=True)
-class Proof:
-    """A proof about the clearance margin of a motion for all t.
-
-    Attributes:
-        status: whether it is proven; None where that is not known.
-        proven: clearance margin at all times, m; -inf where none is proven.
-        smallest: least clearance margin that was seen, m; infinite where nothing was looked at.
-        time: of that, s.
-        where: of that; None where nothing was.
-        cell: start and end, s, of a cell of time in which it is not known; None where there is none.
-    """
-
-    status: bool | None
-    proven: float
-    smallest: float
-    time: float
-    where: ClosestPair | None
-    cell: tuple[float, float] | None = None
-
-
-class World:
+class CompiledWorld(World):
     """A robot among obstacles that stand still or move, in the core; it asks for distances of those it does not know.
 
     Where some move, it matters when postures are tested: at the beginning by default. Of a robot whose joints are off
@@ -112,39 +74,41 @@ class World:
         obstacles: around it.
 
     Attributes:
-        dof: the number of joints.
-        margins: what is kept, m, by from what.
         farthest: no ball of the robot is farther from the origin, m.
-        fastest: no obstacle comes nearer faster, m/s.
     """
 
     def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
         self._arm, self._obstacles, self._robot = robot, tuple(obstacles), known_robot(robot)
         self._world = _core_world(robot, tuple(each.unmoved if is_known(each) else each for each in obstacles))
-        self.dof = robot.dof
-        self.margins = dict(
-            zip((Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER), margins_of(robot), strict=True)
-        )
         drifts = drifts_of(obstacles)
         self._drifts = np.ascontiguousarray(drifts) if any(obstacle.moves for obstacle in obstacles) else None
         tracking = robot.tracking
         self._tracking = None if tracking is None else np.ascontiguousarray(tracking.numbers)
         self.farthest = farthest_ball(robot)
-        self.fastest = max((pace_of(obstacle, self.farthest) for obstacle in obstacles), default=0.0)
 
     @classmethod
-    def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> World | None:
+    def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> CompiledWorld | None:
         """The world, where the core knows the robot; the same object for the same world."""
         return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
 
     @property
+    def dof(self) -> int:
+        return self._arm.dof
+
+    @cached_property
+    def margins(self) -> dict[Separation, float]:
+        return dict(zip((Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER), margins_of(self._arm), strict=True))
+
+    @cached_property
+    def fastest(self) -> float:
+        return max((pace_of(obstacle, self.farthest) for obstacle in self._obstacles), default=0.0)
+
+    @property
     def moves(self) -> bool:
-        """Whether an obstacle moves."""
         return self._drifts is not None
 
     @cached_property
-    def still(self) -> World:
-        """The world of the obstacles that stand still; this world where all do."""
+    def still(self) -> CompiledWorld:
         return _known_world(self._arm, tuple(standing(self._obstacles))) if self.moves else self
 
     def _moving(self, times: FloatArray | None, count: int) -> MovingSolids | None:
@@ -161,7 +125,6 @@ class World:
         return self._tracking is None
 
     def errors(self, speed: FloatArray, acceleration: FloatArray) -> FloatArray | None:
-        """Errors of joints at speeds and accelerations (n, dof): (n, dof), rad or m; None of exact ones."""
         return None if self._arm.tracking is None else self._arm.tracking.at(speed, acceleration)
 
     def _off(self, errors: FloatArray | None, count: int) -> FloatArray | None:
@@ -194,21 +157,11 @@ class World:
         times: FloatArray | None = None,
         errors: FloatArray | None = None,
     ) -> FloatArray:
-        """The clearance margins of postures, no larger than asked for, (n,), m.
-
-        Args:
-            theta: (n, dof), rad.
-            most: that is asked for, m.
-            which: what has to keep a distance.
-            times: at which they are looked at, (n,), s.
-            errors: by which joints may be off there, (n, dof), rad or m.
-        """
         found = np.full(len(theta), most)
         self._lower(theta, found, which, False, times, errors)
         return found
 
     def clear(self, theta: FloatArray, extra_margin: float = 0.0, times: FloatArray | None = None) -> NDArray[np.bool_]:
-        """Whether postures (n, dof), rad, at times (n,), s, have a clearance margin of so much, m: (n,)."""
         found = np.full(len(theta), extra_margin)
         self._lower(theta, found, Separation.ALL, True, times, None)
         return np.asarray(found >= extra_margin)
@@ -326,8 +279,8 @@ class World:
 
 
 @lru_cache(maxsize=CACHE_SIZE)
-def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
-    return World(robot, obstacles)
+def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CompiledWorld:
+    return CompiledWorld(robot, obstacles)
 
 
 @lru_cache(maxsize=CACHE_SIZE)

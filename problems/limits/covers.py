@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem, as_array
-from problems.core import ClosestPairs, Separation, World
+from problems.core import ClosestPairs, CompiledWorld, Separation
 from problems.limits.limit import Constraint, Limit, WorldQuestion
 from problems.motions import Samples
 from problems.robots import Robot, SpatialArm
@@ -51,13 +51,13 @@ class CoverLimit(Limit):
         return WorldQuestion(self.robot, self.obstacles_around, own, self.proof_gap)
 
     @property
-    def world(self) -> World:
+    def world(self) -> CompiledWorld:
         """The arm among these obstacles.
 
         Raises:
             InvalidProblem: the arm is of a class of its own, or there is no compiled core.
         """
-        found = World.of(self.robot, self.obstacles_around)
+        found = CompiledWorld.of(self.robot, self.obstacles_around)
         if found is None:
             raise InvalidProblem("robot", f"the core knows no cover of a {type(self.robot).__name__}; give it spheres")
         return found

@@ -21,7 +21,7 @@ from problems.base import (
     is_of_length_one,
     shown,
 )
-from problems.core import World
+from problems.core import CompiledWorld
 from problems.limits import Proximity, can_hold, cover_limits, holding_torques, proximity_limits
 from problems.motions import Samples
 from problems.robots import Robot
@@ -121,7 +121,7 @@ def check_posture(
 
 def too_near(robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray) -> str:
     """A text of which bodies of a posture (dof,) at t = 0 are too near to what; empty where none is."""
-    world = World.of(robot, obstacles)
+    world = CompiledWorld.of(robot, obstacles)
     if world is not None and world.clear(theta[None])[0]:
         return ""
     for cover in cover_limits(robot, obstacles):
@@ -178,9 +178,9 @@ class Surroundings:
     obstacles: tuple[Obstacle, ...]
 
     @cached_property
-    def world(self) -> World | None:
+    def world(self) -> CompiledWorld | None:
         """The core's world, where it knows robot and obstacles."""
-        return World.of(self.robot, self.obstacles)
+        return CompiledWorld.of(self.robot, self.obstacles)
 
     @cached_property
     def _pairs(self) -> tuple[Proximity, ...]:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from problems.core import World as CompiledWorld
+from problems.core import CompiledWorld, World
 from problems.limits import Limit
 from problems.robots import Robot
 from problems.scene import Obstacle
 from problems.worlds.pair_world import PairWorld
-from problems.worlds.world import World
 
 
 def world_of(robot: Robot, obstacles: Sequence[Obstacle], limits: Sequence[Limit]) -> World:

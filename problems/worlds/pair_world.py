@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.certify import ClearanceProof, prove_clearance
-from problems.core import CONNECT, Nearby, PathSearch, Proof, Schedule, Separation, core, pace_of
+from problems.core import CONNECT, Nearby, PathSearch, Proof, Schedule, Separation, World, core, pace_of
 from problems.evaluation import RowFunction
 from problems.limits import BodyPair, CollisionPair, Limit, Pair, Proximity, clearances
 from problems.motions import Trajectory
 from problems.robots import Robot
-from problems.worlds.world import World
 
 ROWS = 32  # postures that are computed at once
 

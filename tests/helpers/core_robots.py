@@ -13,7 +13,7 @@ from helpers.space import small_arm
 from scipy.spatial.transform import Rotation
 
 from problems.base import as_array
-from problems.core import World
+from problems.core import CompiledWorld
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, FixedFrame, SpatialArm, Sphere
 from problems.robots.chain import Chain, JointKind
@@ -120,9 +120,9 @@ EXAMPLES: dict[str, Obstacle] = {  # by the names that scenarios have for shapes
 SCENE = tuple(EXAMPLES.values())
 
 
-def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> World:
+def world_of(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CompiledWorld:
     """The world of what the core knows."""
-    world = World.of(robot, obstacles)
+    world = CompiledWorld.of(robot, obstacles)
     assert world is not None
     return world
 

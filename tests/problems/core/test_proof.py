@@ -14,7 +14,7 @@ from helpers.slow import slow_except
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from problems.core import Separation, World
+from problems.core import CompiledWorld, Separation
 from problems.motions import Trajectory
 from problems.robots import ChainJoint, FixedFrame, SpatialArm, Sphere
 from problems.robots.chain import JointKind
@@ -142,7 +142,7 @@ FLOOR = HalfSpace(center=(0.0, 0.0, 0.0))
 instants, steep = st.floats(0.05, 0.95), st.floats(0.01, 30.0)
 
 
-def judged(world: World, motion: Trajectory, room: float) -> None:
+def judged(world: CompiledWorld, motion: Trajectory, room: float) -> None:
     """Where exact arithmetic says by how much it is clear: never clear where it is not, clear by a hair where it is."""
     proof = world.prove(motion)
     if room < 0.0:

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from problems import PlanarArm
 from problems.base import Matrix
-from problems.core import Separation, World, is_known
+from problems.core import CompiledWorld, Separation, is_known
 from problems.robots import SpatialArm
 from problems.scene import SOLIDS, Box, Ellipsoid
 
@@ -44,7 +44,7 @@ def test_every_shape_that_scenarios_have_is_known_as_it_is_or_not_at_all(shape: 
     obstacle = EXAMPLES[shape]
     assert isinstance(obstacle, SOLIDS[shape])
     robot = robot_of("sliding")
-    world = World.of(robot, (obstacle,))
+    world = CompiledWorld.of(robot, (obstacle,))
     if world is None:
         return  # others answer for it
     theta = postures(robot, np.random.default_rng(2), 400)
@@ -159,12 +159,12 @@ def test_gradients_are_those_of_differences(name: str) -> None:
 
 def test_the_same_world_is_the_same_object() -> None:
     robot = robot_of("upright")
-    assert World.of(robot, SCENE) is World.of(robot, tuple(SCENE))
-    assert World.of(robot, SCENE) is not World.of(robot, SCENE[:2])
+    assert CompiledWorld.of(robot, SCENE) is CompiledWorld.of(robot, tuple(SCENE))
+    assert CompiledWorld.of(robot, SCENE) is not CompiledWorld.of(robot, SCENE[:2])
 
 
 def test_there_is_no_world_of_arms_in_the_plane() -> None:
-    assert World.of(PlanarArm((0.5, 0.5), (4.0,) * 2, (20.0,) * 2), ()) is None
+    assert CompiledWorld.of(PlanarArm((0.5, 0.5), (4.0,) * 2, (20.0,) * 2), ()) is None
 
 
 def test_where_there_is_nothing_to_keep_clear_of_room_has_no_end() -> None:
@@ -186,4 +186,4 @@ def test_a_class_derived_from_a_known_shape_or_robot_is_not_taken_for_it() -> No
     arm, hollow = robot_of("upright"), Hollow(center=(0.5, 0.0, 0.5), size=(0.1, 0.1, 0.1))
     assert is_known(Box(center=hollow.center, size=hollow.size)) and not is_known(hollow)
     longer = Longer(**{field.name: getattr(arm, field.name) for field in fields(SpatialArm) if field.init})
-    assert World.of(longer, ()) is None
+    assert CompiledWorld.of(longer, ()) is None

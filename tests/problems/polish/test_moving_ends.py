@@ -12,7 +12,7 @@ from helpers.slow import slow_except
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.core import SingleRows, WholeRows, World
+from problems.core import CompiledWorld, SingleRows, WholeRows
 from problems.motions import Trajectory
 from problems.polish import Deviations, PathRefinement, Rates, joint_box
 from problems.robots import JointLimits, Robot, built_in
@@ -87,7 +87,7 @@ def test_rows_know_how_ends_change_with_the_duration() -> None:
 
 
 def best(between: Deviations, arm: Robot, obstacles: tuple[Obstacle, ...] = ()) -> Trajectory:
-    world = World.of(arm, obstacles)
+    world = CompiledWorld.of(arm, obstacles)
     assert world is not None
     objective, box = polish_objective(between, arm), joint_box(arm, START, GOAL)
     found = PathRefinement(world=world, motions=between, objective=objective, box=box).best_motion(1)

@@ -7,7 +7,7 @@ from helpers.core_robots import robot_of
 from helpers.polish_objective import GOAL, START, WALL, polish_objective
 
 from problems import Joints, Move, move
-from problems.core import World
+from problems.core import CompiledWorld
 from problems.motions import Trajectory
 from problems.polish import Deviations, PathRefinement, joint_box
 from problems.robots import SpatialArm
@@ -19,14 +19,14 @@ COMING = MovingObstacle(CRATE, ConstantVelocity((0.0, -0.4, 0.0)))  # at the goa
 
 
 def refinement(arm: SpatialArm, *obstacles: Obstacle, stay: float = 0.0, at_least: float = 0.0) -> PathRefinement:
-    world = World.of(arm, obstacles)
+    world = CompiledWorld.of(arm, obstacles)
     assert world is not None
     motions = Deviations(START, GOAL, arm.limits, at_least=at_least)
     objective, box = polish_objective(motions, arm), joint_box(arm, START, GOAL)
     return PathRefinement(world=world, motions=motions, objective=objective, box=box, stay=stay)
 
 
-def is_clear(world: World, trajectory: Trajectory, after: float = 0.0) -> bool:
+def is_clear(world: CompiledWorld, trajectory: Trajectory, after: float = 0.0) -> bool:
     """At many times, as a motion that stands at its goal for a while."""
     times = np.linspace(0.0, trajectory.duration + after, 2000)
     return bool(world.clear(trajectory.at(np.minimum(times, trajectory.duration)), times=times).all())
@@ -72,6 +72,6 @@ def test_the_problem_of_a_move_is_refined_among_what_moves() -> None:
     (approach,) = problem.direct.approaches()
     motions = list(problem.direct.along_paths(approach, 1, np.inf, lambda: False))
     assert motions
-    world = World.of(arm, (COMING,))
+    world = CompiledWorld.of(arm, (COMING,))
     assert world is not None and all(is_clear(world, motion, after=2.0) for motion in motions)
     assert all(verdict.satisfied for verdict in problem.criteria.verify(motions[-1].time_scaled(1.0 + 1e-12)))

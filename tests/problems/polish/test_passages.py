@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.core import World
+from problems.core import CompiledWorld
 from problems.polish import Deviations, Passages, PathRefinement, joint_box
 from problems.tasks import Joints, Pose
 from problems.tasks.place import Place
@@ -107,7 +107,7 @@ def test_a_place_out_of_reach_is_not_passed() -> None:
 @pytest.mark.parametrize("goal", [GOAL, START])
 def test_ways_around_a_wall_lead_through_stops(goal: FloatArray) -> None:
     arm, via = robot_of("upright"), Joints(tuple(ASIDE))
-    world, motions = World.of(arm, (WALL,)), Deviations(START, goal, arm.limits)
+    world, motions = CompiledWorld.of(arm, (WALL,)), Deviations(START, goal, arm.limits)
     assert world is not None
     box, through = joint_box(arm, START, ASIDE, goal), ASIDE[None]
     trajectory = PathRefinement(

@@ -10,7 +10,7 @@ from helpers.core_robots import robot_of
 from helpers.polish_objective import ASIDE, GOAL, START, WALL, polish_objective
 
 import tpbso_casadi as tp
-from problems.core import World
+from problems.core import CompiledWorld
 from problems.families.splines import direct
 from problems.motions import Trajectory
 from problems.polish import Deviations, PathRefinement, fastest_pinned, joint_box
@@ -26,9 +26,9 @@ VIAS = [[0.3, 0.8], [-0.5, 1.2], [0.6, 0.4]]
 
 
 @pytest.fixture(scope="module")
-def around() -> tuple[World, Trajectory]:
+def around() -> tuple[CompiledWorld, Trajectory]:
     """A wall, and a polished motion around it."""
-    world, between = World.of(ARM, (WALL,)), Deviations(START, GOAL, ARM.limits)
+    world, between = CompiledWorld.of(ARM, (WALL,)), Deviations(START, GOAL, ARM.limits)
     assert world is not None
     objective, box = polish_objective(between, ARM), joint_box(ARM, START, GOAL)
     found = PathRefinement(world=world, motions=between, objective=objective, box=box).best_motion(1)
@@ -36,7 +36,7 @@ def around() -> tuple[World, Trajectory]:
     return world, found.time_scaled(1.3)
 
 
-def test_a_few_postures_lead_around_a_wall(around: tuple[World, Trajectory]) -> None:
+def test_a_few_postures_lead_around_a_wall(around: tuple[CompiledWorld, Trajectory]) -> None:
     world, known = around
     ends = np.array([0.0, known.duration])
     free = fastest_through(known.at(ends), ARM.limits)
@@ -47,13 +47,13 @@ def test_a_few_postures_lead_around_a_wall(around: tuple[World, Trajectory]) -> 
     np.testing.assert_allclose(pinned.at(np.array([0.0, pinned.duration])), [START, GOAL], atol=1e-9)
 
 
-def test_nothing_is_found_that_is_no_faster(around: tuple[World, Trajectory]) -> None:
+def test_nothing_is_found_that_is_no_faster(around: tuple[CompiledWorld, Trajectory]) -> None:
     world, known = around
     soon = known.time_scaled(0.1)  # breaks limits, so that no motion within them is as fast
     assert fastest_pinned(soon, np.array([0.0, soon.duration]), ARM.limits, world) is None
 
 
-def test_nothing_is_found_where_the_known_motion_is_not_clear(around: tuple[World, Trajectory]) -> None:
+def test_nothing_is_found_where_the_known_motion_is_not_clear(around: tuple[CompiledWorld, Trajectory]) -> None:
     world, _ = around
     through = rest_to_rest(START, GOAL, ARM.limits).time_scaled(2.0)
     assert fastest_pinned(through, np.array([0.0, through.duration]), ARM.limits, world) is None

@@ -8,7 +8,7 @@ import numpy as np
 from helpers.core_robots import robot_of
 from helpers.polish_objective import GOAL, START, WALL, polish_objective
 
-from problems.core import World
+from problems.core import CompiledWorld
 from problems.limits import TorqueLimit, limits_of
 from problems.polish import (
     Deviations,
@@ -24,7 +24,7 @@ from tpbso_casadi.facade.robots import robot
 
 
 def refinement(arm: SpatialArm, *obstacles: Box) -> PathRefinement:
-    world, motions = World.of(arm, obstacles), Deviations(START, GOAL, arm.limits)
+    world, motions = CompiledWorld.of(arm, obstacles), Deviations(START, GOAL, arm.limits)
     assert world is not None
     objective, box = polish_objective(motions, arm), joint_box(arm, START, GOAL)
     return PathRefinement(world=world, motions=motions, objective=objective, box=box)
@@ -70,7 +70,7 @@ def test_motors_that_are_too_weak_for_the_bound_are_given_time() -> None:
     arm = replace(strong, max_torque=(6.0, 60.0, 30.0, 40.0, 5.0, 5.0, 3.0), self_collision=True)
     start, goal = np.array([-0.9, -0.3, 0.0, -2.0, 0.0, 1.7, 0.8]), np.array([0.9, -0.3, 0.0, -2.0, 0.0, 1.7, 0.8])
     limit = next(limit for limit in limits_of(arm, ()) if isinstance(limit, TorqueLimit))
-    torques, world = JointTorques.of(limit), World.of(arm, ())
+    torques, world = JointTorques.of(limit), CompiledWorld.of(arm, ())
     assert world is not None
     motions = deviations_from_rest(start, goal, arm.limits, torques)
     assert motions.direct.duration > motions.bound
