@@ -70,16 +70,12 @@ def closest_cover(
 ) -> ClosestApproach:
     """The closest approach of covers, found at many times and followed from there; no proof."""
     limit, times = limit.without_growth(), trajectory.times(settings.times)
-    step, time = trajectory.duration / settings.times, 0.0
-    for _ in range(1 + settings.zooms):
-        time = float(times[np.argmin(limit.clearances(trajectory.at(times), times))])
+    step = trajectory.duration / settings.times
+    for _ in range(settings.zooms):
+        _, time, _ = limit.nearest(trajectory, times)
         times = np.clip(np.linspace(time - step, time + step, settings.zoom_points), 0.0, trajectory.duration)
         step = 2.0 * step / (settings.zoom_points - 1)
-    at = np.array([time])
-    found = limit.closest(trajectory.at(at), at)
-    (pair,) = found.pairs
-    where = "" if pair is None else limit.world.described(pair)
-    return ClosestApproach(limit.margin + float(found.clearance_margins[0]), time, where)
+    return ClosestApproach(*limit.nearest(trajectory, times))
 
 
 def prove_among(

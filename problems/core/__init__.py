@@ -15,7 +15,7 @@ from problems.core.description import (
 from problems.core.dynamics import Dynamics, TorqueAim
 from problems.core.expressions import CoreExpression
 from problems.core.interface import ClosestPair, ClosestPairs, Nearby, PathSearch, Proof, Schedule, Separation, World
-from problems.core.linear_program import LinearProgram, minimizer
+from problems.core.linear_program import LinearProgram
 from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.segments import SegmentCells, SegmentMotion, Stops
@@ -53,7 +53,6 @@ __all__ = [
     "found_core",
     "is_known",
     "known_robot",
-    "minimizer",
     "moves_straight",
     "obstacle_numbers",
     "pace_of",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from ctypes import c_double
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import CACHE_SIZE, FloatArray
+from problems.core.answers import Answers
 from problems.evaluation import RowFunction
 from problems.library import DISTANCES, LANES, TRAVEL
 from problems.scene import Obstacle
@@ -55,46 +56,34 @@ class AskedSolid:
 class AskedSolids:
     """The solids of a world that the core does not know, as it asks for them.
 
-    An exception in a formula, or Ctrl-C while it is evaluated, cannot pass through the core: :meth:`check` raises it.
-
     Args:
         obstacles: by their numbers.
         around: no ball that keeps clear of them is farther from the origin, m.
+
+    Attributes:
+        answers: to its questions, which may have raised something.
+        functions: that it calls: distances of points, and travels in cells of time.
     """
 
     def __init__(self, obstacles: Mapping[int, Obstacle], around: float) -> None:
         solids = {number: AskedSolid.of(obstacle) for number, obstacle in obstacles.items()}
-        self._raised = list[BaseException]()
+        self.answers, unknown, farthest = Answers(), np.full(LANES, -np.inf), np.full(LANES, np.inf)
 
         def distances(number: int, points: int, found: int) -> None:
             def answer() -> FloatArray:
                 return solids[number].distances(_numbers(points, 4).reshape(4, LANES))
 
-            _numbers(found, 1)[:] = self._attempted(answer, -np.inf)
+            _numbers(found, 1)[:] = self.answers.attempted(answer, unknown)
 
         def travel(number: int, cells: int, found: int) -> None:
             def answer() -> FloatArray:
                 return obstacles[number].travel(np.ascontiguousarray(_numbers(cells, 2).reshape(2, LANES).T), around)
 
-            _numbers(found, 1)[:] = self._attempted(answer, np.inf)
+            _numbers(found, 1)[:] = self.answers.attempted(answer, farthest)
 
         self.functions = DISTANCES(distances), TRAVEL(travel)
 
-    def _attempted(self, answer: Callable[[], FloatArray], otherwise: float) -> FloatArray | float:
-        try:
-            return otherwise if self._raised else answer()
-        except BaseException as error:
-            self._raised.append(error)
-            return otherwise
-
-    def check(self) -> None:
-        """Raise what a formula has raised since the last time."""
-        if self._raised:
-            error = self._raised[0]
-            self._raised.clear()
-            raise error
-
 
 def _numbers(address: int, rows: int) -> FloatArray:
-    """So many times eight numbers of the core's."""
+    """The numbers at an address in the core's memory, so many rows of eight one after the other."""
     return np.ctypeslib.as_array((c_double * (rows * LANES)).from_address(address))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
+from problems.core.answers import Answers
 from problems.core.asked import AskedSolids
 from problems.core.description import RobotNumbers, described
 from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, ProofResult, Separation
@@ -73,24 +74,19 @@ class Core:
             search: its settings; of an edge's step, extra margin, drifts, schedule and errors the core makes no use.
             clear: whether the straight way from one posture (dof,) to another is, the first of them excluded.
         """
-        dof, raised = len(start), list[BaseException]()
+        dof, answers = len(start), Answers()
 
-        def answer(origin: int, end: int) -> int:
+        def is_clear(origin: int, end: int) -> int:
             ends = (np.ctypeslib.as_array((c_double * dof).from_address(each)) for each in (origin, end))
-            try:
-                return int(not raised and clear(*ends))
-            except BaseException as error:  # Ctrl-C too: the core cannot pass it on
-                raised.append(error)
-                return 0
+            return int(answers.attempted(lambda: clear(*ends), False))
 
         numbers = np.ascontiguousarray(np.stack([start, goal, *search.box]), dtype=np.float64)
         path, (begin, end, low, high) = np.empty((MOST_STOPS, dof)), (row.ctypes.data for row in numbers)
         count = self.library.core_connect_asking(
             dof, begin, end, low, high, search.reach, search.extensions, search.shortcuts, search.seed,
-            IS_CLEAR(answer), MOST_STOPS, path.ctypes.data,
+            IS_CLEAR(is_clear), MOST_STOPS, path.ctypes.data,
         )  # fmt: skip
-        if raised:
-            raise raised[0]
+        answers.check()
         return path[: count if count <= MOST_STOPS else 0].copy()
 
     def pass_through(self, stops: Stops, cells: SegmentCells, start: SegmentMotion) -> tuple[SegmentMotion, bool]:
@@ -178,7 +174,7 @@ class CoreWorld:
     def _answered(self) -> None:
         """Raise what a formula of a solid has raised."""
         if self._asked is not None:
-            self._asked.check()
+            self._asked.answers.check()
 
     def lower_to_clearance_margins(
         self,

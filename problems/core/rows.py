@@ -58,6 +58,17 @@ class WholeRows:
         empty = np.empty(0)
         return cls(np.empty(0, dtype=np.intp), np.empty((0, width, joints)), empty, empty, empty)
 
+    def moved(self, points: FloatArray, before: int, tau: float = 0.0) -> FloatArray:
+        """The values of the rows at control points and a tau, (m,).
+
+        Args:
+            points: control points of all joints, (n, k), with so many before the first that rows count.
+            before: how many.
+            tau: likewise.
+        """
+        touched = points[self.first[:, None] + before + np.arange(self.weights.shape[1])]
+        return np.asarray(np.einsum("mak,mak->m", self.weights, touched) + self.by_time * tau)
+
 
 R = TypeVar("R", SingleRows, WholeRows)
 

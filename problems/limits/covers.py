@@ -12,7 +12,7 @@ import numpy as np
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.core import ClosestPairs, CompiledWorld, Separation
 from problems.limits.limit import Constraint, Limit, WorldQuestion
-from problems.motions import Samples
+from problems.motions import Samples, Trajectory
 from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle
 
@@ -69,6 +69,13 @@ class CoverLimit(Limit):
     def closest(self, theta: FloatArray, times: FloatArray) -> ClosestPairs:
         """The pairs that come nearest in postures (n, dof), rad, at times (n,), s."""
         return self.world.closest(theta, self.which, times)
+
+    def nearest(self, trajectory: Trajectory, times: FloatArray) -> tuple[float, float, str]:
+        """The least clearance of a motion at times (n,) in s, m; its time, s, and what comes so near."""
+        time = times[[np.argmin(self.clearances(trajectory.at(times), times))]]
+        found = self.closest(trajectory.at(time), time)
+        (pair,), (left,) = found.pairs, found.clearance_margins
+        return self.margin + float(left), float(time[0]), "" if pair is None else self.world.described(pair)
 
     def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
         theta = as_array(samples.theta)

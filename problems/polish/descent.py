@@ -319,9 +319,8 @@ class DeviationPolish:
         gained += self.settings.clearance_price * (around.missing - float(np.maximum(left, 0.0).sum()))
         for rows in (model.torques, model.expressions):
             if rows is not None:
-                points = changed[rows.first[:, None] + self.motions.fixed + np.arange(4)]
-                values = np.einsum("mak,mak->m", rows.weights, points) - rows.by_time * saved
-                gained -= float((rows.price * np.maximum(values - rows.bound, 0.0)).sum())
+                excess = rows.moved(changed, self.motions.fixed, -saved) - rows.bound
+                gained -= float((rows.price * np.maximum(excess, 0.0)).sum())
         if self.passages is not None and model.places is not None:
             gained -= self.passages.price * self.passages.left(model.places, changed)
         return gained

@@ -190,13 +190,9 @@ class QuadraticModel:
             change += float((self.cost * padded).sum())
         if self.squares is not None:
             before = -self.squares.bound
-            after = before + self._moved(self.squares, padded, longer)
+            after = before + self.squares.moved(padded, self.fixed, longer)
             change += 0.5 * float((self.squares.price * (after**2 - before**2)).sum())
         return change
-
-    def _moved(self, rows: WholeRows, padded: FloatArray, longer: float) -> FloatArray:
-        points = padded[rows.first[:, None] + self.fixed + np.arange(rows.weights.shape[1])]
-        return np.asarray(np.einsum("mak,mak->m", rows.weights, points) + rows.by_time * longer)
 
 
 @dataclass(frozen=True, eq=False)

@@ -162,8 +162,7 @@ class Passages:
 
     def left(self, rows: WholeRows, changed: FloatArray) -> float:
         """The sum of the misses that a change of all control points (n, k) leaves, to first order, m and rad."""
-        points = changed[rows.first[:, None] + self.motions.fixed + np.arange(rows.weights.shape[1])]
-        return float(np.maximum(np.einsum("mak,mak->m", rows.weights, points) - rows.bound, 0.0).sum())
+        return float(np.maximum(rows.moved(changed, self.motions.fixed) - rows.bound, 0.0).sum())
 
     def exact(self, x: FloatArray, duration: float | None = None) -> FloatArray | None:
         """Free control points near some (free, k) whose motion passes all places; None where none are found.

@@ -1,4 +1,4 @@
-"""What papers tell of motions through given postures: interval times, peaks of the joints, other durations."""
+"""Tables of a motion past given postures: interval times, peaks of the joints, the fastest motion and a bound."""
 
 from __future__ import annotations
 

@@ -116,11 +116,8 @@ def _distances(
         found = prove_clearance_in_core(limit, trajectory)
         assert found is not None
         yield found.status, found.smallest, found.time, found.where
-        row = int(np.argmin(limit.clearances(trajectory.at(times), times)))
-        seen = limit.closest(trajectory.at(times[[row]]), times[[row]])
-        (pair,) = seen.pairs
-        where = "" if pair is None else limit.world.described(pair)
-        yield found.status, limit.margin + float(seen.clearance_margins[0]), float(times[row]), where
+        clearance, time, pair = limit.nearest(trajectory, times)
+        yield found.status, clearance, time, pair
         return
     proof = prove_clearance(limit, trajectory)
     if proof is None:
