@@ -1,36 +1,11 @@
-"""Pieces of HTML: headings, tables, pictures within a page, templates of whole pages."""
+"""Pieces of HTML: headings, tables, pictures within a page, numbers."""
 
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from html import escape
 from math import isfinite
-from pathlib import Path
-from typing import Any
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
-
-
-@dataclass(frozen=True, kw_only=True)
-class PagePicture:
-    """A figure on a page, or why there is none.
-
-    Attributes:
-        title: of its section.
-        name: of its files.
-        reading: how it is read.
-        svg: for the page; empty where it is left out.
-        reason: why it is left out.
-    """
-
-    title: str
-    name: str
-    reading: str
-    svg: Markup
-    reason: str = ""
 
 
 def heading(text: str) -> str:
@@ -65,18 +40,3 @@ def number(value: float | None, digits: int = 5, negligible: float = 0.0) -> str
     if value is None or not isfinite(value):
         return "-"
     return f"{value:.{digits}g}" if abs(value) > negligible else "0"
-
-
-def page(folder: Path, name: str, filters: dict[str, Callable[..., Any]], **content: Any) -> str:
-    """A page from ``name.html`` in a folder; its ``style`` is ``name.css``.
-
-    Args:
-        folder: of both files.
-        name: of both files.
-        filters: of the template.
-        content: what the template shows.
-    """
-    environment = Environment(loader=FileSystemLoader(folder), autoescape=True, undefined=StrictUndefined)
-    environment.filters |= filters
-    style = Markup((folder / f"{name}.css").read_text(encoding="utf-8"))
-    return environment.get_template(f"{name}.html").render(style=style, **content)

@@ -268,8 +268,10 @@ class SpatialArm(Robot):
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
         """Positions of base, joints and tool, for drawing: (n, dof + 2, 3), m."""
-        points = self.positions(ca.DM(theta))
-        return np.stack([as_array(matrix) for matrix in (*points[: self.dof + 1], points[-1])], axis=1)
+        angles = ca.DM(theta)
+        frames = self.chain.frames(angles, self.base_frame)
+        points = [*(frame.translation for frame in frames), frames[-1].apply(self.tool.frame.translation)]
+        return np.stack([as_array(as_rows(point, angles.shape[0])) for point in points], axis=1)
 
     @cached_property
     def bodies(self) -> ArmBodies:

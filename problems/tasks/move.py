@@ -318,5 +318,5 @@ class Move(Task):
         ]
         if self.vias:
             points = np.array([via.position(robot) for via in self.vias])
-            ends.insert(1, Marker(label="via", points=points, kind=MarkerKind.POINTS))
+            ends.insert(1, Marker(label="via", points=points, kind=MarkerKind.VIA))
         return tuple(ends)

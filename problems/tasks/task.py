@@ -24,6 +24,7 @@ class MarkerKind(StrEnum):
     """The role of a marker in the task."""
 
     START = "start"
+    VIA = "via"
     GOAL = "goal"
     POINTS = "points"  # on the way
 

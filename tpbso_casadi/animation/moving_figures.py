@@ -19,6 +19,7 @@ from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.palette import BLUE
 from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_obstacle, draw_scene, draw_ways, wide_bodies
 from tpbso_casadi.figures.space import Posture, draw_picture
+from tpbso_casadi.figures.style import lay_out
 
 ARM, WAY = "#1b2733", BLUE
 
@@ -115,8 +116,7 @@ def save_film(path: Path, title: str, frames: Frames, ffmpeg: str | None) -> Non
         writer.saving(figure, path, DPI),
     ):
         warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)  # of a title in another script
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # laid out once, not in every frame
+        lay_out(figure)  # once, not in every frame
         for index in [*range(count), *[count - 1] * round(REST_SHARE * count)]:
             show(index)
             caption.set_text(f"{title}: t = {frames.times[index]:.3f} s")

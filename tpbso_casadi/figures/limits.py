@@ -70,12 +70,14 @@ def draw_binding(axes: Axes, times: FloatArray, shares: dict[str, FloatArray], n
     """A bar for each joint wherever it is at a limit, in the colour and the height of the kind of limit."""
     height, joints = 0.8 / len(shares), len(names)
     for row, (name, used) in enumerate(shares.items()):
-        for joint in range(joints):
-            bottom = joint + 1.4 - (row + 1) * height
-            bars = [(times[start], times[end] - times[start]) for start, end in spans(used[:, joint] >= BINDING)]
-            if bars:
-                axes.broken_barh(bars, (bottom, height), facecolor=STYLES[name][0], edgecolor=STYLES[name][0])
-                axes.broken_barh(bars, (bottom, height), **bar_style(name) | {"facecolor": "none"})
+        bottom, colour = 1.4 - (row + 1) * height, STYLES[name][0]
+        bars = [
+            rectangle(times[start], times[end], bottom + joint, bottom + joint + height)
+            for joint in range(joints)
+            for start, end in spans(used[:, joint] >= BINDING)
+        ]
+        axes.add_collection(PolyCollection(bars, facecolor=colour, edgecolor=colour))
+        axes.add_collection(PolyCollection(bars, **bar_style(name) | {"facecolor": "none"}))
     axes.set_yticks(range(1, joints + 1), names)
     axes.set_ylim(joints + 0.6, 0.4)
     axes.set_xlim(times[0], times[-1])
@@ -149,10 +151,15 @@ def draw_model(figure: SubFigure, title: str, constraints: Sequence[Constraint],
 def runs(pattern: np.ndarray) -> list[FloatArray]:
     """Rectangles (4, 2) around the nonzeros of a pattern (rows, columns) that follow each other in a column."""
     return [
-        np.array([(column - 0.5, top), (column + 0.5, top), (column + 0.5, bottom + 1), (column - 0.5, bottom + 1)])
+        rectangle(column - 0.5, column + 0.5, top, bottom + 1)
         for column, mask in enumerate(pattern.T.astype(bool))
         for top, bottom in spans(mask)
     ]
+
+
+def rectangle(left: float, right: float, bottom: float, top: float) -> FloatArray:
+    """The corners of a rectangle, (4, 2)."""
+    return np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
 
 
 TIMES = 1001  # at least, equally many in each piece

@@ -284,9 +284,8 @@ def path_in_space(plan: PlannedMotion) -> Figure:
     scene = Scene(
         criteria.robot, criteria.task.scenery, criteria.task.markers(), courses_of(criteria.task.scenery, plan.times)
     )
-    figure = space_figure(scene, postures, way, motion.trajectory.at(plan.times))
-    title_figure(figure, headline(plan).replace("\n", ", ", 1))
-    return figure
+    swept, title = motion.trajectory.at(plan.times), headline(plan).replace("\n", ", ", 1)
+    return space_figure(scene, postures, way, swept, title)
 
 
 PATH_FIGURES = {2: path_in_plane, 3: path_in_space}  # by the robot's dimensions

@@ -108,10 +108,16 @@ def extent_of(
     return lower[0] - padding, upper[0] + padding, lower[1] - padding, upper[1] + padding
 
 
+DIAMOND: dict[str, Any] = {
+    "marker": "D", "linestyle": "none", "color": ORANGE, "markeredgecolor": "0.1", "markeredgewidth": 0.6,
+    "markersize": 5.0, "zorder": 6,
+}  # fmt: skip
+STATED: dict[str, Any] = {"linestyle": "none", "color": GIVEN}
 MARKER_STYLES: dict[MarkerKind, dict[str, Any]] = {
-    MarkerKind.START: {"marker": "x", "markersize": 7, "markeredgewidth": 2.0, "zorder": 6},
-    MarkerKind.GOAL: {"marker": "*", "markersize": 10, "zorder": 6},
-    MarkerKind.POINTS: {"marker": ".", "markersize": 4, "zorder": 2},
+    MarkerKind.START: STATED | {"marker": "x", "markersize": 7, "markeredgewidth": 2.0, "zorder": 6},
+    MarkerKind.VIA: DIAMOND,
+    MarkerKind.GOAL: STATED | {"marker": "*", "markersize": 10, "zorder": 6},
+    MarkerKind.POINTS: STATED | {"marker": ".", "markersize": 4, "zorder": 2},
 }
 
 
@@ -122,7 +128,7 @@ def draw_scene(axes: Axes, criteria: Criteria) -> None:
         draw_obstacle(axes, obstacle.outline()).set_label("_" if number else "obstacle")
     for marker in criteria.task.markers():
         x, y = marker.points.T
-        axes.plot(x, y, linestyle="none", color=GIVEN, label=marker.label, **MARKER_STYLES[marker.kind])
+        axes.plot(x, y, label=marker.label, **MARKER_STYLES[marker.kind])
 
 
 def draw_obstacle(axes: Axes, outline: FloatArray, alpha: float = 0.35) -> Polygon:
@@ -232,12 +238,6 @@ def outlines(points: FloatArray, width: float, *, joined: bool) -> Sequence[Floa
             corners = [start - across, end - across, end + across, start + across]
             found.append(np.array([*corners, corners[0]]))
     return found
-
-
-DIAMOND: dict[str, Any] = {
-    "marker": "D", "linestyle": "none", "color": ORANGE, "markeredgecolor": "0.1", "markeredgewidth": 0.6,
-    "markersize": 5.0, "zorder": 6,
-}  # fmt: skip
 
 
 @dataclass(frozen=True)

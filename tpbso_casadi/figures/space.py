@@ -22,7 +22,7 @@ from problems.base import FloatArray
 from problems.robots import RobotDescription
 from problems.tasks import MarkerKind
 from tpbso_casadi.figures.appearance import LIGHT, front_of, layers, palette_of, placed_corners, silhouette
-from tpbso_casadi.figures.palette import BLUE, CLOSEST, GIVEN, GREEN, OBSTACLE, PATH, VERMILLION
+from tpbso_casadi.figures.palette import BLUE, CLOSEST, GREEN, OBSTACLE, PATH, VERMILLION
 from tpbso_casadi.figures.scene import DIAMOND, LABEL, MARKER_STYLES, SQUARE, Points, draw_band, draw_ways
 from tpbso_casadi.figures.space_scene import FRONT, SIDE, TOP, Polyhedron, Scene, View, ground
 from tpbso_casadi.figures.style import (
@@ -32,6 +32,7 @@ from tpbso_casadi.figures.style import (
     in_print,
     label_places,
     lay_out,
+    title_figure,
     write_figure,
 )
 
@@ -250,7 +251,11 @@ class Way:
 
 @in_print
 def space_figure(
-    scene: Scene, postures: Sequence[Posture], way: Way | None = None, swept: FloatArray | None = None
+    scene: Scene,
+    postures: Sequence[Posture],
+    way: Way | None = None,
+    swept: FloatArray | None = None,
+    title: str = "",
 ) -> Figure:
     """Top, front and side view of postures, and the last of them in perspective.
 
@@ -259,6 +264,7 @@ def space_figure(
         postures: to be shown.
         way: of the tool.
         swept: further postures (n, dof), rad, that have to fit in.
+        title: of the figure.
     """
     shown = thetas_of(postures)
     bounds = scene.bounds(shown if swept is None else np.vstack([shown, swept]))
@@ -287,6 +293,8 @@ def space_figure(
     draw_way(picture, view, way)
     draw_ways(picture, [view.project(course.middles) for course in scene.courses])
     figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=2 if size[0] < 5.5 else 3)
+    if title:
+        title_figure(figure, title)
     if way is not None:
         picture.set_title(LAST if way.nearest is None else literal(postures[-1].label), loc="right")
         lay_out(figure)  # so that places are final
@@ -338,8 +346,7 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
         )  # fmt: skip
     for marker in scene.markers:
         draw_band(axes, replace(marker, points=view.project(marker.points)))
-        style = MARKER_STYLES[marker.kind]
-        axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, label=marker.label, **style)
+        axes.plot(*view.project(marker.points).T, label=marker.label, **MARKER_STYLES[marker.kind])
 
 
 def thetas_of(postures: Sequence[Posture]) -> FloatArray:
@@ -396,8 +403,7 @@ def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds:
     arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=width, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:
         if marker.kind is not MarkerKind.POINTS:
-            style = MARKER_STYLES[marker.kind]
-            axes.plot(*view.project(marker.points).T, linestyle="none", color=GIVEN, **style)
+            axes.plot(*view.project(marker.points).T, **MARKER_STYLES[marker.kind])
     corner = np.array(np.meshgrid(*bounds.T)).reshape(3, -1).T
     seen = view.project(corner)
     (left, bottom), (right, top) = seen.min(axis=0), seen.max(axis=0)

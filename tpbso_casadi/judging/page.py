@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy  # whose parts are loaded when they are used
@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from solvers import Budget
 from tpbso_casadi.figures.palette import DEFAULT
-from tpbso_casadi.html import PagePicture, number
+from tpbso_casadi.html import number
 from tpbso_casadi.judging.referee import SHOWN_TARGETS, TARGETS, Referee, evaluations_text
 from tpbso_casadi.judging.results import POLISH_HEADER, Best, Results
 from tpbso_casadi.judging.run import AnyRun
@@ -23,6 +23,9 @@ from tpbso_casadi.judging.targets import PLANS, gaps_of, percent
 from tpbso_casadi.plain import settings_of, versions
 from tpbso_casadi.storage import write_csv, write_text, writing
 from tpbso_casadi.suite import Recording, write_runs
+
+if TYPE_CHECKING:
+    from tpbso_casadi.judging.page_figures import PagePicture
 
 PAGE, SUMMARY, POLISH_TABLE = "comparison.html", "summary.csv", "polish.csv"
 FIGURES = ("comparison", "polish", "ecdf", "critical-difference", "effect-sizes")

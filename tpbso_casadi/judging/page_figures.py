@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 
 from tpbso_casadi.figures.palette import SERIES
 from tpbso_casadi.figures.path import path_figure
-from tpbso_casadi.figures.style import METADATA, RC, write_figure
-from tpbso_casadi.html import PagePicture
+from tpbso_casadi.figures.style import RC, SAVED, write_figure
 from tpbso_casadi.judging.figures import (
     EQUAL,
     FEWEST_FOR_QUARTILES,
@@ -36,6 +35,25 @@ from tpbso_casadi.judging.targets import Measure
 
 MOST_PANELS = 60  # of a figure that can still be read
 FEWEST_RUNS = FEWEST_FOR_QUARTILES  # of a solver on a case, for what is said of solvers rather than of runs
+
+
+@dataclass(frozen=True, kw_only=True)
+class PagePicture:
+    """A figure on a page, or why there is none.
+
+    Attributes:
+        title: of its section.
+        name: of its files.
+        reading: how it is read.
+        svg: for the page; empty where it is left out.
+        reason: why it is left out.
+    """
+
+    title: str
+    name: str
+    reading: str
+    svg: Markup
+    reason: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,7 +209,7 @@ def inline_svg(figure: Figure, name: str, alt: str) -> Markup:
     """
     buffer = io.StringIO()
     with mpl.rc_context(RC | {"svg.hashsalt": name}):
-        figure.savefig(buffer, format="svg", transparent=True, metadata=METADATA["svg"])
+        figure.savefig(buffer, format="svg", transparent=True, **SAVED["svg"])
     text = re.sub(r"<metadata>.*?</metadata>", "", buffer.getvalue(), flags=re.DOTALL)
     text = text[text.index("<svg") :]
     text = re.sub(r'(\bid="|xlink:href="#|url\(#)', rf"\g<1>{name}-", text)

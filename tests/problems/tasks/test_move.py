@@ -229,7 +229,7 @@ def test_bounds_of_durations_and_markers() -> None:
     assert bounds is not None
     assert (bounds.name, bounds.shortest, bounds.longest) == ("total time", 1.0, 2.0)
     start, via, goals = made(vias=(POINT,), goals=(AWAY, POINT)).markers()
-    assert (start.kind, via.kind, goals.kind) == (MarkerKind.START, MarkerKind.POINTS, MarkerKind.GOAL)
+    assert (start.kind, via.kind, goals.kind) == (MarkerKind.START, MarkerKind.VIA, MarkerKind.GOAL)
     assert via.points.tolist() == [[1.0, 1.0]]
     assert goals.points.shape == (2, 2)
     assert len(made().markers()) == 2

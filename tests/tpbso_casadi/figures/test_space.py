@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from problems import Box
 from problems.tasks import Marker, MarkerKind
 from tpbso_casadi.figures.path import path_figure
+from tpbso_casadi.figures.scene import DIAMOND
 from tpbso_casadi.figures.space import Posture, painting_order, space_figure
 from tpbso_casadi.figures.space_scene import (
     FRONT,
@@ -22,6 +23,7 @@ from tpbso_casadi.figures.space_scene import (
     polyhedron_of,
     separating_planes,
 )
+from tpbso_casadi.figures.style import RC
 
 COLUMNS = ([0, 1], [0, 2], [1, 2])  # of the three views
 
@@ -132,6 +134,7 @@ def test_three_views_have_one_scale_and_show_the_whole_motion() -> None:
     [way] = [line for line in front.lines if line.get_label() == "path of the tool"]
     np.testing.assert_allclose(way.get_xydata(), plan.motion.joint_positions(plan.times)[:, -1, [0, 2]])
     assert not picture.axison
+    assert figure.texts[0].get_fontsize() == RC["figure.titlesize"]  # that of which its lines are broken
 
 
 def test_a_robot_without_spheres_and_obstacles_is_a_line() -> None:
@@ -158,8 +161,11 @@ def test_any_name_is_shown_as_it_is() -> None:
 def test_a_path_to_trace_in_space_has_its_band_in_each_view() -> None:
     points = np.array([[0.3, 0.0, 0.2], [0.3, 0.4, 0.2], [0.3, 0.4, 0.6]])
     marker = Marker(label="given points", points=points, kind=MarkerKind.POINTS, tolerance=0.05, connects_points=True)
+    via = Marker(label="via", points=points[:1], kind=MarkerKind.VIA)
     robot = space_plan().criteria.robot
-    figure = space_figure(Scene(robot, markers=(marker,)), [Posture("zero", "black", np.zeros(4))])
+    figure = space_figure(Scene(robot, markers=(marker, via)), [Posture("zero", "black", np.zeros(4))])
+    shown = {handle.get_label(): handle for handle in figure.legends[0].legend_handles}
+    assert (shown["via"].get_marker(), shown["via"].get_color()) == ("D", DIAMOND["color"])  # as in the figure
     for axes, columns in zip(figure.axes, COLUMNS, strict=False):
         [band] = [patch for patch in axes.patches if patch.get_label() == "within 50 mm of the path"]
         low, high = band.get_path().get_extents().get_points()
