@@ -55,6 +55,7 @@ SIGNATURES = {
     "core_expression": (POINTER, (POINTER, POINTER)),
     "core_forget_expression": (None, (POINTER,)),
     "core_expression_values": (None, (POINTER, COUNT, POINTER, NUMBER, POINTER)),
+    "core_expression_slopes": (None, (POINTER, COUNT, POINTER, NUMBER, POINTER)),
     "core_prove_expression": (
         COUNT,
         (POINTER, COUNT, COUNT, *(POINTER,) * 5, NUMBER, COUNT, LONG, NUMBER, COUNT, *(POINTER,) * 3),

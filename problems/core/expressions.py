@@ -152,6 +152,15 @@ class CoreExpression:
         )
         return found
 
+    def slopes(self, states: FloatArray, duration: float) -> FloatArray:
+        """Derivatives of the values by angles, velocities and accelerations: (n, m, 3, dof)."""
+        states = np.ascontiguousarray(states, dtype=np.float64)
+        found = np.zeros((len(states), self._function.width, 3, self._robot.dof))
+        self._library.core_expression_slopes(
+            self._expression, len(states), states.ctypes.data, duration, found.ctypes.data
+        )
+        return found
+
     def settle(
         self,
         motion: MotionNumbers,

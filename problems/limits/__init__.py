@@ -20,7 +20,7 @@ from problems.limits.covers import (
     cover_limits,
     touching_links,
 )
-from problems.limits.expression import Bound, ExpressionLimit, StatedExpression
+from problems.limits.expression import MOVING, Bound, ExpressionLimit, StatedExpression
 from problems.limits.hand import HAND_CONSTRAINTS, HandConstraint, ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.limits.joint_limits import (
     AccelerationLimit,
@@ -111,6 +111,7 @@ __all__ = [
     "LARGEST_SLOWDOWN",
     "LIMITS",
     "MAX_STEP_SHARE",
+    "MOVING",
     "SAMPLING_MARGIN",
     "Accuracy",
     "AngularAccuracy",

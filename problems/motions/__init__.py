@@ -1,7 +1,7 @@
 """Motions: families of trajectories, their samples and their exact polynomial pieces."""
 
 from problems.motions.boundary_pieces import QUINTIC_HERMITE, BoundaryPieces, joined, powers_at, sampling_matrix
-from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced
+from problems.motions.expression_text import InvalidText, SampleFunction, Stated, random_states, read, traced, written
 from problems.motions.path_scan import (
     LEAST_TORQUE_SHARE,
     Bounds,
@@ -24,7 +24,7 @@ from problems.motions.path_spline import (
     within,
 )
 from problems.motions.rows import MotionRows, RowInterpolation
-from problems.motions.samples import SAMPLED_ORDERS, MotionView, Samples, increasing_choice
+from problems.motions.samples import SAMPLED_ORDERS, MotionView, Samples, increasing_choice, quantity_named
 from problems.motions.splines import (
     DEGREE,
     ClampedSpline,
@@ -83,10 +83,12 @@ __all__ = [
     "joined",
     "limited",
     "powers_at",
+    "quantity_named",
     "random_states",
     "read",
     "sampling_matrix",
     "traced",
     "within",
     "without_rounding",
+    "written",
 ]

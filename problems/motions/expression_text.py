@@ -258,13 +258,17 @@ class SampleFunction:
         """
         if samples.is_finished and not smooth:
             return self.of_state(samples.moving)(samples.states.T, samples.duration).T
-        function, count = self._smooth if smooth else self._read[1], samples.count
+        count = samples.count
         if not self.entries:
-            return ca.repmat(function(ca.DM(0, 1)).T, count, 1)
+            return ca.repmat(self.of_numbers(ca.DM(0, 1), smooth).T, count, 1)
         known = {name: quantity_named(name).of(samples) for name, _ in self.entries}
         numbers = [known[name][:, index] for name, index in self.entries]
         columns = ca.horzcat(*(part if part.shape[0] == count else ca.repmat(part, count, 1) for part in numbers))
-        return function(columns.T).T
+        return self.of_numbers(columns.T, smooth).T
+
+    def of_numbers(self, numbers: Matrix, smooth: bool = False) -> Matrix:
+        """The values (width, n) of what it depends on, (entries, n); smooth as in :meth:`at`."""
+        return (self._smooth if smooth else self._read[1])(numbers)
 
     def of_state(self, robot: Robot) -> ca.Function:
         """The function of angles, three derivatives and time in s, (4 dof + 1,), and T, to its values (width,)."""

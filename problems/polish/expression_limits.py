@@ -19,9 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import CACHE_SIZE, FloatArray, Matrix, as_array
-from problems.limits import ExpressionLimit, Limit
-from problems.motions import Samples, Trajectory
+from problems.core import CoreExpression
+from problems.limits import MOVING, ExpressionLimit, Limit
+from problems.motions import SAMPLED_ORDERS, SampleFunction, Samples, Trajectory, quantity_named, written
 from problems.polish.settings import DEFAULT_EXPRESSIONS, ExpressionSettings
+from problems.robots import Robot
 
 STATE_ORDERS = 3  # angles, velocities, accelerations
 OTHER_QUANTITIES = ("jerk", "time", "duration")  # that are no function of these
@@ -92,26 +94,29 @@ class ExpressionLimits:
         """Whether a limit is an expression of angles, velocities and accelerations alone."""
         return isinstance(limit, ExpressionLimit) and not limit.function.uses(*OTHER_QUANTITIES)
 
-    @cached_property
-    def _now(self) -> Samples:
-        return Samples.symbolic(self.limits[0].robot, STATE_ORDERS)
-
     @property
-    def _state(self) -> Matrix:
-        return ca.horzcat(*map(self._now.derivative, range(STATE_ORDERS))).T
+    def _robot(self) -> Robot:
+        return self.limits[0].robot
+
+    @cached_property
+    def _symbols(self) -> dict[str, ca.SX]:
+        """A symbol for each quantity that limits depend on."""
+        names = dict.fromkeys(name for limit in self.limits for name, _ in limit.function.entries)
+        return {name: ca.SX.sym(name, quantity_named(name).width(self._robot)) for name in names}
 
     def _rows_of(self, limit: ExpressionLimit) -> list[BoundRow]:
         """The rows of one limit, each at most 0."""
         settings, rows = self.settings, list[BoundRow]()
-        smooth, exact = limit.function.at(self._now, smooth=True), limit.function.at(self._now)
+        numbers = ca.vertcat(ca.SX(0, 1), *(self._symbols[name][index] for name, index in limit.function.entries))
+        smooth, exact = limit.function.of_numbers(numbers, smooth=True), limit.function.of_numbers(numbers)
         for sign, bound in ((-1.0, limit.lower), (1.0, limit.upper)):
             for column, number in enumerate(() if bound is None else bound):
                 if not np.isfinite(number):
                     continue
-                small = sign > 0.0 and 0.0 < number <= settings.small_length and self._are_static(exact[0, column])[0]
-                parts = components(exact[0, column]) if small else []
+                small = sign > 0.0 and 0.0 < number <= settings.small_length and self._are_static(exact[column])[0]
+                parts = components(exact[column]) if small else []
                 scale = number if parts else limit.scale[column]
-                rows.append(BoundRow(sign * (smooth[0, column] - number) / scale, settings.margin))
+                rows.append(BoundRow(sign * (smooth[column] - number) / scale, settings.margin))
                 if 0 < len(parts) <= settings.most_components:
                     planes = [(along - number) / scale for along in _in_directions(parts)]
                     rows += [BoundRow(plane, settings.plane_margin) for plane in planes]
@@ -119,7 +124,7 @@ class ExpressionLimits:
 
     def _are_static(self, values: Matrix) -> NDArray[np.bool_]:
         """Mask of the values (m, 1) that depend on angles alone, (m,)."""
-        moving = ca.vec(ca.horzcat(self._now.speed, self._now.acceleration))
+        moving = ca.vertcat(ca.SX(0, 1), *(symbol for name, symbol in self._symbols.items() if name in MOVING))
         return ~np.array(ca.which_depends(values, moving, 1, True), dtype=bool)
 
     @cached_property
@@ -131,21 +136,28 @@ class ExpressionLimits:
         return ca.densify(ca.vertcat(*(row.value for row in self._rows)))
 
     @cached_property
-    def _values(self) -> ca.Function:
-        return ca.Function("values", [self._state], [self._symbolic], {"cse": True})
+    def _function(self) -> SampleFunction:
+        """All rows as one expression."""
+        return SampleFunction(written(ca.SX(self._symbolic), self._symbols))
+
+    @cached_property
+    def _in_core(self) -> CoreExpression | None:
+        """All rows in the compiled core, where that knows their operations and the robot."""
+        return CoreExpression.of(self._robot, self._function)
 
     @cached_property
     def _slopes(self) -> ca.Function:
-        slopes = ca.densify(ca.jacobian(self._symbolic, self._state))
-        return ca.Function("slopes", [self._state], [self._symbolic, ca.vec(slopes.T)], {"cse": True})
+        """The slopes of all rows by the state, row by row, where the core does not know them."""
+        state = ca.SX.sym("state", SAMPLED_ORDERS * self._robot.dof + 1)
+        values = self._function.of_state(self._robot)(state, 1.0)
+        slopes = ca.densify(ca.jacobian(values, state)[:, : STATE_ORDERS * self._robot.dof])
+        return ca.Function("slopes", [state], [ca.vec(slopes.T)], {"cse": True})
 
-    @cached_property
-    def _time_scales(self) -> ca.Function | None:
-        scaling = [limit for limit in self.limits if limit.scales_with_time]
-        if not scaling:
-            return None
-        scales = [limit.time_scale(limit.magnitudes(self._now) / (1.0 - self.settings.margin)) for limit in scaling]
-        return ca.Function("time_scales", [self._state], [ca.vertcat(*scales)], {"cse": True})
+    def _states(self, state: FloatArray) -> FloatArray:
+        """States (n, 3 k) with what rows do not depend on, (n, 4 k + 1)."""
+        whole = np.zeros((len(state), SAMPLED_ORDERS * self._robot.dof + 1))
+        whole[:, : state.shape[1]] = state
+        return whole
 
     @cached_property
     def is_static(self) -> NDArray[np.bool_]:
@@ -153,21 +165,32 @@ class ExpressionLimits:
         return self._are_static(self._symbolic)
 
     def values(self, state: FloatArray) -> FloatArray:
-        """g, (n, m), of angles, velocities and accelerations, (n, 3 k)."""
-        return as_array(self._values(state.T)).T
+        """g, (n, m), of angles and as many velocities and accelerations as matter, (n, up to 3 k)."""
+        core, states = self._in_core, self._states(state)
+        return self._function.probed(self._robot, states) if core is None else core.values(states, 1.0)
 
     def linear(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         """g, (n, m), and how it changes with angles, velocities and accelerations: (n, m, 3, k)."""
-        values, slopes = (as_array(part).T for part in self._slopes(state.T))
-        return values, slopes.reshape(len(state), values.shape[1], STATE_ORDERS, -1)
+        states, values = self._states(state), self.values(state)
+        if self._in_core is not None:
+            return values, self._in_core.slopes(states, 1.0)
+        slopes = as_array(self._slopes(states.T)).T
+        return values, slopes.reshape(*values.shape, STATE_ORDERS, -1)
 
     def time_scale(self, state: FloatArray) -> float:
         """The time scale at which a motion keeps, with margins, all limits that time can keep; 0 without any."""
-        return 0.0 if self._time_scales is None else float(as_array(self._time_scales(state.T)).max())
+        scaling = [limit for limit in self.limits if limit.scales_with_time]
+        if not scaling:
+            return 0.0
+        *derivatives, times = np.split(self._states(state), self._robot.dof * np.arange(1, SAMPLED_ORDERS + 1), axis=1)
+        parts = tuple(map(ca.DM, derivatives))
+        now = Samples(robot=self._robot, derivatives=parts, duration=ca.DM(1.0), times=ca.DM(times))
+        shares = [limit.magnitudes(now) / (1.0 - self.settings.margin) for limit in scaling]
+        return max(float(limit.time_scale(share)) for limit, share in zip(scaling, shares, strict=True))
 
     def at_rest(self, theta: FloatArray) -> FloatArray:
         """Values g in postures (n, k) at rest, (n, m)."""
-        return self.values(np.pad(theta, ((0, 0), (0, (STATE_ORDERS - 1) * theta.shape[1]))))
+        return self.values(theta)
 
     def allow(self, theta: FloatArray) -> NDArray[np.bool_]:
         """Mask of the postures (n, k) that keep the rows that depend on angles alone, (n,)."""
@@ -189,8 +212,7 @@ class ExpressionLimits:
         """Postures near given ones (n, k) that keep rows of angles alone by margins (m,), as far as steps lead."""
         theta, left = theta.copy(), np.arange(len(theta))
         for _ in range(self.settings.projection_steps):
-            state = np.pad(theta[left], ((0, 0), (0, (STATE_ORDERS - 1) * theta.shape[1])))
-            values, slopes = self.linear(state)
+            values, slopes = self.linear(theta[left])
             missing = np.where(self.is_static, np.maximum(values + margins, 0.0), 0.0)
             broken = (missing > self.settings.projection_tolerance).any(axis=1)
             left = left[broken]

@@ -63,7 +63,7 @@ class ArmTool(Tool):
 
     def pose(self, theta: Matrix) -> tuple[Matrix, Matrix]:
         """Position (n, 3), m, and rotation matrix row by row (n, 9) of the tool in n postures (n, dof)."""
-        if isinstance(theta, ca.DM) and self._function is not None:
+        if self._function is not None:
             position, rotation = self._function(theta.T)
             return position.T, rotation.T
         return self._symbolic(theta)

@@ -144,6 +144,47 @@ struct Numbers {
     }
 };
 
+// Of numbers that change with one angle, velocity or acceleration.
+struct Slopes {
+    typedef Sloped Value;
+    static Sloped exactly(double value) { return {all(value), Lanes{}}; }
+    static Sloped known(const Sloped& value) { return value; }
+    static Sloped apply(int operation, const Sloped& a, const Sloped& b) {
+        const Lanes value = Numbers::apply(operation, a.value, b.value);
+        switch (operation) {
+        case ADD: return a + b;
+        case SUB: return a - b;
+        case MUL: return a * b;
+        case DIV: return {value, (a.slope - value * b.slope) / b.value};
+        case FMIN: return {value, a.value <= b.value ? a.slope : b.slope};
+        case FMAX: return {value, a.value >= b.value ? a.slope : b.slope};
+        case ATAN2:
+            return {value, (a.slope * b.value - b.slope * a.value) / (a.value * a.value + b.value * b.value)};
+        default: return {value, by_one(operation, a.value, value) * a.slope};
+        }
+    }
+
+private:
+    // How the value of an operation on one number changes with that.
+    static Lanes by_one(int operation, const Lanes& a, const Lanes& value) {
+        switch (operation) {
+        case NEG: return all(-1.0);
+        case SQ: return 2.0 * a;
+        case TWICE: return all(2.0);
+        case INV: return -(value * value);
+        case SQRT: return 0.5 / value;
+        case FABS: return a > 0.0 ? all(1.0) : a < 0.0 ? all(-1.0) : Lanes{};
+        case SIN: return Numbers::apply(COS, a, a);
+        case COS: return -Numbers::apply(SIN, a, a);
+        case ASIN: return 1.0 / root(1.0 - a * a);
+        case ACOS: return -1.0 / root(1.0 - a * a);
+        case ATAN: return 1.0 / (1.0 + a * a);
+        case EXP: return value;
+        default: return 1.0 / a;
+        }
+    }
+};
+
 struct Bounds {
     typedef Bounded Value;
     Undefined undefined;

@@ -105,6 +105,30 @@ void core_expression_values(const Expression* expression, int rows, const double
     }
 }
 
+// How they change with angles, velocities and accelerations, as far as they depend on them: (rows, m, 3, k).
+void core_expression_slopes(const Expression* expression, int rows, const double* states, double duration, double* slopes) {
+    const int k = (int)expression->arm.joints.size(), width = ORDERS * k + 1, m = (int)expression->outputs.size();
+    const int known = std::min(expression->orders, 3) * k;
+    Values<Sloped, Slopes> computed(*expression);
+    Slopes arithmetic;
+    std::vector<Lanes> lanes;
+    State<Sloped> state;
+    state.joints.resize(width);
+    for (int row = 0; row < rows; row += LANES) {
+        const int count = gathered(states, rows, row, width, lanes);
+        for (int j = 0; j < width; ++j) state.joints[j] = {lanes[j], Lanes{}};
+        state.time = state.joints.back();
+        for (int by = 0; by < known; ++by) {
+            state.joints[by].slope = all(1.0);
+            computed.compute(state, duration, arithmetic);
+            state.joints[by].slope = Lanes{};
+            for (int lane = 0; lane < count; ++lane)
+                for (int i = 0; i < m; ++i)
+                    slopes[((size_t)(row + lane) * m + i) * 3 * k + by] = computed.output(i).slope[lane];
+        }
+    }
+}
+
 // Whether values stay between bounds, as in `Found`; moments are pieces and offsets, (n,). Written are the largest share
 // and the time of that, s, seen from its own piece, and a cell.
 int core_prove_expression(const Expression* expression, int pieces, int order, const double* breaks,

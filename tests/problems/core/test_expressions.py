@@ -83,3 +83,18 @@ def test_no_bound_below_the_exact_value_is_proven_however_little(stated: Any) ->
         for bound, kept in ((below, False), (float(highest) + 1e-4, True)):
             bounds = np.array([-np.inf]), np.array([bound]), np.ones(1)
             assert (core.settle(moments, bounds, 0.0, (16, 4_000), 0.01).kept is True) is kept
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [*FORMULAS.values(), lambda m: ca.dot(m.tool_velocity, m.rotation[:3]) + m.acceleration[1] / m.speed[0]],
+    ids=[*FORMULAS, "rates"],
+)
+def test_slopes_are_those_that_casadi_derives(stated: Any) -> None:
+    function, rng = traced(stated, ARM, "c"), np.random.default_rng(5)
+    core, states = CoreExpression.of(ARM, function), rng.uniform(0.1, 0.9, (11, 4 * ARM.dof + 1))
+    state = ca.SX.sym("state", states.shape[1])
+    derived = ca.Function("slopes", [state], [ca.jacobian(function.of_state(ARM)(state, 1.0), state)])
+    assert core is not None
+    for row, slopes in zip(states, core.slopes(states, 1.0), strict=True):
+        np.testing.assert_allclose(slopes.ravel(), derived(row).full().ravel()[: 3 * ARM.dof], rtol=1e-9, atol=1e-11)

@@ -42,6 +42,17 @@ def test_slopes_are_those_of_differences() -> None:
         np.testing.assert_allclose(slopes.reshape(3, 3, -1)[:, :, column], change, atol=1e-4)
 
 
+def test_expressions_that_the_core_does_not_know_have_slopes_too() -> None:
+    steep = traced(lambda m: ca.sinh(m.tool[0]) + m.q[1] ** 2, ARM, "steep")
+    own = ExpressionLimits.of((StatedExpression("steep", "m", steep, None, (0.5,)).for_robot(ARM, ()),))
+    theta, step = RNG.uniform(-1.0, 1.0, (3, ARM.dof)), 1e-6
+    values, slopes = own.linear(theta)
+    np.testing.assert_allclose(values, own.values(np.pad(theta, ((0, 0), (0, 2 * ARM.dof)))))
+    for column in range(ARM.dof):
+        change = (own.values(theta + step * np.eye(ARM.dof)[column]) - values) / step
+        np.testing.assert_allclose(slopes[:, :, 0, column], change, atol=1e-4)
+
+
 def test_what_is_of_postures_alone_is_known_and_time_restores_the_rest() -> None:
     assert LIMITS.is_static.tolist() == [True, True, False]
     state = states(4)
