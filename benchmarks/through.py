@@ -40,13 +40,13 @@ class Case:
         name: of the case.
         postures: both ends included, (n, k), rad.
         limits: of the joints.
-        velocities: at both ends, (2, k), rad/s; at rest where None.
+        rates: velocities and accelerations at both ends, (2 ends, 2, k), rad/s and rad/s^2; at rest where None.
     """
 
     name: str
     postures: FloatArray
     limits: JointLimits
-    velocities: FloatArray | None = None
+    rates: FloatArray | None = None
 
 
 def published() -> Iterator[Case]:
@@ -114,7 +114,8 @@ def random_cases(rng: np.random.Generator) -> Iterator[Case]:
                 acceleration=tuple(acceleration),
                 jerk=None if kind == "no jerk limits" else tuple(jerk),
             )
-            moving = rng.uniform(-0.3, 0.3, (2, joints)) * speed if kind == "moving ends" else None
+            velocities = rng.uniform(-0.3, 0.3, (2, joints)) * speed
+            moving = np.stack([velocities, 0.0 * velocities], axis=1) if kind == "moving ends" else None
             yield Case(kind, rng.uniform(-2.0, 2.0, (places, joints)), limits, moving)
 
 
@@ -128,8 +129,8 @@ def by_nonlinear_program(case: Case, cells: int) -> float:
     postures, (segments, joints) = case.postures, np.array(case.postures.shape) - (1, 0)
     orders, bounds = len(case.limits.by_order), [ca.DM(bound) for bound in case.limits.by_order]
     ends = np.zeros((2, orders - 1, joints))
-    if case.velocities is not None:
-        ends[:, 0] = case.velocities
+    if case.rates is not None:
+        ends[:] = case.rates[:, : orders - 1]
     opti = ca.Opti()
     durations, total = opti.variable(segments), segments * cells + 1
     states = [opti.variable(joints, total) for _ in range(orders)]
@@ -183,7 +184,7 @@ def main() -> None:
     rows: dict[str, list[tuple[float, float, float]]] = {}
     for case in (*published(), *(next(drawn) for _ in range(given.random))):
         began = time.process_time()
-        found = fastest_through(case.postures, case.limits, case.velocities)
+        found = fastest_through(case.postures, case.limits, case.rates)
         taken, began = time.process_time() - began, time.process_time()
         reference = by_nonlinear_program(case, given.cells)
         other = time.process_time() - began

@@ -245,7 +245,8 @@ class _StageClaim:
         if criteria.task.duration_bounds is not None:
             yield f"limit: {criteria.task.duration_bounds.name}"
         given = dict(zip(("start", "goal"), self._given_postures(), strict=True))
-        covered = {"start velocity", "goal velocity", *(name for name, posture in given.items() if posture is not None)}
+        covered = {f"{end} {rate}" for end in given for rate in ("velocity", "acceleration")[: 1 + self._is_smooth]}
+        covered |= {name for name, posture in given.items() if posture is not None}
         covered |= {("start", "goal")[place["at_goal"]] for place in self._places()}
         for constraint, _ in criteria.task.conditions(self._trajectory):
             if constraint.name not in covered:

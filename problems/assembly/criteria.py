@@ -171,7 +171,7 @@ class Criteria(Parametric):
 
     def at_goal(self, trajectory: Trajectory) -> AtGoal | None:
         """How long a robot that stands at the end of a motion stays clear; None where nothing moves, or it goes on."""
-        if self.task.end_velocities[1].any():
+        if self.task.end_rates[1].any():
             return None
         return at_goal(self._lasting_limits, self.obstacles, trajectory)
 

@@ -2,21 +2,20 @@
 
 The first three control points of a spline are position, velocity and acceleration at the start, its last three those
 at the goal; up to its fourth derivative it is continuous. Duration and control points are searched together. Without
-offsets a motion is the quintic from the state at the start to rest at the goal.
+offsets a motion is the quintic from the state at the start to that at the goal.
 
-The numbers of one problem, the state at the start, goals and obstacles, make another of the same make without anything
+The numbers of one problem, the states at both ends and obstacles, make another of the same make without anything
 being derived or compiled anew.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from math import comb, prod
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import casadi as ca
 import numpy as np
@@ -26,7 +25,6 @@ from problems.assembly import (
     Criteria,
     Decoded,
     DecodedSteps,
-    DirectPlanner,
     Encoding,
     FeasibilityFirst,
     Problem,
@@ -37,18 +35,17 @@ from problems.assembly import (
 )
 from problems.base import FloatArray, InvalidProblem, Matrix, Reading, as_array, constant, split
 from problems.evaluation import EvaluationOptions, PopulationFunction, Program, Step
-from problems.families.splines import selected
+from problems.families.splines import MovePlanner, move_planner, selected
 from problems.limits import SAMPLING_MARGIN, Constraint, Limit, LimitKind, StepLimit, TaperedMargin, limits_of
 from problems.motions import QUINTIC_HERMITE, ClampedSpline, SplineInTime, SplineShape, Trajectory
 from problems.objectives import MotionBounds, Objective
 from problems.programs import NonlinearProgram
 from problems.robots import Robot
 from problems.tasks import Move, check_at_least
-from problems.timing import MotionState, fastest_move, least_duration
+from problems.timing import MotionState, least_duration
 
 DEGREE = 5
 FIXED = 3  # control points at each end
-QUINTICS = QUINTIC_HERMITE[:, :4].T  # in powers of u: with q, dq/du, d2q/du2 at u = 0, or q at u = 1, one, else zero
 
 
 @dataclass(frozen=True)
@@ -81,10 +78,9 @@ class TimeSpline(SplineInTime):
 
     @cached_property
     def quintic(self) -> FloatArray:
-        """The matrix (N, 4) from q, dq/du, d2q/du2 at the start and q at the goal to the control points of one quintic.
+        """The matrix (N, 6) from q, dq/du, d2q/du2 at the start, then at the goal, to control points of one quintic.
 
-        That is the polynomial which leaves from the one and comes to rest at the other. A control point is its polar
-        form at the nodes around: of u^m the mean of all products of m out of five of them.
+        A control point is its polar form at the nodes around: of u^m the mean of all products of m out of five of them.
         """
         knots = self.spline.basis.t
         polar = [
@@ -94,7 +90,7 @@ class TimeSpline(SplineInTime):
             ]
             for i in range(self.spline.size)
         ]
-        return np.asarray(np.array(polar) @ QUINTICS.T)
+        return np.asarray(np.array(polar) @ QUINTIC_HERMITE)
 
     def trajectory(self, parameters: SplineShape) -> Trajectory:
         curve, time = self.spline.curve(as_array(parameters.coefficients)), float(parameters.time)
@@ -111,26 +107,24 @@ OFFSET = 1.5  # rad, the largest; what is decided is its square root, so that sm
 
 @dataclass(frozen=True)
 class TimeControlPoints(FeasibilityFirst, Encoding[SplineShape]):
-    """The encoding of a move in time: rates at the start are given, so that every limit is penalised.
+    """The encoding of a move in time: rates at both ends are given, so that every limit is penalised.
 
     Args:
         motion: that is decoded.
         start: joint angles at t = 0, rad.
-        velocity: rad/s.
-        acceleration: rad/s^2.
-        goals: joint angles, of which one is reached at rest, rad.
+        goals: joint angles, of which one is reached, rad.
+        rates: velocities and accelerations at the start, then at the goal, rad/s and rad/s^2.
         durations: the shortest and the longest, s.
         step_limits: with obstacles, that none is jumped over from one sample to the next.
     """
 
-    numbers: ClassVar[tuple[str, ...]] = ("start", "velocity", "acceleration", "goals", "durations")
+    numbers: ClassVar[tuple[str, ...]] = ("start", "goals", "rates", "durations")
     scales_time: ClassVar[bool] = False
 
     motion: TimeSpline
     start: tuple[float, ...]
-    velocity: tuple[float, ...]
-    acceleration: tuple[float, ...]
     goals: tuple[tuple[float, ...], ...]
+    rates: tuple[tuple[float, ...], ...]
     durations: tuple[float, float]
     step_limits: tuple[StepLimit, ...] = ()
 
@@ -154,8 +148,11 @@ class TimeControlPoints(FeasibilityFirst, Encoding[SplineShape]):
 
     def quintic(self, duration: Matrix, goal: Matrix) -> Matrix:
         """Control points (N, k), rad, of the quintic to a goal (1, k) in a time in s."""
-        start, velocity, acceleration = (ca.horzcat(*v) for v in (self.start, self.velocity, self.acceleration))
-        ends = ca.vertcat(start, velocity * duration, acceleration * duration**2, goal)
+        leaving, speeding, arriving, slowing = (ca.horzcat(*rate) for rate in self.rates)
+        once, twice = duration, duration**2
+        ends = ca.vertcat(
+            ca.horzcat(*self.start), leaving * once, speeding * twice, goal, arriving * once, slowing * twice
+        )
         return ca.mtimes(constant(self.motion.quintic), ends)
 
     def vector_of(self, u: FloatArray, theta: FloatArray, duration: float, goal: int) -> FloatArray:
@@ -181,9 +178,9 @@ class TimeControlPoints(FeasibilityFirst, Encoding[SplineShape]):
         """Bounds of the motions of the search box: joints turn no farther than from control point to control point."""
         steps = np.abs(np.diff(self.motion.quintic, axis=0)).sum(axis=0)
         longest = self.durations[1]
-        ends = (self.start, self.velocity, self.acceleration, self.goals)
+        ends = [np.array(values) for values in (self.start, *self.rates[:2], self.goals, *self.rates[2:])]
         sizes = [float(np.abs(values).max()) for values in ends]
-        turned = steps @ (sizes * longest ** np.array([0.0, 1.0, 2.0, 0.0])) + 2.0 * OFFSET * (self.motion.inner + 1)
+        turned = steps @ (sizes * longest ** np.tile(np.arange(3.0), 2)) + 2.0 * OFFSET * (self.motion.inner + 1)
         robot = self.motion.robot
         return MotionBounds(duration=longest, rotation=robot.dof * float(turned), radius=robot.reach()[1])
 
@@ -225,15 +222,14 @@ def time_move(
     """The problem that a task states.
 
     Args:
-        task: the statement: robot, a posture with its velocity and acceleration, postures as goals, obstacles.
+        task: the statement: robot, postures as start and goals with velocities and accelerations, obstacles.
         objective: what is minimised: an objective, or a key of ``OBJECTIVES``.
         samples: steps of time at whose ends a motion is checked.
         pieces: of the spline.
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
 
     Raises:
-        InvalidProblem: an unknown name, too few samples or pieces, a place that is no posture, a via, or a goal that is
-            not to be reached at rest.
+        InvalidProblem: an unknown name, too few samples or pieces, a place that is no posture, or a via.
     """
     check_at_least("samples", samples, 2)
     check_at_least("pieces", pieces, LEAST_PIECES)
@@ -259,17 +255,13 @@ def encoding_of(task: Move, motion: TimeSpline) -> TimeControlPoints:
     """
     if task.vias:
         raise InvalidProblem("via", "motion 'time-spline' passes none")
-    if any(task.goal_velocity):
-        raise InvalidProblem("goal_velocity", "motion 'time-spline' ends at rest")
-    velocity, acceleration = task.end_velocities[0], task.end_accelerations[0]
     start, goals = _posture(task, "start", 0), [_posture(task, "goal", number) for number in range(len(task.goals))]
     return TimeControlPoints(
         motion=motion,
         start=tuple(start.tolist()),
-        velocity=tuple(velocity.tolist()),
-        acceleration=tuple(acceleration.tolist()),
         goals=tuple(tuple(goal.tolist()) for goal in goals),
-        durations=_durations(task, start, velocity, acceleration, goals),
+        rates=tuple(tuple(rate.tolist()) for rate in task.end_rates.reshape(-1, task.robot.dof)),
+        durations=_durations(task, start, goals),
         step_limits=step_limits(task),
     )
 
@@ -286,13 +278,12 @@ def _posture(task: Move, field: str, number: int) -> FloatArray:
     return as_array(place.posture(task.robot, ca.DM(0, 1), 1.0, None)[0]).ravel()
 
 
-def _durations(
-    task: Move, start: FloatArray, velocity: FloatArray, acceleration: FloatArray, goals: Sequence[FloatArray]
-) -> tuple[float, float]:
+def _durations(task: Move, start: FloatArray, goals: Sequence[FloatArray]) -> tuple[float, float]:
     """The shortest and the longest duration that are searched, s: what limits and the task leave."""
     robot, bounds = task.robot, task.duration_bounds
-    state = MotionState(start, velocity, acceleration)
-    least = [least_duration(state, goal, robot.limits) for goal in goals]
+    leaving, arriving = task.end_rates
+    state = MotionState(start, *leaving)
+    least = [least_duration(state, MotionState(goal, *arriving), robot.limits) for goal in goals]
     shortest, longest = max(min(least), LEAST_DURATION), LONGER * max(*least, LEAST_DURATION) + WAIT
     if bounds is None:
         return shortest, longest
@@ -303,7 +294,7 @@ def _durations(
 
 @dataclass(frozen=True, kw_only=True)
 class TimeMoveProblem(Problem[SplineShape]):
-    """Move from a state to rest at a posture.
+    """Move from one state to another.
 
     Attributes:
         further_limits: kinds of limits that hold besides those of the robot and of the obstacles.
@@ -318,8 +309,10 @@ class TimeMoveProblem(Problem[SplineShape]):
     first: TimeMoveProblem | None = None
 
     @cached_property
-    def direct(self) -> DirectPlanner:
-        return FreeSpacePlanner(self)
+    def direct(self) -> MovePlanner:
+        criteria = self.criteria
+        task = cast(Move, criteria.task)  # as :func:`time_move` made it
+        return move_planner(task, criteria.objective, criteria.limits, keeps_branch=True)
 
     @cached_property
     def searched_limits(self) -> tuple[Limit, ...]:
@@ -397,25 +390,3 @@ class TimeMoveProblem(Problem[SplineShape]):
         goals = np.array(self.encoding.goals)
         goal = int(np.argmin(np.abs(goals - theta[-1]).max(axis=1)))
         return self.encoding.vector_of(u, theta, trajectory.duration, goal)
-
-
-@dataclass(frozen=True, eq=False)
-class FreeSpacePlanner(DirectPlanner):
-    """Moves as fast as joints can, which a search beats only where something is in the way.
-
-    Args:
-        problem: to be planned.
-    """
-
-    problem: TimeMoveProblem
-
-    def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
-        """The fastest motion to each goal, the quickest first, where nothing but time counts."""
-        encoding, criteria = self.problem.encoding, self.problem.criteria
-        limits = criteria.robot.limits
-        if limits.jerk is None or criteria.task.total_time is not None or not criteria.objective.direct_is_least:
-            return
-        state = MotionState(*(np.array(each) for each in (encoding.start, encoding.velocity, encoding.acceleration)))
-        with suppress(InvalidProblem):  # there is none within the limits
-            moves = [fastest_move(state, np.array(goal), limits) for goal in encoding.goals]
-            yield from sorted(moves, key=lambda move: move.duration)

@@ -1,7 +1,7 @@
 """Motions among obstacles: paths are found, polished by sequential programs and proven; lower bounds."""
 
 from problems.polish.descent import DeviationPolish
-from problems.polish.deviation import Deviations, Rates
+from problems.polish.deviation import Deviations
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.free_ends import FreeEnd, with_better_ends
 from problems.polish.goals import postures_around
@@ -45,7 +45,6 @@ __all__ = [
     "PolishObjective",
     "PolishSamples",
     "PolishSettings",
-    "Rates",
     "RefinementSettings",
     "RephasingSettings",
     "at_the_bound",

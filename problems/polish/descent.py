@@ -300,15 +300,16 @@ class DeviationPolish:
         least = max(-faster, motions.bound - around.duration - 1e-12)
         whole = [self._clearance_rows(around, trust)]
         whole += [rows for rows in (model.torques, model.expressions, model.places) if rows is not None]
-        single, every = motions.with_ends(stacked(parts)), motions.with_ends(stacked(whole))
-        squares = None if model.objective.squares is None else motions.with_ends(model.objective.squares)
-        cost, time_cost = motions.cost_with_ends(model.objective.cost, model.objective.time_cost)
+        duration, squares = around.duration, model.objective.squares
+        single, every = motions.with_ends(stacked(parts), duration), motions.with_ends(stacked(whole), duration)
+        squares = None if squares is None else motions.with_ends(squares, duration)
+        cost, time_cost = motions.cost_with_ends(model.objective.cost, model.objective.time_cost, duration)
         return LinearProgram(single, every, -box, box, (least, slower), cost, time_cost, squares)
 
     def _promised(self, around: Iterate, change: FloatArray, saved: float, model: Linearisation) -> float:
         """The merit that a program promises to save, s, less the price of what it leaves missing itself."""
         near, moved = around.nearby, self.samples.postures
-        changed = self.motions.changed(change, -saved)
+        changed = self.motions.changed(change, -saved, around.duration)
         by_joints = np.einsum(
             "ma,mak->mk", moved.weights[near.samples], changed[moved.first[near.samples][:, None] + np.arange(4)]
         )

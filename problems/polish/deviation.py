@@ -5,8 +5,9 @@ vanishes at both ends with its first two derivatives. A derivative of order r is
 limit L is linear in the control points x, |q_r(u)| <= L T^r. Accelerations are linear in u between the ends of the
 pieces of either, and jerks constant, so that rows there suffice; speeds have rows in between as well.
 
-Where an end moves, S is the fastest motion between both states; the control points there are no longer zero but linear
-in T, as a velocity v is a derivative T v. S may also be any motion from rest to rest that is known, made of cubics.
+Where an end moves, S is the fastest motion between both states; the control points there are no longer zero but
+quadratic in T, as a velocity v and an acceleration a are derivatives T v and T^2 a. S may also be any motion from rest
+to rest that is known, made of cubics.
 """
 
 from __future__ import annotations
@@ -83,34 +84,18 @@ class PostureRows:
         return np.asarray(self.base + np.einsum("na,nak->nk", self.weights, points))
 
 
-@dataclass(frozen=True, eq=False)
-class Rates:
-    """Velocities at both ends.
-
-    Args:
-        start: (k,), rad/s.
-        goal: (k,), rad/s.
-    """
-
-    start: FloatArray
-    goal: FloatArray
-
-    @property
-    def moves(self) -> bool:
-        """Whether any velocity is not zero."""
-        return bool(self.start.any() or self.goal.any())
-
-
-def direct_motion(start: FloatArray, goal: FloatArray, limits: JointLimits, rates: Rates | None = None) -> Trajectory:
-    """The fastest direct motion between two postures (k,), at rest where no rates are given.
+def direct_motion(
+    start: FloatArray, goal: FloatArray, limits: JointLimits, rates: FloatArray | None = None
+) -> Trajectory:
+    """The fastest direct motion between two postures (k,), at rest unless rates are given, as of :class:`Deviations`.
 
     Between equal postures at rest it is a second of rest.
 
     Raises:
         InvalidProblem: there is none within the limits.
     """
-    if rates is not None and rates.moves:
-        return fastest_move(MotionState(start, rates.start, np.zeros_like(start)), goal, limits, rates.goal)
+    if rates is not None and rates.any():
+        return fastest_move(MotionState(start, *rates[0]), MotionState(goal, *rates[1]), limits)
     if (start == goal).all():
         return Trajectory(np.array([0.0, 1.0]), np.pad(start[None, None], ((DEGREE, 0), (0, 0), (0, 0))))
     return rest_to_rest(start, goal, limits)
@@ -146,7 +131,7 @@ class Deviations:
         goal: (k,), rad.
         limits: of the joints.
         gentler: limits of the direct motion that is deviated from; near both ends a deviation has no effect.
-        rates: velocities at both ends; at rest where None.
+        rates: velocities and accelerations at both ends, (2 ends, 2, k), rad/s and rad/s^2; at rest where None.
         at_least: no motion may take less time, s.
         around: a motion from rest to rest that is deviated from in the place of the direct one.
         is_smooth: whether what is deviated from is one cubic, so that accelerations jump at the ends alone.
@@ -156,8 +141,7 @@ class Deviations:
     Attributes:
         is_smooth: as given.
         direct: the fastest motion between the two, within the gentler limits where there are some; or that one.
-        bound: no motion between the two takes less time, s; between moving ends none that has no accelerations there.
-        at_ends: how the control points at the ends change with the duration, (pieces + 3, k), rad/s.
+        bound: no motion between the two takes less time, s.
 
     Raises:
         InvalidProblem: there is no direct motion.
@@ -170,7 +154,7 @@ class Deviations:
         limits: JointLimits,
         *,
         gentler: JointLimits | None = None,
-        rates: Rates | None = None,
+        rates: FloatArray | None = None,
         at_least: float = 0.0,
         around: Trajectory | None = None,
         is_smooth: bool = False,
@@ -180,7 +164,7 @@ class Deviations:
         self.start, self.goal, self.limits, self.settings, self.is_smooth = start, goal, limits, settings, is_smooth
         self.spline = DeviationSpline.of(pieces, 2 if is_smooth else 3)
         self._direct_limits = limits if gentler is None else gentler
-        self.moving = rates is not None and rates.moves
+        self.moving = rates is not None and bool(rates.any())
         self._is_direct = around is None and not is_smooth
         if around is not None:
             self.direct = smoothed(around, settings.smoothing * pieces)
@@ -189,12 +173,11 @@ class Deviations:
             self.direct = one_cubic(start, goal, self.direct.duration) if is_smooth else self.direct
         at_rest = float(least_durations(goal - start, limits).max())
         self.bound = max((1.0 - settings.allowance) * self.direct.duration if self.moving else at_rest, at_least)
-        self.at_ends = np.zeros((self.spline.count, start.size))
-        if rates is not None and rates.moves:
-            self.at_ends[: self.fixed], self.at_ends[-self.fixed :] = (
-                self.spline.end_points(0.0, rates.start),
-                self.spline.end_points(1.0, rates.goal),
-            )
+        self._moved = np.zeros((2, self.spline.count, start.size))
+        for order, moved in enumerate(self._moved, start=1):
+            if rates is not None and self.moving:
+                moved[: self.fixed] = self.spline.end_points(0.0, order, rates[0, order - 1])
+                moved[-self.fixed :] = self.spline.end_points(1.0, order, rates[1, order - 1])
 
     @property
     def dof(self) -> int:
@@ -216,28 +199,38 @@ class Deviations:
 
         Without a duration the motion takes as long as the direct one.
         """
-        return self.changed(x, 0.0 if duration is None else duration - self.direct.duration)
-
-    def changed(self, x: FloatArray, longer: float) -> FloatArray:
-        """How all control points (pieces + 3, k) change with those that are free (free, k) and a longer duration, s."""
         padded = np.pad(x, ((self.fixed, self.fixed), (0, 0)))
-        return padded + longer * self.at_ends if self.moving else padded
+        if not self.moving or duration is None:
+            return padded
+        once, twice = (duration**order - self.direct.duration**order for order in (1, 2))
+        return np.asarray(padded + once * self._moved[0] + twice * self._moved[1])
 
-    def with_ends(self, rows: R) -> R:
-        """Rows of free control points with what a change of the duration does to those at the ends."""
+    def ends_by_time(self, duration: float) -> FloatArray:
+        """How the control points at the ends change with a duration in s, (pieces + 3, k), rad/s."""
+        return np.asarray(self._moved[0] + 2.0 * duration * self._moved[1])
+
+    def changed(self, x: FloatArray, longer: float, duration: float) -> FloatArray:
+        """How all control points change, to first order, with free ones, (free, k), and a longer duration, in s."""
+        padded = np.pad(x, ((self.fixed, self.fixed), (0, 0)))
+        return padded + longer * self.ends_by_time(duration) if self.moving else padded
+
+    def with_ends(self, rows: R, duration: float) -> R:
+        """Rows of free control points with what a change of a duration in s does to those at the ends."""
         if not self.moving:
             return rows
-        points = self.at_ends[rows.first[:, None] + self.fixed + np.arange(DEGREE + 1)]
+        points = self.ends_by_time(duration)[rows.first[:, None] + self.fixed + np.arange(DEGREE + 1)]
         if isinstance(rows, SingleRows):
             points = np.take_along_axis(points, rows.joint[:, None, None], axis=2)[:, :, 0]
         moved = (rows.weights * points).sum(axis=tuple(range(1, rows.weights.ndim)))
         return replace(rows, by_time=rows.by_time + moved)
 
-    def cost_with_ends(self, cost: FloatArray | None, time_cost: float) -> tuple[FloatArray | None, float]:
-        """Costs of free control points, (free, k), and of the duration, by those of all, (pieces + 3, k)."""
+    def cost_with_ends(
+        self, cost: FloatArray | None, time_cost: float, duration: float
+    ) -> tuple[FloatArray | None, float]:
+        """Costs of free control points, (free, k), and of a duration in s, by those of all, (pieces + 3, k)."""
         if cost is None:
             return None, time_cost
-        return cost[self.fixed : -self.fixed], time_cost + float((cost * self.at_ends).sum())
+        return cost[self.fixed : -self.fixed], time_cost + float((cost * self.ends_by_time(duration)).sum())
 
     def _base(self, u: FloatArray, order: int) -> FloatArray:
         """Derivatives of the direct motion by u, (m, k)."""

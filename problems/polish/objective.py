@@ -384,7 +384,8 @@ class PolishObjective:
 
     def _costs(self, slopes: FloatArray) -> tuple[FloatArray, float]:
         """Costs of all control points, and of the duration, by slopes of samples (n, w)."""
-        k, cost = self.motions.dof, np.zeros_like(self.motions.at_ends)
+        k = self.motions.dof
+        cost = np.zeros((self.motions.spline.count, k))
         for number, rows in enumerate(self._rows_of_orders):
             by_points = rows.weights[:, :, None] * slopes[:, None, number * k : (number + 1) * k]
             np.add.at(cost, rows.first[:, None] + np.arange(4), by_points)

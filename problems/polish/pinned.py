@@ -19,7 +19,7 @@ def fastest_pinned(
     places: FloatArray,
     limits: JointLimits,
     world: World,
-    velocities: FloatArray | None = None,
+    rates: FloatArray | None = None,
     settings: PinnedSettings = DEFAULT_PINNED,
 ) -> Trajectory | None:
     """The fastest motion through postures of a known one, proven to be clear; None where none is found that is faster.
@@ -32,12 +32,12 @@ def fastest_pinned(
         places: times at which it passes places, both ends included, (n,), s.
         limits: of the joints.
         world: the robot and its surroundings.
-        velocities: at both ends, (2, k), rad/s; at rest where None.
+        rates: velocities and accelerations at both ends, (2 ends, 2, k), rad/s and rad/s^2; at rest where None.
         settings: of the search.
     """
     times, through = places[apart(known.at(places))], replace(ThroughSettings(), levels=settings.rough_levels)
     for _ in range(settings.most_pins):
-        found = fastest_through(known.at(times), limits, velocities, through)
+        found = fastest_through(known.at(times), limits, rates, through)
         is_rough = through.levels == settings.rough_levels
         if found is None or (found.duration >= known.duration and not is_rough):
             return None

@@ -91,9 +91,11 @@ class DeviationSpline:
         inner = matrix[:, self.fixed : -self.fixed]
         return np.asarray(np.linalg.solve(inner.T @ inner + FIT_DAMPING * np.eye(inner.shape[1]), inner.T))
 
-    def end_points(self, end: float, rate: FloatArray) -> FloatArray:
-        """Control points (fixed, k) at an end whose spline has a derivative (k,) there and no other."""
+    def end_points(self, end: float, order: int, rate: FloatArray) -> FloatArray:
+        """Control points (fixed, k) at an end whose spline has a derivative (k,) of an order there and no other."""
         at = np.array([end])
         powers = np.stack([self.weights(at, order)[0][0] for order in range(self.fixed)])
         matrix = powers[:, : self.fixed] if end == 0.0 else powers[:, -self.fixed :]
-        return np.asarray(np.linalg.solve(matrix, np.stack([np.zeros_like(rate), rate, np.zeros_like(rate)])))
+        derivatives = np.zeros((self.fixed, rate.size))
+        derivatives[order] = rate
+        return np.asarray(np.linalg.solve(matrix, derivatives))

@@ -14,7 +14,7 @@ from problems.motions import JointPath, Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle
 from problems.tasks.checks import check_obstacles, check_range
-from problems.tasks.move import velocity_conditions
+from problems.tasks.move import rate_conditions
 from problems.tasks.task import Marker, Task, end_markers
 from problems.timing import departure, deviation
 
@@ -106,7 +106,7 @@ class JointFollowing(Task):
         distances = [followed, *self._distances_from_waypoints()]
         return [
             *((distance, trajectory.breakpoints[-1:]) for distance in distances),
-            *velocity_conditions(self, trajectory),
+            *rate_conditions(self, trajectory, 1),
         ]
 
     def _distances_from_waypoints(self) -> list[Constraint]:

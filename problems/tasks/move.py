@@ -23,23 +23,21 @@ LARGEST_CORNER = 1.0  # m or rad: no via may be missed by more
 RATE_TOLERANCE = 1e-9  # of a joint's largest speed or acceleration; allows for rounding only
 
 
-def velocity_conditions(task: Task, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-    """The velocities at both ends: numeric constraints, and the times of their rows in s."""
-    ends = trajectory.breakpoints[[0, -1]]
-    away = np.abs(trajectory.at(ends, 1) - task.end_velocities)
-    bounds = RATE_TOLERANCE * np.array(task.robot.limits.speed)
-    return [
-        (_rates(task, name, "rad/s", "dtheta_i", away[i], bounds), ends[i : i + 1])
-        for i, name in enumerate(("start velocity", "goal velocity"))
-    ]
-
-
-def acceleration_conditions(task: Task, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-    """The acceleration at the start: numeric constraints, and the times of their rows in s."""
-    start = trajectory.breakpoints[:1]
-    away = np.abs(trajectory.at(start, 2)[0] - task.end_accelerations[0])
-    bounds = RATE_TOLERANCE * np.array(task.robot.limits.acceleration)
-    return [(_rates(task, "start acceleration", "rad/s^2", "d2theta_i", away, bounds), start)]
+def rate_conditions(
+    task: Task, trajectory: Trajectory, order: int, ends: Sequence[str] = ("start", "goal")
+) -> list[tuple[Constraint, FloatArray]]:
+    """Velocities or accelerations, by order, at the ends of a motion: numeric constraints, and their times in s."""
+    limits, at_goal = task.robot.limits, {"start": 0, "goal": -1}
+    kind, unit, symbol, most = {
+        1: ("velocity", "rad/s", "dtheta_i", limits.speed),
+        2: ("acceleration", "rad/s^2", "d2theta_i", limits.acceleration),
+    }[order]
+    bounds, found = RATE_TOLERANCE * np.array(most), []
+    for end in ends:
+        time = trajectory.breakpoints[[at_goal[end]]]
+        away = np.abs(trajectory.at(time, order)[0] - task.end_rates[at_goal[end], order - 1])
+        found.append((_rates(task, f"{end} {kind}", unit, symbol, away, bounds), time))
+    return found
 
 
 def _rates(task: Task, name: str, unit: str, symbol: str, away: FloatArray, bounds: FloatArray) -> Constraint:
@@ -118,6 +116,7 @@ class Move(Task):
         start_velocity: of the joints at t = 0, rad/s; at rest where empty.
         goal_velocity: of the joints at t = T, rad/s; at rest where empty.
         start_acceleration: of the joints at t = 0, rad/s^2; free, or zero at rest, where empty.
+        goal_acceleration: of the joints at t = T, likewise.
         total_time: bounds of T in s; None where nothing is promised.
         stay: how long after T the robot, which stands then, has to stay clear of obstacles that move, s.
 
@@ -129,6 +128,7 @@ class Move(Task):
         "start_velocity",
         "goal_velocity",
         "start_acceleration",
+        "goal_acceleration",
         "total_time",
         "stay",
     )
@@ -144,6 +144,7 @@ class Move(Task):
     goal_velocity: tuple[float, ...] = ()
     total_time: tuple[float, float] | None = None
     start_acceleration: tuple[float, ...] = ()
+    goal_acceleration: tuple[float, ...] = ()
     stay: float = 0.0
 
     def __post_init__(self) -> None:
@@ -168,11 +169,13 @@ class Move(Task):
         self._check_rates("start_velocity", limits.speed, "rad/s")
         self._check_rates("goal_velocity", limits.speed, "rad/s")
         self._check_rates("start_acceleration", limits.acceleration, "rad/s^2")
+        self._check_rates("goal_acceleration", limits.acceleration, "rad/s^2")
         if self.at_rest:
             self._check_holding()
         check_within("stay", (self.stay,), (0.0, TIMES[1]), "s")
-        if self.stay and self.end_velocities[1].any():
-            raise InvalidProblem("stay", "the robot does not stop at its goal: goal_velocity is not zero")
+        for field in ("goal_velocity", "goal_acceleration") if self.stay else ():
+            if any(getattr(self, field)):
+                raise InvalidProblem("stay", f"the robot does not stop at its goal: {field} is not zero")
 
     def _check_holding(self) -> None:
         for field, places in (("start", (self.start,)), ("goal", self.goals), ("via", self.vias)):
@@ -222,7 +225,7 @@ class Move(Task):
     @property
     def end_accelerations(self) -> FloatArray:
         rest = (0.0,) * self.robot.dof
-        return np.array([self.start_acceleration or rest, rest])
+        return np.array([self.start_acceleration or rest, self.goal_acceleration or rest])
 
     @property
     def passes_nothing(self) -> bool:
@@ -245,7 +248,7 @@ class Move(Task):
 
     @property
     def last_places(self) -> tuple[Place, ...]:
-        return self.goals if self.passes_nothing and not any(self.goal_velocity) else ()
+        return self.goals if self.passes_nothing and not self.end_rates[1].any() else ()
 
     @property
     def given_postures(self) -> FloatArray:
@@ -263,7 +266,7 @@ class Move(Task):
     def passed_postures(self) -> FloatArray | None:
         places, given = (self.start, *self.vias, *self.goals), self.given_postures
         exact = len(given) == len(places) and not any(place.within for place in places)
-        return given if exact and self.vias and not any(self.start_acceleration) else None
+        return given if exact and self.vias and not self.end_accelerations.any() else None
 
     def reached_goal(self, theta: FloatArray) -> Place:
         """The goal that a posture (dof,) misses least, relative to its tolerance."""
@@ -283,7 +286,7 @@ class Move(Task):
         return tuple(Milestone(label=f"via {number}", time=float(t)) for number, t in enumerate(times, start=1))
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        """Conditions on start, vias and goal; on the velocities at both ends; on a stated acceleration at the start."""
+        """Conditions on start, vias and goal; on the velocities at both ends; on accelerations stated there."""
         times = np.concatenate([[0.0], self.via_times(trajectory), [trajectory.duration]])
         names = ["start", *(f"via {number}" for number in range(1, len(self.vias) + 1)), "goal"]
         places = [self.start, *self.vias, self.reached_goal(trajectory.at(times[-1:])[0])]
@@ -291,8 +294,12 @@ class Move(Task):
             (self._passed(name, place, trajectory.at(times[i : i + 1])), times[i : i + 1])
             for i, (name, place) in enumerate(zip(names, places, strict=True))
         ]
-        accelerated = acceleration_conditions(self, trajectory) if self.start_acceleration else []
-        return [*passed, *velocity_conditions(self, trajectory), *accelerated]
+        stated = [end for end in ("start", "goal") if getattr(self, f"{end}_acceleration")]
+        return [
+            *passed,
+            *rate_conditions(self, trajectory, 1),
+            *rate_conditions(self, trajectory, 2, stated),
+        ]
 
     def _passed(self, name: str, place: Place, theta: FloatArray) -> Constraint:
         miss = place.miss(self.robot, ca.DM(theta))

@@ -10,7 +10,7 @@ from problems.motions import Trajectory
 from problems.robots import Robot
 from problems.scene import Obstacle
 from problems.tasks.checks import check_obstacles
-from problems.tasks.move import velocity_conditions
+from problems.tasks.move import rate_conditions
 from problems.tasks.task import Marker, Task, end_markers
 
 
@@ -54,7 +54,7 @@ class RecordedMotion(Task):
         return self.motion.at(self.motion.breakpoints)
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
-        return velocity_conditions(self, trajectory)
+        return rate_conditions(self, trajectory, 1)
 
     def markers(self) -> tuple[Marker, ...]:
         return end_markers(self.robot, self.motion.at(self.motion.breakpoints[[0, -1]]))

@@ -156,9 +156,14 @@ class Task(Parametric, ABC):
         return np.zeros((2, self.robot.dof))
 
     @property
+    def end_rates(self) -> FloatArray:
+        """Joint velocities and accelerations at both ends, (2 ends, 2, dof), rad/s and rad/s^2."""
+        return np.stack([self.end_velocities, self.end_accelerations], axis=1)
+
+    @property
     def at_rest(self) -> bool:
         """Whether both ends are at rest."""
-        return not self.end_velocities.any() and not self.end_accelerations.any()
+        return not self.end_rates.any()
 
     @property
     def crowded(self) -> bool:

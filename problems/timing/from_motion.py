@@ -1,4 +1,4 @@
-"""The fastest stop or move from a moving state, by Ruckig.
+"""The fastest stop or move between moving states, by Ruckig.
 
 Ruckig [1] finds for each joint the profile of constant jerks that takes the least time. It keeps limits of speed,
 acceleration and jerk; a state beyond a limit is brought back first. It knows neither ranges of joints nor torques.
@@ -53,6 +53,16 @@ class MotionState:
         """The state with which a motion arrives."""
         return cls(*(trajectory.value_at_end(order) for order in range(SMOOTH_ORDERS)))
 
+    @classmethod
+    def at_rest(cls, angles: FloatArray) -> Self:
+        """The state of joints that stand at angles (k,), rad."""
+        return cls(angles, *np.zeros((2, np.size(angles))))
+
+    @property
+    def derivatives(self) -> FloatArray:
+        """Angles, velocities and accelerations, (3, k)."""
+        return np.stack([self.angles, self.velocity, self.acceleration])
+
     @property
     def moves(self) -> bool:
         """Whether a joint does, by more than rounding, or is about to."""
@@ -81,49 +91,55 @@ def fastest_stop(state: MotionState, limits: JointLimits) -> Trajectory:
     return _motion(state, wanted)
 
 
-def fastest_move(
-    state: MotionState, goal: FloatArray, limits: JointLimits, velocity: FloatArray | None = None
-) -> Trajectory:
-    """The fastest motion to a posture; all joints arrive together, without acceleration.
+def fastest_move(state: MotionState, goal: MotionState, limits: JointLimits) -> Trajectory:
+    """The fastest motion from one state to another; all joints arrive together.
 
     Args:
         state: of k joints.
-        goal: (k,), rad.
+        goal: of as many.
         limits: as in :func:`fastest_stop`.
-        velocity: with which it arrives, (k,), rad/s; at rest where None.
 
     Raises:
         InvalidProblem: numbers of joints differ, or Ruckig finds no profile.
     """
-    wanted = _stated(state, limits)
-    goal = np.asarray(goal, dtype=np.float64)
-    if goal.shape != state.angles.shape or not np.isfinite(goal).all():
-        raise InvalidProblem("goal", f"{state.angles.size} joint angles are needed, not {goal.tolist()}")
-    arriving = np.zeros_like(goal) if velocity is None else velocity
-    wanted.target_position, wanted.target_velocity = goal.tolist(), arriving.tolist()
-    motion = _motion(state, wanted, np.stack([goal, arriving, np.zeros_like(goal)]))
-    missed = float(np.abs(motion.value_at_end(0) - goal).max())
+    motion = _motion(state, _between(state, goal, limits), goal.derivatives)
+    missed = float(np.abs(motion.value_at_end(0) - goal.angles).max())
     if missed > GOAL_ROUNDING:
         raise InvalidProblem("goal", f"the fastest motion misses it by {missed:.3g} rad")
     return motion
 
 
-def least_duration(state: MotionState, goal: FloatArray, limits: JointLimits) -> float:
-    """How long the fastest motion to a posture at rest takes, s; where jerk is not limited accelerations may jump.
+def least_duration(state: MotionState, goal: MotionState, limits: JointLimits) -> float:
+    """How long the fastest motion from one state to another takes, s; without a jerk limit accelerations may jump.
 
     Args:
         state: of k joints; a rate beyond its limit by rounding counts as the limit.
-        goal: (k,), rad.
+        goal: likewise.
         limits: of speed, acceleration and jerk.
 
     Raises:
-        InvalidProblem: as :func:`fastest_stop`.
+        InvalidProblem: as :func:`fastest_move`.
     """
-    rates = zip((state.velocity, state.acceleration), limits.by_order, strict=False)
-    within = MotionState(state.angles, *(np.clip(rate, -bound, bound) for rate, bound in rates))
-    wanted = _stated(within, replace(limits, jerk=limits.jerk or (inf,) * limits.dof), share=1.0)
-    wanted.target_position = goal.tolist()
+    unlimited = replace(limits, jerk=limits.jerk or (inf,) * limits.dof)
+    wanted = _between(_within(state, limits), _within(goal, limits), unlimited, share=1.0)
     return float(_profiles(wanted).duration)
+
+
+def _within(state: MotionState, limits: JointLimits) -> MotionState:
+    """The state with rates no larger than their limits."""
+    rates = zip((state.velocity, state.acceleration), limits.by_order, strict=False)
+    return MotionState(state.angles, *(np.clip(rate, -bound, bound) for rate, bound in rates))
+
+
+def _between(
+    state: MotionState, goal: MotionState, limits: JointLimits, share: float = 1.0 - ALLOWANCE
+) -> InputParameter:
+    """The input of Ruckig for two states and a share of the limits."""
+    if goal.angles.size != state.angles.size:
+        raise InvalidProblem("goal", f"{state.angles.size} joint angles are needed, not {goal.angles.tolist()}")
+    wanted = _stated(state, limits, share)
+    wanted.target_position, wanted.target_velocity, wanted.target_acceleration = goal.derivatives.tolist()
+    return wanted
 
 
 def _stated(state: MotionState, limits: JointLimits, share: float = 1.0 - ALLOWANCE) -> InputParameter:
@@ -162,9 +178,10 @@ def _motion(state: MotionState, wanted: InputParameter, goal: FloatArray | None 
     duration = max((float(durations.sum()) for durations, _ in joints), default=0.0)
     if not duration > 0.0:
         return Trajectory.standing(state.angles, STANDING_DURATION)
+    ends = np.zeros_like(state.acceleration) if goal is None else goal[2]
     moves = [
-        _pieces(durations, jerks, start, duration)
-        for (durations, jerks), start in zip(joints, state.acceleration, strict=True)
+        _pieces(durations, jerks, start, end, duration)
+        for (durations, jerks), start, end in zip(joints, state.acceleration, ends, strict=True)
     ]
     return side_by_side(moves, duration).trajectory(state.angles, state.velocity)
 
@@ -199,10 +216,10 @@ def _corrected(
     return np.asarray(jerks + np.linalg.lstsq(gains, missing, rcond=None)[0])
 
 
-def _pieces(durations: FloatArray, jerks: FloatArray, start: float, duration: float) -> AccelerationPieces:
-    """One joint's accelerations (p, 1), the first of them given in rad/s^2; then none until all joints stand."""
+def _pieces(durations: FloatArray, jerks: FloatArray, start: float, end: float, duration: float) -> AccelerationPieces:
+    """One joint's accelerations (p, 1), those at its ends given in rad/s^2; the last lasts until all have arrived."""
     accelerations = start + np.concatenate([[0.0], np.cumsum(durations * jerks)])
-    accelerations[-1] = 0.0
+    accelerations[-1] = end
     rest = max(duration - float(durations.sum()), 0.0)
     positive = np.append(durations, rest) > 0.0
     parts = (np.append(durations, rest), accelerations, np.append(jerks, 0.0))

@@ -39,7 +39,7 @@ def peak_shares(trajectory: Trajectory, limits: JointLimits) -> list[float]:
 def fastest_through(
     postures: FloatArray,
     limits: JointLimits,
-    velocities: FloatArray | None = None,
+    rates: FloatArray | None = None,
     settings: ThroughSettings = DEFAULT_THROUGH,
 ) -> Trajectory | None:
     """The fastest motion through postures, in their order and within the limits; None where none is found.
@@ -49,13 +49,14 @@ def fastest_through(
     Args:
         postures: both ends included, (n, k), rad.
         limits: of the joints; their ranges are kept too.
-        velocities: at both ends, (2, k), rad/s; at rest where None. Accelerations are zero there, with a limit of jerk.
+        rates: velocities and accelerations at both ends, (2 ends, 2, k), rad/s and rad/s^2; at rest where None.
+            Without a limit of jerk accelerations may jump there, to any.
         settings: of the method.
     """
     distinct = apart(postures)
     if found_core() is None or not 2 <= len(distinct) <= settings.most_postures:
         return None
-    passing = Passing.of(postures[distinct], limits, velocities, settings)
+    passing = Passing.of(postures[distinct], limits, rates, settings)
     found = passing.motion()
     if found is not None and _range_share(found, limits) > 1.0 + TIME_ROUNDING:
         found = replace(passing, range_share=1.0).motion()
@@ -102,13 +103,11 @@ class Passing:
 
     @classmethod
     def of(
-        cls, postures: FloatArray, limits: JointLimits, velocities: FloatArray | None, settings: ThroughSettings
+        cls, postures: FloatArray, limits: JointLimits, rates: FloatArray | None, settings: ThroughSettings
     ) -> Passing:
-        """The search between ends that are at rest, or have velocities (2, k) in rad/s."""
-        degree = 2 if limits.jerk is None else 3
-        ends = np.zeros((2, degree - 1, postures.shape[1]))
-        if velocities is not None:
-            ends[:, 0] = velocities
+        """The search between ends that are at rest, or have rates as of :func:`fastest_through`."""
+        continuous = 1 if limits.jerk is None else 2
+        ends = np.zeros((2, continuous, limits.dof)) if rates is None else rates[:, :continuous]
         return cls(postures, limits, ends, settings)
 
     @property

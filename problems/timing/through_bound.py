@@ -41,14 +41,21 @@ def least_through(
     """
     distances = np.diff(postures[apart(postures)], axis=0)
     ends = np.zeros((2, limits.dof)) if velocities is None else velocities
-    if not len(distances) or (len(distances) == 1 and not ends.any()):
-        return float(least_durations(distances, limits).max(initial=0.0)) * (1.0 - ROUNDING)
+    if len(distances) < 2:
+        least = _between_velocities(distances, limits, ends) if ends.any() else least_durations(distances, limits)
+        return float(least.max(initial=0.0)) * (1.0 - ROUNDING)
     weights, best = np.full(distances.shape, 1.0 / limits.dof), 0.0
     for intervals, steps in settings.levels(distances.size):
         graph = VelocityGraph.of(distances, limits, ends, intervals)
         bound, weights = best_weights(graph, weights, steps, settings)
         best = max(best, bound)
     return best * (1.0 - ROUNDING)
+
+
+def _between_velocities(distances: FloatArray, limits: JointLimits, velocities: FloatArray) -> FloatArray:
+    """Least durations of joints over distances (1, k) in rad between velocities (2, k) in rad/s, (1, k), s."""
+    start, end = np.where(distances < 0.0, -1.0, 1.0) * velocities[:, None]
+    return JointSegments(Ramps.of(limits).shaped(1, -1), np.abs(distances), (start, start), (end, end)).durations()
 
 
 def best_weights(

@@ -166,15 +166,16 @@ REFUSED: dict[str, list[tuple[dict[str, Any], str]]] = {
           for motion in (PAPER, SPLINE)),
     ],
     "joints": [
-        ({"task.start_acceleration": [1.0]}, "task.start_acceleration: 1 values for 3 joints"),
-        ({"task.start_acceleration": [21.0, 0.0, 0.0]}, "task.start_acceleration: joint 1: 21 is not within"),
-        ({"task.start_acceleration": [1.0, 0.0, 0.0]} | SPLINE, "task.start_acceleration: needs motion = 'time"),
-        ({"task.start_acceleration": [1.0, 0.0, 0.0]} | PAPER, "task.start_acceleration: needs motion = 'time"),
+        *(({f"task.{end}_acceleration": [value, *others]} | motion, f"task.{end}_acceleration: {reason}")
+          for end in ("start", "goal")
+          for value, others, motion, reason in (
+              (1.0, [], {}, "1 values for 3 joints"), (21.0, [0.0] * 2, {}, "joint 1: 21 is not within"),
+              (1.0, [0.0] * 2, SPLINE, "needs motion = 'time"), (1.0, [0.0] * 2, PAPER, "needs motion = 'time"),
+          )),
         ({"model.retime": True} | TIMED, "model.retime: motion = 'time-spline' keeps the timing"),
         ({"model.knots": 4} | TIMED, "model.knots: needs motion = 'paper' in [model]"),
         ({"model.formulation": "paper"} | TIMED, "model.formulation: 'paper' needs motion"),
         (VIA | TIMED, "task.via: needs motion = 'spline' in [model]"),
-        ({"task.goal_velocity": [0.1, 0.0, 0.0]} | TIMED, "task.goal_velocity: needs motion"),
     ],
     "scene": [
         ({"arm.link_radius": [0.1]}, "arm.link_radius: 1 values for 3 links"),

@@ -43,7 +43,7 @@ def durations_through(motion: JudgedMotion) -> Iterator[tuple[str, float]]:
     duration, task, limits = motion.trajectory.duration, motion.criteria.task, motion.criteria.robot.limits
     yield "this motion", duration
     postures, least = task.passed_postures, motion.least_duration
-    fastest = None if postures is None else fastest_through(postures, limits, task.end_velocities)
+    fastest = None if postures is None else fastest_through(postures, limits, task.end_rates)
     if fastest is not None and abs(fastest.duration - duration) > SAME * duration:
         yield "the fastest that is found in free space, at free times", fastest.duration
     if least is not None:

@@ -212,7 +212,7 @@ def _plan_content(plan: PlannedMotion, trajectory: AnyMotion, given: Content) ->
     with named(name):
         if plan.motion.stages:
             raise ScenarioError("a sequence is judged stage by stage, with what it carries; say tpbso audit")
-        if plan.criteria.task.end_velocities.any():
+        if not plan.criteria.task.at_rest:
             raise ScenarioError("it begins or ends in motion, as its task says; say tpbso audit")
     motion = motion_table(plan.trajectory, task=plan.criteria.task)
     return motion | _of_pieces(given), plan.scenario

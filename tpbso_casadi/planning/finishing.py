@@ -272,7 +272,7 @@ def slowed(motion: JudgedMotion) -> JudgedMotion:
 def in_least_time(motion: JudgedMotion) -> JudgedMotion:
     """The motion as fast as its limits allow without changing its shape, where sooner is better; else only slower."""
     criteria = motion.criteria
-    if criteria.task.end_velocities.any():
+    if not criteria.task.at_rest:
         return motion
     scale = criteria.safe_time_scale(motion.trajectory)
     if not scale > 0.0:  # it stands still

@@ -141,7 +141,8 @@ def stops(state: MotionState, limits: JointLimits) -> Iterator[Trajectory]:
 
 def direct_moves(state: MotionState, goals: Sequence[FloatArray], limits: JointLimits) -> list[tuple[Trajectory, ...]]:
     """The fastest moves to each of some postures (k,), rad, each also with less effort; the fastest goal first."""
-    moves = [tuple(fastest_move(state, goal, _gentler(limits, effort)) for effort in EFFORTS) for goal in goals]
+    ends = [MotionState.at_rest(goal) for goal in goals]
+    moves = [tuple(fastest_move(state, end, _gentler(limits, effort)) for effort in EFFORTS) for end in ends]
     return sorted(moves, key=lambda efforts: efforts[0].duration)
 
 

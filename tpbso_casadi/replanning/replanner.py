@@ -16,8 +16,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from problems import InvalidProblem, Obstacle, Place, Trajectory
 from problems.base import COORDINATES, FloatArray, check_within, conformed, shown
 from problems.certify import ClearanceProof
@@ -140,8 +138,7 @@ class Replanner:
         self.search = SuccessiveSearches(self.robot, scenario.model.further_limits, count, seed)
         self._limits = RobotLimits(self.robot, scenario.model.further_limits)
         if self.task.start_posture is not None:
-            rest = np.zeros(self.robot.dof)
-            standing_there = MotionState(self.task.start_posture, rest, rest)
+            standing_there = MotionState.at_rest(self.task.start_posture)
             goals = self._postures(self.task.start_posture, None)
             self.search.prepare(standing_there, goals, self.task.obstacles)
             self._prove_once(standing_there, goals)
@@ -168,7 +165,7 @@ class Replanner:
             ScenarioError: the start is no posture at rest, so that the motion has to be given.
         """
         if executed is None:
-            if self.task.start_posture is None or self.task.end_velocities[0].any():
+            if self.task.start_posture is None or self.task.end_rates[0].any():
                 raise ScenarioError("task.start: joints at rest are needed, or a motion that is planned already")
             executed = Trajectory.standing(self.task.start_posture, self.every)
         return self.replan(executed, self.task.obstacles if obstacles is None else obstacles)

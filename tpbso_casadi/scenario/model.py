@@ -281,8 +281,8 @@ def _foreign(model: ModelSection, task: TaskSection, motion: str) -> Iterator[tu
 
 
 def _owner(key: str, task: TaskSection, owners: list[str]) -> str:
-    """The family to which a key of a task belongs; the first where none claims it."""
-    return next((name for name in owners if key in task.keys_of.get(name, ())), owners[0])
+    """The first family that has a key of a task as it is stated; the first of all where none does."""
+    return next((name for name in owners if key not in task.foreign_keys(name)), owners[0])
 
 
 def _leaves_time_free(task: TaskSection) -> bool:

@@ -42,6 +42,10 @@ from tpbso_casadi.scenario.validation import (
 Velocities = Annotated[list[Number], Count(1, MOST_LINKS)]
 
 
+ACCELERATIONS = ("start_acceleration", "goal_acceleration")
+RATES = ("start_velocity", "goal_velocity", *ACCELERATIONS)
+
+
 class PointToPointTask(TaskSection):
     """[task] from a start to a goal: points in m, angles in rad, times in s."""
 
@@ -49,8 +53,8 @@ class PointToPointTask(TaskSection):
     keys_of: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType(
         {
             "paper": ("segment_time",),
-            "spline": ("via", "start_velocity", "goal_velocity", "total_time", "stay"),
-            "time-spline": ("start_velocity", "start_acceleration", "total_time"),
+            "spline": ("via", *RATES, "total_time", "stay"),
+            "time-spline": (*RATES, "total_time"),
         }
     )
 
@@ -61,6 +65,7 @@ class PointToPointTask(TaskSection):
     start_velocity: Annotated[Velocities | None, ANGULAR] = None
     goal_velocity: Annotated[Velocities | None, ANGULAR] = None
     start_acceleration: Annotated[Velocities | None, ANGULAR] = None
+    goal_acceleration: Annotated[Velocities | None, ANGULAR] = None
     objectives: OwnObjectives = field(default_factory=list)
     objective: ObjectiveChoice = "time"
     elbow: Elbow = "free"
@@ -72,9 +77,11 @@ class PointToPointTask(TaskSection):
         yield from super().foreign_keys(motion)
         if motion not in POSTURES_ALLOWED:
             yield from (key for key in ("start", "goal") if not _is_point(getattr(self, key)))
+        if motion == "spline" and not self.via:  # past vias direct plans alone have them
+            yield from (key for key in ACCELERATIONS if getattr(self, key) is not None)
 
     def rest_places(self) -> tuple[Any, Any]:
-        for key in ("via", "start_velocity", "goal_velocity", "start_acceleration"):
+        for key in ("via", *RATES):
             if getattr(self, key):
                 raise ScenarioError(f"task.{key}: is for a move from rest to rest that passes nothing; leave it out")
         return self.start, self.goal
@@ -120,6 +127,7 @@ def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]
         tuple(table.goal_velocity or ()),
         table.total_time,
         tuple(table.start_acceleration or ()),
+        tuple(table.goal_acceleration or ()),
         table.stay or 0.0,
     )
 

@@ -423,5 +423,5 @@ def _misfit(criteria: Criteria, trajectory: Trajectory) -> str:
     jump = trajectory.largest_jump(task.end_velocities, orders, task.end_accelerations)
     if jump <= JOINED:
         return ""
-    how = "at rest" if not task.end_velocities.any() else "at the velocities of the task"
+    how = "at rest" if task.at_rest else "with the velocities and accelerations of the task"
     return f"the pieces do not join smoothly, or not {how} (by {jump:.2g})"

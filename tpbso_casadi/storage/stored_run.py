@@ -117,7 +117,7 @@ def path_table(plan: PlannedMotion) -> dict[str, Any]:
     """
     task = plan.criteria.task
     if task.end_accelerations.any():
-        raise ScenarioError("it leaves with an acceleration, which the timing of a path does not keep")
+        raise ScenarioError("it has an acceleration at an end, which the timing of a path does not keep")
     start, goal = (float(np.linalg.norm(velocity)) for velocity in task.end_velocities)
     return {**pieces_table(path_of(plan)), "start_speed": start, "goal_speed": goal}
 

@@ -111,9 +111,15 @@ def least_time(task: Move) -> float:
     return sum(_time(task, before, after) for before, after in pairwise(stops))
 
 
-def _time(task: Move, before: FloatArray, after: FloatArray) -> float:
+def least_times(task: Move, distances: FloatArray) -> FloatArray:
+    """The durations of parts of a move over distances (n, dof) in rad in free space, (n,), s; no less where it moves.
+
+    Between rests they are those of the fastest moves, where an end moves those at full speed.
+    """
     limits = task.robot.limits
-    way = np.abs(after - before)[None]
-    if not task.at_rest:
-        return float((way / np.array(limits.speed)).max())
-    return float(least_durations(way, limits).max())
+    by_joint = least_durations(distances, limits) if task.at_rest else np.abs(distances) / np.array(limits.speed)
+    return np.asarray(by_joint.max(axis=1))
+
+
+def _time(task: Move, before: FloatArray, after: FloatArray) -> float:
+    return float(least_times(task, (after - before)[None])[0])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from problems.assembly import LARGEST_TIME_SCALE, Approach, DirectPlanner
 from problems.base import FloatArray, InvalidProblem
 from problems.core import found_core
-from problems.families.splines.branches import branch_posture, least_time
+from problems.families.splines.branches import branch_posture, least_time, least_times
 from problems.limits import Limit
 from problems.motions import JointPath, Trajectory
 from problems.objectives import DirectMoves, Objective
@@ -28,7 +28,6 @@ from problems.polish import (
     Passages,
     PathRefinement,
     PolishObjective,
-    Rates,
     RefinementSettings,
     at_the_bound,
     deviations_from_rest,
@@ -43,7 +42,7 @@ from problems.polish import (
 )
 from problems.robots import Robot
 from problems.tasks import Joints, Move, Surroundings
-from problems.timing import fastest_through, least_durations, retime
+from problems.timing import MotionState, fastest_move, fastest_through, retime
 from problems.worlds import World, world_of
 
 SEGMENT_PIECES = 7  # of a deviation past vias, for each of its segments: durations within 3 % of 192 pieces
@@ -95,8 +94,10 @@ class MovePlanner(DirectPlanner):
         return least_time(self.task)
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
-        """The fastest motion past given postures to each goal, the soonest first."""
-        if self.task.passes_nothing or not self.objective.asks_for_least_time or self.task.total_time is not None:
+        """The fastest motion past given postures, or between states that move, to each goal, the soonest first."""
+        if not self.objective.asks_for_least_time or self.task.total_time is not None:
+            return
+        if self.task.passes_nothing and (self.task.at_rest or self.robot.limits.jerk is None):
             return
         if all(isinstance(place, Joints) and not place.within for place in (self.task.start, *self.task.vias)):
             goals = [branch_posture(self.robot, goal) for goal in self.task.goals if isinstance(goal, Joints)]
@@ -109,8 +110,18 @@ class MovePlanner(DirectPlanner):
         through = np.stack([branch_posture(self.robot, self.task.start), *postures])
         key = through.tobytes()
         if key not in self._found_through:
-            self._found_through[key] = fastest_through(through, self.robot.limits, self.task.end_velocities)
+            self._found_through[key] = self._in_free_space(through)
         return self._found_through[key]
+
+    def _in_free_space(self, postures: FloatArray) -> Trajectory | None:
+        """The fastest motion through postures (n, dof), rad, between two by Ruckig; None where none is found."""
+        limits, rates = self.robot.limits, self.task.end_rates
+        if len(postures) > 2:
+            return fastest_through(postures, limits, rates)
+        start, goal = (MotionState(*state) for state in np.concatenate([postures[:, None], rates], axis=1))
+        with suppress(InvalidProblem):  # there is none within the limits
+            return fastest_move(start, goal, limits)
+        return None
 
     @cached_property
     def _found_through(self) -> dict[bytes, Trajectory | None]:
@@ -247,7 +258,7 @@ class PathPlanner(MovePlanner):
         pieces = max(PIECES, SEGMENT_PIECES * (len(self.task.vias) + 1))
         if self.task.at_rest:
             return deviations_from_rest(self._start, goal, limits, self._torques, at_least=at_least, pieces=pieces)
-        rates = Rates(*self.task.end_velocities)
+        rates = self.task.end_rates
         return Deviations(self._start, goal, limits, rates=rates, at_least=at_least, pieces=pieces)
 
     @cached_property
@@ -264,8 +275,8 @@ class PathPlanner(MovePlanner):
 
         The least bound comes first; of those that are equal, what is reached soonest.
         """
-        found = postures_around(self.robot, self.task.goals[0])
-        durations = least_durations(found - self._start, self.robot.limits).max(axis=1)
+        found = np.concatenate([postures_around(self.robot, goal) for goal in self.task.goals])
+        durations = least_times(self.task, found - self._start)
         bounds = self.objective.lower_bound(
             DirectMoves(robot=self.robot, start=self._start, goals=found, durations=durations)
         )
@@ -316,7 +327,7 @@ class PathPlanner(MovePlanner):
         passed = np.concatenate([[0.0], self.task.via_times(found), [found.duration]])
         pinned = None
         if known is not None:
-            pinned = fastest_pinned(found, passed, self.robot.limits, world, self.task.end_velocities)
+            pinned = fastest_pinned(found, passed, self.robot.limits, world, self.task.end_rates)
         if pinned is not None:
             best = pinned
             yield pinned

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -61,13 +62,12 @@ def move(
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
 
     Raises:
-        InvalidProblem: an unknown name, too few samples or pieces, a pose without a clear posture, or an
-            acceleration at the start.
+        InvalidProblem: an unknown name, too few samples or pieces, a pose without a clear posture, or an acceleration
+            at an end of a move that passes nothing, or of a robot without a limit of jerk.
     """
     check_at_least("samples", samples, 2)
     check_at_least("pieces", pieces, LEAST_PIECES)
-    if any(task.start_acceleration):
-        raise InvalidProblem("start_acceleration", "a path that is timed leaves at zero; needs motion = 'time-spline'")
+    problem_class = MoveProblem if _stated_acceleration(task) is None else UnsearchedMoveProblem
     tasks = branched(task)
     segments = len(task.vias) + 1
     each = USUAL_PIECES.get(segments, LEAST_PIECES) if pieces is None else pieces
@@ -84,7 +84,7 @@ def move(
     )
     several = tasks[0].narrowed(tasks[0].start, tasks[0].vias, tuple(goal for one in tasks for goal in one.goals))
     problem, *branches = (
-        MoveProblem(
+        problem_class(
             criteria=Criteria(task=stated, objective=minimised, limits=kept, free_timing=True),
             motion=spline,
             encoding=ControlPoints(
@@ -98,6 +98,16 @@ def move(
         for stated in (several, *(tasks if len(tasks) > 1 else ()))
     )
     return replace(problem, branches=_sharing_structure(branches)) if branches else problem
+
+
+def _stated_acceleration(task: Move) -> str | None:
+    """The field of an acceleration at an end, which only motions past vias have that take no search; None for none."""
+    field = next((name for name in ("start_acceleration", "goal_acceleration") if any(getattr(task, name))), None)
+    if field is not None and task.passes_nothing:
+        raise InvalidProblem(field, "a path that is timed has its own there; needs motion = 'time-spline'")
+    if field is not None and task.robot.limits.jerk is None:
+        raise InvalidProblem(field, "past a via it needs a limit of jerk, without which accelerations jump at will")
+    return field
 
 
 def usual_nodes(task: Move, each: int) -> tuple[float, ...]:
@@ -223,3 +233,21 @@ class MoveProblem(SplineProblem):
         names = [stop.name for stop in stops(self.encoding.task)]
         theta = {f"theta_{name}": row for name, row in zip(names, self.path(x).at(at), strict=True)}
         return {**theta, "u_stops": at}
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnsearchedMoveProblem(MoveProblem):
+    """Move past vias with accelerations at the ends, which paths that are timed do not have: only planned directly."""
+
+    has_program: ClassVar[bool] = False
+
+    def _new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
+        raise self._refusal
+
+    def nlp(self) -> MoveNlp:
+        raise self._refusal
+
+    @property
+    def _refusal(self) -> InvalidProblem:
+        field = _stated_acceleration(self.encoding.task) or ""
+        return InvalidProblem(field, "past vias solver 'direct' alone keeps it, which was not asked or found no motion")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,12 +17,14 @@ import tpbso_casadi as tp
 from problems.base import FloatArray
 from problems.core import CompiledWorld, SingleRows, WholeRows
 from problems.motions import Trajectory
-from problems.polish import Deviations, PathRefinement, Rates, joint_box
+from problems.polish import Deviations, PathRefinement, joint_box
 from problems.robots import JointLimits, Robot, built_in
 from problems.scene import Box, Obstacle
 from problems.timing import MotionState, fastest_move
 
 LEAVING, ARRIVING = np.array([0.3, 0.1, -0.1, 0.0, 0.2, 0.0, 0.1]), np.array([0.2, -0.1, 0.0, 0.1, 0.0, 0.0, 0.0])
+SPEEDING, SLOWING = 3.0 * ARRIVING[::-1], -2.0 * LEAVING
+RATES = np.array([[LEAVING, SPEEDING], [ARRIVING, SLOWING]])
 LOW = np.array([0.0, 0.0, 0.0, 2.5, 0.0, -1.5, 0.0])  # off these, postures of a Panda
 
 
@@ -28,34 +33,33 @@ def limits() -> JointLimits:
     return found if found.jerk is not None else replace(found, jerk=tuple(20.0 * a for a in found.acceleration))
 
 
-def motions(start: FloatArray = LEAVING, goal: FloatArray = ARRIVING) -> Deviations:
-    return Deviations(START, GOAL, limits(), rates=Rates(start, goal))
+def motions(rates: FloatArray = RATES) -> Deviations:
+    return Deviations(START, GOAL, limits(), rates=rates)
+
+
+def least(bounds: JointLimits, rates: FloatArray = RATES) -> Trajectory:
+    return fastest_move(MotionState(START, *rates[0]), MotionState(GOAL, *rates[1]), bounds)
 
 
 def some(between: Deviations) -> FloatArray:
     return np.asarray(np.random.default_rng(5).uniform(-0.05, 0.05, (between.free, between.dof)))
 
 
-def test_the_fastest_motion_arrives_with_a_velocity() -> None:
-    state = MotionState(START, LEAVING, np.zeros(7))
-    found = fastest_move(state, GOAL, limits(), ARRIVING)
-    np.testing.assert_allclose(found.value_at_end(0), GOAL, atol=1e-12)
-    np.testing.assert_allclose(found.value_at_end(1), ARRIVING, atol=1e-12)
-    np.testing.assert_allclose(found.value_at_end(2), 0.0, atol=1e-8)
-    assert found.duration < fastest_move(state, GOAL, limits()).duration
-
-
-@pytest.mark.parametrize(("start", "goal"), [(LEAVING, 0.0 * ARRIVING), (0.0 * LEAVING, ARRIVING), (LEAVING, ARRIVING)])
-def test_every_motion_has_the_velocities_of_its_ends_and_keeps_the_limits(start: FloatArray, goal: FloatArray) -> None:
-    between = motions(start, goal)
+@pytest.mark.parametrize(
+    "rates",
+    [RATES, RATES * [[[1.0], [0.0]], [[1.0], [0.0]]], RATES * [[[0.0], [0.0]], [[1.0], [1.0]]]],
+    ids=["both", "velocities", "goal"],
+)
+def test_every_motion_has_the_rates_of_its_ends_and_keeps_the_limits(rates: FloatArray) -> None:
+    between = motions(rates)
     x = some(between)
     duration = between.least_duration(x, between.direct.duration)
     assert duration >= between.bound
     found = between.trajectory(x, duration)
     ends = np.array([0.0, found.duration])
     np.testing.assert_allclose(found.at(ends), [START, GOAL], atol=1e-12)
-    np.testing.assert_allclose(found.at(ends, 1), [start, goal], atol=1e-12)
-    np.testing.assert_allclose(found.at(ends, 2), 0.0, atol=1e-6)
+    np.testing.assert_allclose(found.at(ends, 1), rates[:, 0], atol=1e-12)
+    np.testing.assert_allclose(found.at(ends, 2), rates[:, 1], atol=1e-6)
     for order, bound in enumerate(between.limits.by_order, start=1):
         peaks = np.abs(found.at(found.extreme_times(order), order)).max(axis=0)
         assert (peaks <= bound * (1.0 + 1e-8)).all()
@@ -72,18 +76,18 @@ def test_the_least_duration_is_the_next_in_which_limits_are_kept_and_a_given_one
 
 
 def test_rows_know_how_ends_change_with_the_duration() -> None:
-    between, longer = motions(), 1e-3
-    x = some(between)
-    now, later = (between.padded(x, between.direct.duration + more) for more in (0.0, longer))
+    between, longer = motions(), 1e-6
+    x, duration = some(between), 1.2 * between.direct.duration
+    now, later = (between.padded(x, duration + more) for more in (0.0, longer))
     at = between.limited[0]
     nothing = np.zeros(len(at.joint))
-    single = between.with_ends(SingleRows(at.joint, at.first - 3, at.weights, nothing, nothing))
-    np.testing.assert_allclose(single.by_time * longer, at.values(later) - at.values(now), atol=1e-12)
+    single = between.with_ends(SingleRows(at.joint, at.first - 3, at.weights, nothing, nothing), duration)
+    np.testing.assert_allclose(single.by_time * longer, at.values(later) - at.values(now), atol=1e-9)
     where = between.postures(np.array([0.01, 0.5, 0.98]))
     own = where.weights[:, :, None] * np.arange(1.0, 8.0)
-    whole = between.with_ends(WholeRows(where.first - 3, own, np.zeros(3), np.zeros(3), np.ones(3)))
+    whole = between.with_ends(WholeRows(where.first - 3, own, np.zeros(3), np.zeros(3), np.ones(3)), duration)
     moved = (where.values(later) - where.values(now)) @ np.arange(1.0, 8.0)
-    np.testing.assert_allclose(whole.by_time * longer, moved, atol=1e-12)
+    np.testing.assert_allclose(whole.by_time * longer, moved, atol=1e-9)
 
 
 def best(between: Deviations, arm: Robot, obstacles: tuple[Obstacle, ...] = ()) -> Trajectory:
@@ -98,20 +102,19 @@ def best(between: Deviations, arm: Robot, obstacles: tuple[Obstacle, ...] = ()) 
 @pytest.mark.parametrize("jerk", [20.0, 100.0, 5000.0])
 def test_in_free_space_a_move_takes_the_least_time_however_little_jerk_there_is(jerk: float) -> None:
     slow = replace(limits(), jerk=(jerk,) * 7)
-    between = Deviations(START, GOAL, slow, rates=Rates(LEAVING, ARRIVING))
-    found = best(between, replace(robot_of("upright"), self_collision=False))
-    least = fastest_move(MotionState(START, LEAVING, np.zeros(7)), GOAL, slow, ARRIVING).duration
-    assert found.duration == pytest.approx(least, rel=2e-5)
+    rates = np.array([[LEAVING, 0.0 * SPEEDING], [ARRIVING, SLOWING]])
+    found = best(Deviations(START, GOAL, slow, rates=rates), replace(robot_of("upright"), self_collision=False))
+    assert found.duration == pytest.approx(least(slow, rates).duration, rel=2e-5)
 
 
 def test_past_a_wall_little_jerk_costs_little_time() -> None:
     slow = replace(limits(), jerk=(100.0,) * 7)
-    between = Deviations(START, GOAL, slow, rates=Rates(LEAVING, ARRIVING))
+    between = Deviations(START, GOAL, slow, rates=RATES)
     assert best(between, robot_of("upright"), (WALL,)).duration <= 1.5 * between.direct.duration
 
 
 VIAS = [
-    pytest.param(tp.Joints(tuple(ASIDE - LOW)), id="joints"),
+    pytest.param(tp.Joints(tuple(ASIDE - LOW)), id="joints", marks=pytest.mark.slow),
     pytest.param(tp.Pose((0.45, 0.1, 0.6)), id="position", marks=pytest.mark.slow),
 ]
 
@@ -149,12 +152,34 @@ def test_no_search_is_needed(keys: dict[str, tuple[float, ...]]) -> None:
     assert "total_time" not in keys or 3.0 <= plan.duration <= 3.0 + 1e-6
 
 
-def test_a_move_from_an_acceleration_takes_the_least_time() -> None:
-    velocity, acceleration = 0.5 * LEAVING, -3.0 * LEAVING
-    plan = tp.plan(
-        tp.robot("panda"), start=START - LOW, goal=GOAL - LOW, start_velocity=velocity, start_acceleration=acceleration,
-        motion="time-spline",
+def planned(robot: tp.StatedRobot, **keys: Any) -> tp.Plan:
+    (start_velocity, start_acceleration), (goal_velocity, goal_acceleration) = RATES
+    return tp.plan(
+        robot, start=START - LOW, goal=GOAL - LOW, start_velocity=start_velocity, goal_velocity=goal_velocity,
+        start_acceleration=start_acceleration, goal_acceleration=goal_acceleration, **keys,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("keys", "longest"),
+    slow_except([({}, 1.0 + 1e-9), ({"obstacles": [WALL], "via": [tp.Joints(tuple(ASIDE - LOW))]}, 1.5),
+                 ({"obstacles": [WALL]}, 1.5), ({"via": [tp.Joints(tuple(ASIDE - LOW))]}, 1.5)], 2),
+)  # fmt: skip
+def test_a_move_between_accelerations_needs_no_search(keys: dict[str, Any], longest: float, tmp_path: Path) -> None:
+    plan, fastest = planned(tp.robot("panda"), **keys), least(built_in("panda").arm().limits).duration
     assert plan.certified and plan.result.evaluations == 0
-    least = fastest_move(MotionState(START, velocity, acceleration), GOAL, built_in("panda").arm().limits).duration
-    assert plan.duration == pytest.approx(least, rel=1e-9)
+    ends = plan.trajectory.breakpoints[[0, -1]]
+    np.testing.assert_allclose(plan.trajectory.at(ends, 2), RATES[:, 1], atol=1e-7)
+    assert fastest * (1.0 - 1e-9) <= plan.duration <= longest * fastest
+    content = json.loads(plan.certificate(tmp_path / "certificate.json").read_text())
+    assert not any("acceleration" in each for each in content["stages"][0]["not_covered"])
+
+
+def test_accelerations_past_a_via_are_refused_where_no_direct_plan_has_them() -> None:
+    via = [tp.Joints(tuple(ASIDE - LOW))]
+    with pytest.raises(tp.ScenarioError, match=r"start_acceleration: past vias solver 'direct' alone keeps it"):
+        planned(tp.robot("panda"), via=via, solver="bso")
+    ends = {name: {"joints": [angle, 0.1]} for name, angle in (("start", 0.0), ("goal", 1.0))}
+    arm = ends | {"via": [tp.Joints((0.5, 0.1))], "goal_acceleration": (1.0, 0.0)}
+    with pytest.raises(tp.ScenarioError, match="goal_acceleration: past a via it needs a limit of jerk"):
+        tp.plan(tp.robot([0.5, 0.5], max_speed=1.0, max_acceleration=5.0), **arm)

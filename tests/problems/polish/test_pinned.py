@@ -113,6 +113,7 @@ def test_a_plan_past_a_posture_between_moving_ends_is_the_fastest_motion() -> No
         tp.robot("panda"), start=postures[0], goal=postures[2], via=[tp.Joints(tuple(postures[1]))],
         start_velocity=velocities[0], goal_velocity=velocities[1],
     )  # fmt: skip
-    least = fastest_through(postures, replace(limits, position=None), velocities)
+    rates = np.stack([velocities, 0.0 * velocities], axis=1)
+    least = fastest_through(postures, replace(limits, position=None), rates)
     assert least is not None and plan.certified
     assert plan.duration == pytest.approx(least.duration, rel=1e-6)

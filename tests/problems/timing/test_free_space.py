@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import ruckig
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
@@ -251,8 +252,44 @@ def test_a_joint_that_stands_first_stays_where_it_is() -> None:
 def test_from_rest_a_move_is_as_fast_as_can_be() -> None:
     start, goal, rest = np.zeros(2), np.array([1.0, -0.7]), np.zeros(2)
     optimum = least_time_move(start, goal, rest, rest, TWO_JOINTS)
-    found = fastest_move(MotionState(start, rest, rest), goal, TWO_JOINTS)
+    found = fastest_move(MotionState.at_rest(start), MotionState.at_rest(goal), TWO_JOINTS)
     assert found.duration == pytest.approx(optimum.duration, rel=1e-5)
+
+
+@pytest.mark.parametrize("backward", [False, True])
+def test_a_move_from_rest_into_an_acceleration_by_hand(backward: bool) -> None:
+    """The jerk is 100 rad/s^3 for 0.1 s, -100 for 0.05 s, 100 for 0.05 s, which two switches make optimal.
+
+    After these there are 10, 5 and 10 rad/s^2, 0.5, 0.875 and 1.25 rad/s, 4 / 240, 12.5 / 240 and 25 / 240 rad.
+    """
+    limits = JointLimits(speed=(2.0,), acceleration=(20.0,), jerk=(100.0,))
+    rest, moving = state_of((0.0, 0.0, 0.0)), state_of((25.0 / 240.0, -1.25 if backward else 1.25, 10.0))
+    move = fastest_move(*((moving, rest) if backward else (rest, moving)), limits)
+    assert move.duration == pytest.approx(0.2, rel=1e-5)
+    assert move.value_at_end(2) == pytest.approx(0.0 if backward else 10.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_between_states_a_move_is_as_fast_as_ruckig_says_and_as_its_reverse(seed: int) -> None:
+    rng, k = np.random.default_rng(seed), 1 + seed % 7
+    speed = rng.uniform(0.5, 3.0, k)
+    acceleration = speed * rng.uniform(2.0, 10.0, k)
+    jerk = acceleration * rng.uniform(2.0, 30.0, k)
+    limits = JointLimits(speed=tuple(speed), acceleration=tuple(acceleration), jerk=tuple(jerk))
+    most = np.array([np.full(k, 2.0), 0.6 * speed, np.minimum(acceleration, np.sqrt(0.7 * speed * jerk))])
+    one, other = rng.uniform(-1.0, 1.0, (2, 3, k)) * most
+    wanted, found = ruckig.InputParameter(k), ruckig.Trajectory(k)
+    wanted.current_position, wanted.current_velocity, wanted.current_acceleration = one.tolist()
+    wanted.target_position, wanted.target_velocity, wanted.target_acceleration = other.tolist()
+    wanted.max_velocity, wanted.max_acceleration, wanted.max_jerk = speed, acceleration, jerk
+    assert ruckig.Ruckig(k).calculate(wanted, found) == ruckig.Result.Working
+    move = fastest_move(MotionState(*one), MotionState(*other), limits)
+    assert move.duration == pytest.approx(found.duration, rel=2e-6)
+    for order, value in enumerate(other):
+        assert move.value_at_end(order) == pytest.approx(value, abs=1e-8)
+    reverse = np.array([[1.0], [-1.0], [1.0]])
+    back = fastest_move(MotionState(*(reverse * other)), MotionState(*(reverse * one)), limits)
+    assert back.duration == pytest.approx(move.duration, rel=1e-6)
 
 
 def assert_sound(motion: Trajectory, state: MotionState, limits: JointLimits) -> None:
@@ -288,7 +325,7 @@ def test_stops_keep_limits_from_any_state(state: MotionState, limits: JointLimit
 @settings(max_examples=30, deadline=None)
 @given(state=states(), goal=st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)))
 def test_moves_keep_limits_from_any_state_and_arrive(state: MotionState, goal: tuple[float, float]) -> None:
-    move = fastest_move(state, np.array(goal), TWO_JOINTS)
+    move = fastest_move(state, MotionState.at_rest(np.array(goal)), TWO_JOINTS)
     assert_sound(move, state, TWO_JOINTS)
     assert move.value_at_end() == pytest.approx(goal, abs=1e-9)
 
@@ -301,9 +338,8 @@ def test_a_state_beyond_a_limit_is_brought_back() -> None:
 
 
 def test_states_and_goals_that_are_none() -> None:
-    for goal in (np.zeros(3), np.array([np.nan, 0.0])):
-        with pytest.raises(InvalidProblem, match="goal: 2 joint angles"):
-            fastest_move(state_of((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), goal, TWO_JOINTS)
+    with pytest.raises(InvalidProblem, match="goal: 2 joint angles"):
+        fastest_move(MotionState.at_rest(np.zeros(2)), MotionState.at_rest(np.zeros(3)), TWO_JOINTS)
     with pytest.raises(InvalidProblem, match="state: 1 joints where the limits have 2"):
         fastest_stop(state_of((0.0, 0.0, 0.0)), TWO_JOINTS)
     with pytest.raises(InvalidProblem, match="velocity: as many finite numbers"):

@@ -29,17 +29,17 @@ def limits(rng: np.random.Generator, joints: int, with_jerk: bool = True) -> Joi
 
 
 def found_through(
-    postures: FloatArray, bounds: JointLimits, velocities: FloatArray | None = None
+    postures: FloatArray, bounds: JointLimits, rates: FloatArray | None = None
 ) -> tuple[Trajectory, PPoly]:
     """The motion, and the same by SciPy."""
-    found = fastest_through(postures, bounds, velocities)
+    found = fastest_through(postures, bounds, rates)
     assert found is not None
     return found, PPoly(found.coefficients, found.breakpoints)
 
 
-def check(postures: FloatArray, bounds: JointLimits, velocities: FloatArray | None = None) -> Trajectory:
+def check(postures: FloatArray, bounds: JointLimits, rates: FloatArray | None = None) -> Trajectory:
     """Postures are passed in their order without jumps, and limits kept, as SciPy sees it."""
-    found, theta = found_through(postures, bounds, velocities)
+    found, theta = found_through(postures, bounds, rates)
     cells = (found.breakpoints.size - 1) // (len(postures) - 1)
     np.testing.assert_allclose(theta(found.breakpoints[::cells]), postures, atol=1e-9)
     times = np.linspace(0.0, found.duration, 5_000)
@@ -48,8 +48,9 @@ def check(postures: FloatArray, bounds: JointLimits, velocities: FloatArray | No
         if order < len(bounds.by_order):
             before, after = (theta(found.breakpoints[1:-1] + side, order) for side in (-1e-9, 1e-9))
             np.testing.assert_allclose(before, after, atol=1e-6 * bound.max() + 1e-8 * max(map(max, bounds.by_order)))
-    at_ends = theta(found.breakpoints[[0, -1]], 1)
-    np.testing.assert_allclose(at_ends, np.zeros_like(at_ends) if velocities is None else velocities, atol=1e-9)
+    for order in range(1, len(bounds.by_order)):
+        wanted = np.zeros((2, bounds.dof)) if rates is None else rates[:, order - 1]
+        np.testing.assert_allclose(theta(found.breakpoints[[0, -1]], order), wanted, atol=1e-8)
     return found
 
 
@@ -59,8 +60,8 @@ def test_postures_are_passed_within_the_limits_sooner_than_with_stops(seed: int,
     rng = np.random.default_rng(seed)
     joints, count = int(rng.integers(1, 10)), int(rng.integers(2, 7))
     postures, bounds = rng.uniform(-2.0, 2.0, (count, joints)), limits(rng, joints, with_jerk)
-    velocities = rng.uniform(-0.2, 0.2, (2, joints)) * np.array(bounds.speed) if moving else None
-    found = check(postures, bounds, velocities)
+    rates = rng.uniform(-0.2, 0.2, (2, 2, joints)) * bounds.by_order[:2] if moving else None
+    found = check(postures, bounds, rates)
     if not moving:
         stopping = sum(rest_to_rest(*pair, bounds).duration for pair in pairwise(postures))
         ends = float(least_durations(postures[-1] - postures[0], bounds).max())
@@ -80,8 +81,9 @@ def test_the_classical_problem_is_at_its_optimum() -> None:
 
 def test_ends_that_move_are_no_slower_than_a_nonlinear_program() -> None:
     rng = np.random.default_rng(3)
-    case = Case("moving", rng.uniform(-1.0, 1.0, (3, 2)), limits(rng, 2), np.array([[0.1, -0.1], [0.2, 0.0]]))
-    assert check(case.postures, case.limits, case.velocities).duration <= 1.0005 * by_nonlinear_program(case, 16)
+    rates = np.array([[[0.1, -0.1], [0.3, 0.0]], [[0.2, 0.0], [-0.4, 0.2]]])
+    case = Case("moving", rng.uniform(-1.0, 1.0, (3, 2)), limits(rng, 2), rates)
+    assert check(case.postures, case.limits, case.rates).duration <= 1.0005 * by_nonlinear_program(case, 16)
 
 
 @pytest.mark.parametrize(
@@ -164,8 +166,8 @@ def test_what_no_motion_keeps_is_none() -> None:
     """A joint arrives at the end of its range with a velocity that leads beyond it."""
     bounds = JointLimits(speed=(1.0,), acceleration=(1.0,), jerk=(1.0,), position=((0.0, 1.0),))
     postures = np.array([[0.5], [0.2], [1.0 - 1e-6]])
-    assert fastest_through(postures, bounds, np.array([[0.0], [0.5]])) is not None
-    assert fastest_through(postures, bounds, np.array([[0.0], [-0.5]])) is None
+    assert fastest_through(postures, bounds, np.array([[[0.0], [0.0]], [[0.5], [0.0]]])) is not None
+    assert fastest_through(postures, bounds, np.array([[[0.0], [0.0]], [[-0.5], [0.0]]])) is None
 
 
 def test_without_a_core_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,7 @@ def test_no_motion_that_is_found_is_faster(seed: int, with_jerk: bool, moving: b
     postures = rng.uniform(-1.0, 1.0, (count, joints)) * 10.0 ** rng.uniform(-2.0, 0.5)
     bounds = limits(rng, joints, with_jerk)
     velocities = rng.uniform(-0.5, 0.5, (2, joints)) * np.array(bounds.speed) if moving else np.zeros((2, joints))
-    found = fastest_through(postures, bounds, velocities)
+    found = fastest_through(postures, bounds, np.stack([velocities, 0.0 * velocities], axis=1))
     least = least_through(postures, bounds, velocities)
     assert least > 0.0 and (found is None or least <= found.duration)
     assert found is not None or moving

@@ -25,7 +25,7 @@ from tpbso_casadi.scenario import Scenario, ScenarioError, parse_scenario
 
 FAR = crossing((3.0, 3.0))
 IN_THE_WAY = crossing((1.55, 0.75))
-AT_REST = MotionState(np.array(START), np.zeros(3), np.zeros(3))
+AT_REST = MotionState.at_rest(np.array(START))
 STANDING = Trajectory.standing(np.array(START), EVERY)
 CONTENT = scenario().table()
 
@@ -55,7 +55,7 @@ def assert_continues(step: Step, executed: Trajectory) -> None:
 def test_from_rest_it_takes_the_least_time_and_what_it_does_then_goes_on() -> None:
     planner = replanner()
     step = planner.first(obstacles=[])
-    least = fastest_move(AT_REST, np.array(GOAL), planner.robot.limits).duration
+    least = fastest_move(AT_REST, MotionState.at_rest(np.array(GOAL)), planner.robot.limits).duration
     assert (step.kind, step.certified, step.fail_safe, step.closest, step.x) == ("new", True, True, None, None)
     assert step.trajectory.duration == pytest.approx(EVERY + least)
     assert step.trajectory.value_at_end() == pytest.approx(GOAL, abs=1e-9)
