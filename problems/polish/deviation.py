@@ -271,7 +271,10 @@ class Deviations:
         """Rows of speeds, accelerations and jerks where their limits are enforced, as far as there are any."""
         joint, begin, end = self._intervals
         middle = (begin + end) / 2.0
-        count = self.settings.moving_speed_rows if self.moving else self.settings.speed_rows
+        if self.moving:
+            count = self.settings.moving_speed_rows
+        else:
+            count = self.settings.speed_rows if self._is_direct or self.is_smooth else self.settings.known_speed_rows
         inside = begin + (end - begin) * np.arange(1, count)[:, None] / count
         u, who, around = np.append(end, inside), np.tile(joint, count), np.tile(middle, count)
         rows = [self._rows(u, who, 1, around)]

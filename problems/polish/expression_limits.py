@@ -36,10 +36,12 @@ class BoundRow(NamedTuple):
     Attributes:
         value: g, of the scale.
         margin: kept at samples, where the ends let it, of the scale.
+        radius: of the ball that planes touch besides, m or rad; infinite where there is none.
     """
 
     value: Matrix
     margin: float
+    radius: float = np.inf
 
 
 def components(value: Matrix) -> list[Matrix]:
@@ -116,7 +118,8 @@ class ExpressionLimits:
                 small = sign > 0.0 and 0.0 < number <= settings.small_length and self._are_static(exact[column])[0]
                 parts = components(exact[column]) if small else []
                 scale = number if parts else limit.scale[column]
-                rows.append(BoundRow(sign * (smooth[column] - number) / scale, settings.margin))
+                value, radius = sign * (smooth[column] - number) / scale, number if parts else np.inf
+                rows.append(BoundRow(value, settings.margin, radius))
                 if 0 < len(parts) <= settings.most_components:
                     planes = [(along - number) / scale for along in _in_directions(parts)]
                     rows += [BoundRow(plane, settings.plane_margin) for plane in planes]
@@ -163,6 +166,11 @@ class ExpressionLimits:
     def is_static(self) -> NDArray[np.bool_]:
         """Mask of the rows that depend on angles alone, (m,)."""
         return self._are_static(self._symbolic)
+
+    @property
+    def longest_first_step(self) -> float:
+        """The change of a joint whose second order may fill the smallest ball, of a tool 1 m away, rad."""
+        return float(np.sqrt(2.0 * min((row.radius for row in self._rows), default=np.inf)))
 
     def values(self, state: FloatArray) -> FloatArray:
         """g, (n, m), of angles and as many velocities and accelerations as matter, (n, up to 3 k)."""

@@ -57,7 +57,13 @@ def faster_nearby(
     robot, (start, goal) = integrand.robot, known.at(known.breakpoints[[0, -1]])
     if world.moves:
         return
-    motions = Deviations(start, goal, robot.limits, around=known, pieces=pieces)
+    motions, expressions = (
+        Deviations(start, goal, robot.limits, around=known, pieces=pieces),
+        ExpressionLimits.among(limits),
+    )
+    refinement = settings.refinement
+    if expressions is not None:
+        refinement = refinement.beginning_with(expressions.longest_first_step)
     duration = motions.direct.duration
     polished = PathRefinement(
         world=world,
@@ -65,9 +71,9 @@ def faster_nearby(
         objective=PolishObjective(motions, integrand, (0.0, duration)),
         box=joint_box(robot, start, goal),
         torques=JointTorques.among(limits),
-        expressions=ExpressionLimits.among(limits),
+        expressions=expressions,
         passages=Passages(motions, robot, places) if places else None,
-        settings=settings.refinement,
+        settings=refinement,
     ).polished_motion()
     if polished is None or polished.duration > settings.worth_timing * duration:
         return

@@ -6,7 +6,7 @@ one changes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from problems.core import TrustRegion
 
@@ -23,6 +23,7 @@ class DeviationSettings:
         speed_rows: speeds that are bounded in each part of one cubic, at its end and between.
         moving_speed_rows: speeds that are bounded there where an end moves, and no longer duration mends an excess.
         allowance: share of the direct duration by which a motion between moving ends may be faster.
+        known_speed_rows: speeds that are bounded there where a known motion is deviated from, whose parts are short.
         duration_steps: longer durations of a motion between moving ends that are tried until it keeps its limits.
         least_step: share of the duration by which the first of them is longer.
         largest_step: share of the duration by which the last of them is longer.
@@ -32,6 +33,7 @@ class DeviationSettings:
 
     speed_rows: int = 4
     moving_speed_rows: int = 12
+    known_speed_rows: int = 1
     allowance: float = 1e-5
     duration_steps: int = 25
     least_step: float = 1e-6
@@ -247,6 +249,11 @@ class RefinementSettings:
     arrival_growth: float = 1.25
     latest_arrival: float = 5.0
     latest_first_arrival: float = 60.0
+
+    def beginning_with(self, step: float) -> RefinementSettings:
+        """The settings whose descents begin with a trust region of so many rad at most."""
+        region = replace(self.polish.region, first=min(step, self.polish.region.first))
+        return replace(self, polish=replace(self.polish, region=region))
 
 
 @dataclass(frozen=True, kw_only=True)

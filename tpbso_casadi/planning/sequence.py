@@ -48,7 +48,6 @@ LOG = logging.getLogger(__name__)
 BOUND = "least_time"  # the quantity of a plan that says what its stages take at least, s
 MOST_POSTURES = 12  # of a stop
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
-MOST_POLISHES, WORTH_POLISHING = 2, 0.02  # of a way of the tool; of the duration: what one gains before the next
 EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet; with jerk lines do
 UNKNOWN = 3.0  # the same for other edges then
 
@@ -400,20 +399,13 @@ class SequencePlanner:
             motion = self.edges[layer].motions[pair]
             if motion is None or self.stops[layer + 1].paths[pair[1]] is None:
                 continue
+            if self.planning.running_out():
+                return
             self.planning.progress.phase(f"{self.task.labels[self.moving[layer]]}, within its accuracy")
             stage, cell = self.stage(layer), self._cell(layer, postures)
             problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()
-            criteria = self._along(layer, cell, postures[layer])
-            for _ in range(MOST_POLISHES):
-                if self.planning.running_out():
-                    return
-                faster = _polished(problem, criteria, motion)
-                if faster is None:
-                    break
-                gained, motion = 1.0 - faster.duration / motion.duration, faster
-                if gained < WORTH_POLISHING:
-                    break
-            self.edges[layer].motions[pair] = motion
+            faster = _polished(problem, self._along(layer, cell, postures[layer]), motion)
+            self.edges[layer].motions[pair] = faster or motion
 
     def joined(self, chain: Sequence[int]) -> tuple[Trajectory, FloatArray]:
         """The motion of all stages, and when each of them ends, (n,), s."""

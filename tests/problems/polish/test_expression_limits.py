@@ -10,6 +10,7 @@ from helpers.space import small_arm
 from problems.limits import StatedExpression, ToolRegion, ToolSpeed, Upright
 from problems.motions import traced
 from problems.polish import ExpressionLimits, ExpressionSettings
+from problems.polish.settings import DEFAULT_REFINEMENT
 
 ARM = small_arm()
 MARGIN, SMALL_LENGTH = ExpressionSettings.margin, ExpressionSettings.small_length
@@ -102,3 +103,11 @@ def test_what_depends_on_the_time_is_left_to_a_search() -> None:
     late = StatedExpression("late", "1", traced(lambda m: m.q[0] * m.time, ARM, "late"), None, (1.0,))
     assert ExpressionLimits.supports(UPRIGHT) and not ExpressionLimits.supports(late.for_robot(ARM, ()))
     assert ExpressionLimits.among(()) is None and ExpressionLimits.among((SPEED,)) is ExpressionLimits.among((SPEED,))
+
+
+def test_first_steps_are_as_long_as_the_smallest_ball_lets_them() -> None:
+    ball = StatedExpression("ball", "m", traced(lambda m: ca.norm_2(m.tool), ARM, "ball"), None, (2e-3,))
+    first = ExpressionLimits.of((UPRIGHT, ball.for_robot(ARM, ()))).longest_first_step
+    assert first == pytest.approx(np.sqrt(2.0 * 2e-3)) and LIMITS.longest_first_step == np.inf
+    settings = DEFAULT_REFINEMENT.beginning_with(first)
+    assert (settings.polish.region.first, settings.beginning_with(np.inf)) == (first, settings)
