@@ -13,13 +13,15 @@ from problems.motions import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Approach:
-    """A posture at the goal.
+    """Postures at both ends.
 
     Attributes:
-        goal: the posture, (dof,), rad.
-        bound: no motion to it has a lower objective.
+        start: the posture at the start, (dof,), rad.
+        goal: that at the goal.
+        bound: no motion between them has a lower objective.
     """
 
+    start: FloatArray
     goal: FloatArray
     bound: float
 
@@ -56,7 +58,7 @@ class DirectPlanner:
         return iter(())
 
     def approaches(self) -> Sequence[Approach]:
-        """Postures at the goal to which :meth:`along_paths` leads, the lowest bound first."""
+        """Postures at the ends between which :meth:`along_paths` leads, the lowest bound first."""
         return ()
 
     def along_paths(
@@ -65,7 +67,7 @@ class DirectPlanner:
         """Motions polished from paths that are found, each better than those before.
 
         Args:
-            approach: where they lead.
+            approach: between which postures they lead.
             seed: of the paths.
             to_beat: the objective of a motion that is known; infinite where none is.
             running_out: whether no time is left.

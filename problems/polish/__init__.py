@@ -4,7 +4,7 @@ from problems.polish.descent import DeviationPolish
 from problems.polish.deviation import Deviations
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.free_ends import FreeEnd, with_better_ends
-from problems.polish.goals import postures_around
+from problems.polish.goals import in_nearest_turns, postures_around
 from problems.polish.nearby import faster_nearby
 from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages, postures_on_the_way
@@ -52,6 +52,7 @@ __all__ = [
     "everywhere",
     "faster_nearby",
     "fastest_pinned",
+    "in_nearest_turns",
     "joint_box",
     "postures_around",
     "postures_on_the_way",

@@ -100,7 +100,7 @@ def random_phases(
 
 def at_the_bound(
     around: Surroundings,
-    start: FloatArray,
+    starts: FloatArray,
     goals: FloatArray,
     rng: np.random.Generator,
     allowed: Allowed = everywhere,
@@ -110,8 +110,8 @@ def at_the_bound(
 
     Args:
         around: the robot, and the obstacles that it keeps clear of.
-        start: at rest, (dof,), rad.
-        goals: of which any will do, the soonest reached first, (n, dof), rad.
+        starts: at rest, (n, dof), rad.
+        goals: one of each start; any pair will do, the soonest reached first, (n, dof), rad.
         rng: of the draws.
         allowed: which postures (n, dof) may be passed, (n,).
         settings: of the draws.
@@ -121,13 +121,13 @@ def at_the_bound(
     def proven(trajectory: Trajectory) -> bool:
         return world is None or bool(world.prove(trajectory).status)
 
-    motions = [Rephased(start, goal, limits) for goal in goals[: settings.goals]]
+    motions = [Rephased(*ends, limits) for ends in zip(starts[: settings.pairs], goals[: settings.pairs], strict=True)]
     for motion in motions:
-        none = np.zeros((1, start.size))
+        none = np.zeros((1, motion.start.size))
         if _clear(around, motion, none, none, allowed).size and proven(motion.direct):
             yield motion.direct
     for motion in motions:
-        stretches, waits = random_phases(settings.draws // len(motions), start.size, rng, settings.fastest_share)
+        stretches, waits = random_phases(settings.draws // len(motions), motion.start.size, rng, settings.fastest_share)
         for number in _clear(around, motion, stretches, waits, allowed):
             trajectory = motion.made(stretches[number], waits[number])
             if proven(trajectory):

@@ -278,13 +278,13 @@ class RephasingSettings:
     """Settings of motions that are as fast as the direct one.
 
     Args:
-        draws: motions that are drawn at random, for all goals together.
-        goals: postures at the goal that are tried, at most.
+        draws: motions that are drawn at random, for all ends together.
+        pairs: postures at both ends that are tried, at most.
         fastest_share: share of the draws in which a joint runs as fast as it can, or waits only before or after.
     """
 
     draws: int = 500
-    goals: int = 5
+    pairs: int = 5
     fastest_share: float = 0.5
 
 

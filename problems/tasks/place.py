@@ -198,14 +198,15 @@ class Place(Parametric, ABC):
             where it always is.
         """
 
-    def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Postures there (n, dof), rad, on the first branch of the elbow, and whether each is there, (n,).
+    def postures(self, robot: Robot, chosen: FloatArray, elbow: float = 1.0) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Postures there (n, dof), rad, and whether each is there, (n,).
 
         Args:
             robot: that moves.
             chosen: values of :meth:`choices`, (n, choices).
+            elbow: the branch, +1 or -1, where inverse kinematics chooses.
         """
-        rows = [as_array(self.posture(robot, ca.DM(row), 1.0, None)[0]).ravel() for row in chosen]
+        rows = [as_array(self.posture(robot, ca.DM(row), elbow, None)[0]).ravel() for row in chosen]
         return np.array(rows), np.ones(len(rows), dtype=bool)
 
     @abstractmethod
@@ -284,7 +285,7 @@ class Joints(Place):
         """The given posture, with its turns as they are."""
         return ca.horzcat(*self.values), None
 
-    def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def postures(self, robot: Robot, chosen: FloatArray, elbow: float = 1.0) -> tuple[FloatArray, NDArray[np.bool_]]:
         return np.tile(np.array(self.values, dtype=np.float64), (len(chosen), 1)), np.ones(len(chosen), dtype=bool)
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:

@@ -238,7 +238,7 @@ class Pose(Place):
         theta = self._onto(robot, ca.horzcat(*self.branch) + SETTINGS.offset * chosen.T)
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
-    def postures(self, robot: Robot, chosen: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def postures(self, robot: Robot, chosen: FloatArray, elbow: float = 1.0) -> tuple[FloatArray, NDArray[np.bool_]]:
         known = np.array(self.branch)
         theta, missing = Projection.of(_in_space(robot))(
             known + SETTINGS.offset * chosen, known, self.position(robot), self.rotation

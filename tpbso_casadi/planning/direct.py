@@ -24,8 +24,8 @@ from tpbso_casadi.scenario import FAMILIES
 LOG = logging.getLogger(__name__)
 ABOUT_AS_GOOD = 1.002
 MOST_PROOFS = 20  # of motions that are clear where they were looked at
-MOST_APPROACHES = 8  # postures at the goal whose ways are polished, where one leads to a plan
-APART = 0.4  # rad, of some joint: postures at the goal that are less are much the same
+MOST_APPROACHES = 8  # postures at the ends whose ways are polished, where one leads to a plan
+APART = 0.4  # rad, of some joint: postures at the ends that are less are much the same
 WORTH_TRYING = 1.002  # of a bound: what is gained below that is not worth a way
 
 
@@ -71,7 +71,7 @@ def at_the_bound(problem: Problem[Any], planning: Planning) -> PlannedMotion | N
 
 
 def along_paths(problem: Problem[Any], planning: Planning, known: PlannedMotion | None) -> PlannedMotion | None:
-    """The best certified motion along paths to postures at the goal, or the one that is known; None for none.
+    """The best certified motion along paths between postures at the ends, or the one that is known; None for none.
 
     Postures are tried in the order of their bounds, until none can lead to better than the best motion; of those that
     lie together one is.
@@ -85,9 +85,10 @@ def along_paths(problem: Problem[Any], planning: Planning, known: PlannedMotion 
         to_beat = np.inf if best is None else best[0].objective
         if WORTH_TRYING * approach.bound >= to_beat:
             break
-        if any(np.abs(approach.goal - other).max() < APART for other in tried):
+        ends = np.concatenate([approach.start, approach.goal])
+        if any(np.abs(ends - other).max() < APART for other in tried):
             continue
-        tried.append(approach.goal)
+        tried.append(ends)
         for trajectory in branch.direct.along_paths(approach, planning.settings.seed, to_beat, planning.satisfied):
             motion = judged(branch.criteria, trajectory)
             if motion.feasible and (best is None or is_better(motion, best[0])):

@@ -34,6 +34,7 @@ from problems.polish import (
     everywhere,
     faster_nearby,
     fastest_pinned,
+    in_nearest_turns,
     joint_box,
     postures_around,
     postures_on_the_way,
@@ -101,16 +102,15 @@ class MovePlanner(DirectPlanner):
             return
         if all(isinstance(place, Joints) and not place.within for place in (self.task.start, *self.task.vias)):
             goals = [branch_posture(self.robot, goal) for goal in self.task.goals if isinstance(goal, Joints)]
-            vias = [branch_posture(self.robot, via) for via in self.task.vias]
-            found = [self._fastest_through([*vias, goal]) for goal in goals]
+            before = [branch_posture(self.robot, place) for place in (self.task.start, *self.task.vias)]
+            found = [self._fastest_through(np.stack([*before, goal])) for goal in goals]
             yield from sorted((one for one in found if one is not None), key=lambda motion: motion.duration)
 
-    def _fastest_through(self, postures: Sequence[FloatArray]) -> Trajectory | None:
-        """The fastest motion from the start through postures (dof,), rad, in free space; None where none is found."""
-        through = np.stack([branch_posture(self.robot, self.task.start), *postures])
-        key = through.tobytes()
+    def _fastest_through(self, postures: FloatArray) -> Trajectory | None:
+        """The fastest motion through postures (n, dof), rad, in free space; None where none is found."""
+        key = postures.tobytes()
         if key not in self._found_through:
-            self._found_through[key] = self._in_free_space(through)
+            self._found_through[key] = self._in_free_space(postures)
         return self._found_through[key]
 
     def _in_free_space(self, postures: FloatArray) -> Trajectory | None:
@@ -154,11 +154,12 @@ class PathPlanner(MovePlanner):
 
     @property
     def ends_may_move(self) -> bool:
-        return self.robot.dim == 3 and not all(place.always_reached for place in (self.task.start, *self.task.goals))
+        places = (self.task.start, *self.task.goals)
+        return any(place.chosen_by_inverse_kinematics or not place.always_reached for place in places)
 
     @property
     def least_bound(self) -> float:
-        return float(self._goals[1][0])
+        return min((each.bound for each in self._ends[:1]), default=np.inf)
 
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
         """Faster motions; none in the plane, where a nonlinear program does as well, without torques and movement."""
@@ -200,26 +201,23 @@ class PathPlanner(MovePlanner):
             self.keeps_branch and self.objective.direct_is_least and self.task.passes_nothing and self.task.at_rest
         ):
             return
-        if self._allowed(self._start[None]).all():
+        if self._ends:
             around = Surroundings(self.robot, self.task.obstacles)
-            motions = at_the_bound(around, self._start, self._goals[0], rng, self._allowed)
+            starts, goals = (np.stack([getattr(each, end) for each in self._ends]) for end in ("start", "goal"))
+            motions = at_the_bound(around, starts, goals, rng, self._allowed)
             too_fast = self._own is not None and not self._own.is_static.all()
             held = filter(self._held, islice(motions, MOST_TOO_FAST) if too_fast else motions)
             yield from map(self._in_time, held)
 
     def approaches(self) -> Sequence[Approach]:
-        if not (self.keeps_branch and self._allowed(self._start[None]).all()):
-            return ()
-        goals, bounds = self._goals
-        clear = self._world.still.clear(goals) & self._allowed(goals)
-        return [Approach(goal, float(bound)) for goal, bound in zip(goals[clear], bounds[clear], strict=True)]
+        return self._ends if self.keeps_branch else ()
 
     def along_paths(
         self, approach: Approach, seed: int, to_beat: float, running_out: Callable[[], bool]
     ) -> Iterator[Trajectory]:
-        world, start, goal, vias = self._world, self._start, approach.goal, self.task.vias
+        world, start, goal, vias = self._world, approach.start, approach.goal, self.task.vias
         try:
-            motions = self._motions(goal)
+            motions = self._motions(start, goal)
         except InvalidProblem:  # of ends that move
             return
         usual = np.array([branch_posture(self.robot, via) for via in vias]).reshape(-1, self.robot.dof)
@@ -232,7 +230,7 @@ class PathPlanner(MovePlanner):
             if self.task.at_rest and (np.stack([*through, goal]) == start).all():
                 raise InvalidProblem("goal", "the same posture as the start and the vias: there is nothing to time")
             box = joint_box(self.robot, start, *through, goal)
-            known = self._fastest_through([*through, goal]) if vias else None
+            known = self._fastest_through(np.stack([start, *through, goal])) if vias else None
             if known is not None and self._held(known) and world.prove(known).status:
                 yield self._in_time(known)
             found = PathRefinement(
@@ -252,36 +250,49 @@ class PathPlanner(MovePlanner):
                 yield from map(self._in_time, (found, *self._timed_anew(found, known)))
                 to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
 
-    def _motions(self, goal: FloatArray) -> Deviations:
-        """The motions from the start to a posture at the goal, (dof,), rad."""
+    def _motions(self, start: FloatArray, goal: FloatArray) -> Deviations:
+        """The motions between postures at both ends, (dof,), rad."""
         limits, at_least = self.robot.limits, self._soonest if self._world.moves else 0.0
         pieces = max(PIECES, SEGMENT_PIECES * (len(self.task.vias) + 1))
         if self.task.at_rest:
-            return deviations_from_rest(self._start, goal, limits, self._torques, at_least=at_least, pieces=pieces)
+            return deviations_from_rest(start, goal, limits, self._torques, at_least=at_least, pieces=pieces)
         rates = self.task.end_rates
-        return Deviations(self._start, goal, limits, rates=rates, at_least=at_least, pieces=pieces)
+        return Deviations(start, goal, limits, rates=rates, at_least=at_least, pieces=pieces)
 
     @cached_property
     def _world(self) -> World:
         return world_of(self.robot, self.task.obstacles, self.limits)
 
     @cached_property
-    def _start(self) -> FloatArray:
-        return branch_posture(self.robot, self.task.start)
+    def _ends(self) -> list[Approach]:
+        """Postures at both ends, clear and allowed; the least bound first, of equal ones what takes the least time."""
+        starts, found = self._clear_postures(self._starts), list[tuple[float, float, Approach]]()
+        goals = [postures_around(self.robot, goal, self.task.elbow) for goal in self.task.goals]
+        for start in starts:
+            near = [
+                in_nearest_turns(self.robot, theta, start) if goal.chosen_by_inverse_kinematics else theta
+                for goal, theta in zip(self.task.goals, goals, strict=True)
+            ]
+            theta = self._clear_postures(np.concatenate(near))
+            times = least_times(self.task, theta - start)
+            bounds = self.objective.lower_bound(
+                DirectMoves(robot=self.robot, start=start, goals=theta, durations=times)
+            ).tolist()
+            made = [Approach(start, goal, bound) for goal, bound in zip(theta, bounds, strict=True)]
+            found += zip(bounds, times.tolist(), made, strict=True)
+        return [approach for _, _, approach in sorted(found, key=lambda each: each[:2])]
 
-    @cached_property
-    def _goals(self) -> tuple[FloatArray, FloatArray]:
-        """Postures at the goal, (n, dof), rad, and lower bounds of the objective there, (n,).
+    @property
+    def _starts(self) -> FloatArray:
+        """Postures at the start, (n, dof), rad: in the plane of both branches, where inverse kinematics chooses."""
+        start = self.task.start
+        if not start.chosen_by_inverse_kinematics:
+            return branch_posture(self.robot, start)[None]
+        return postures_around(self.robot, start, self.task.elbow, 0)
 
-        The least bound comes first; of those that are equal, what is reached soonest.
-        """
-        found = np.concatenate([postures_around(self.robot, goal) for goal in self.task.goals])
-        durations = least_times(self.task, found - self._start)
-        bounds = self.objective.lower_bound(
-            DirectMoves(robot=self.robot, start=self._start, goals=found, durations=durations)
-        )
-        first = np.lexsort((durations, bounds))
-        return found[first], bounds[first]
+    def _clear_postures(self, theta: FloatArray) -> FloatArray:
+        """The postures, of some (n, dof) in rad, that are clear of what stands and keep own limits."""
+        return theta[self._world.still.clear(theta) & self._allowed(theta)]
 
     @property
     def _torques(self) -> JointTorques | None:

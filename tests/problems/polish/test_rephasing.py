@@ -34,7 +34,7 @@ def test_what_is_found_is_clear_and_as_fast_as_the_slowest_joint() -> None:
     tool = np.asarray(arm.skeleton(half))[0, -1]
     x, y, z = tool.tolist()
     around = Surroundings(arm, (Ball(center=(x, y, z + 0.05), radius=0.03),))
-    found = list(at_the_bound(around, start, goal[None], np.random.default_rng(0)))
+    found = list(at_the_bound(around, start[None], goal[None], np.random.default_rng(0)))
     assert found
     for trajectory in found[:5]:
         assert trajectory.duration == direct.duration

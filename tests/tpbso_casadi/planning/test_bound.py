@@ -153,3 +153,22 @@ def test_any_of_several_goals(tmp_path: Path) -> None:
     assert plan.motion.trajectory.duration == pytest.approx(bound(plan), rel=1e-9)
     plan.save(tmp_path / "run", figures=())
     assert tp.audit(tmp_path / "run").certified
+
+
+def two_link_postures(point: tuple[float, float], elbows: str) -> list[tuple[float, float]]:
+    """Postures of links of 0.5 and 0.4 m with the tool at a point, by the law of cosines."""
+    bend = np.arccos((point[0] ** 2 + point[1] ** 2 - 0.5**2 - 0.4**2) / (2.0 * 0.5 * 0.4))
+    bends = [{"up": bend, "down": -bend}[elbow] for elbow in elbows.split()]
+    shoulder = [np.arctan2(point[1], point[0]) - np.arctan2(0.4 * np.sin(b), 0.5 + 0.4 * np.cos(b)) for b in bends]
+    return list(zip(shoulder, bends, strict=True))
+
+
+@pytest.mark.parametrize(("elbow", "branches"), [("free", "up down"), ("down", "down")])
+def test_in_the_plane_the_soonest_pair_of_branches_is_taken(elbow: str, branches: str) -> None:
+    robot = tp.robot([0.5, 0.4], max_speed=[1.0, 2.0], max_acceleration=10.0)
+    starts, goals = (two_link_postures(point, branches) for point in ((0.4, -0.6), (-0.5, 0.55)))
+    turns = np.array([np.subtract(goal, start) for start in starts for goal in goals])
+    turns -= 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
+    plan = tp.plan(robot, start=[0.4, -0.6], goal=[-0.5, 0.55], elbow=elbow, solver="direct")
+    assert plan.certified
+    assert plan.duration == pytest.approx(least_durations(turns, robot.model.limits).max(axis=1).min(), rel=1e-6)
