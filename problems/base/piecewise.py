@@ -5,6 +5,7 @@ SciPy's module of interpolation loads a third of the library; a plan needs the v
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import perm
 
@@ -61,6 +62,14 @@ class PiecewisePolynomial:
         left = len(self.c) - order
         factors = np.array([perm(power, order) for power in range(len(self.c) - 1, order - 1, -1)], dtype=np.float64)
         return PiecewisePolynomial(self.c[:left] * factors.reshape(-1, *[1] * (self.c.ndim - 1)), self.x)
+
+    def antiderivative(self) -> PiecewisePolynomial:
+        """The continuous integral, as a curve, from 0 at the first breakpoint on."""
+        powers = np.arange(len(self.c), 0, -1, dtype=np.float64).reshape(-1, *[1] * (self.c.ndim - 1))
+        raised, widths = self.c / powers, np.diff(self.x).reshape(-1, *[1] * (self.c.ndim - 2))
+        grown = sum(part * widths**power for part, power in zip(raised, range(len(raised), 0, -1), strict=True))
+        constants = np.concatenate([np.zeros_like(grown[:1]), np.cumsum(grown, axis=0)[:-1]])
+        return PiecewisePolynomial(np.concatenate([raised, constants[None]]), self.x)
 
 
 def real_roots(curves: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -191,6 +200,27 @@ class BSpline:
         object.__setattr__(self, "t", np.ascontiguousarray(self.t, dtype=np.float64))
         object.__setattr__(self, "c", np.ascontiguousarray(self.c, dtype=np.float64))
 
+    @classmethod
+    def through(
+        cls, t: FloatArray, parameters: FloatArray, values: FloatArray, degree: int, orders: Sequence[int] | None = None
+    ) -> BSpline:
+        """The spline that has given values, or derivatives, at parameters.
+
+        Args:
+            t: knots.
+            parameters: as many as coefficients, not decreasing.
+            values: at these, (N, k).
+            degree: of the spline.
+            orders: of the derivatives that are given, (N,); zero by default.
+        """
+        order = np.zeros(parameters.size, dtype=np.intp) if orders is None else np.array(orders)
+        last = np.clip(np.searchsorted(t, parameters, side="right") - 1, degree, t.size - degree - 2)
+        rows = np.empty((parameters.size, degree + 1))
+        for each in np.unique(order):
+            chosen = order == each
+            rows[chosen] = basis_functions(t, parameters[chosen], degree, last[chosen], int(each)).T
+        return cls(t, _banded_solution(last - degree, rows, values), degree)
+
     def __call__(self, at: ArrayLike, derivative: int = 0) -> FloatArray:
         """Values or derivatives at parameters of any shape s: (*s, ...)."""
         places = np.asarray(at, dtype=np.float64)
@@ -210,6 +240,32 @@ class BSpline:
             c = (c[1:] - c[:-1]) * k / widths.reshape(-1, *[1] * (c.ndim - 1))
             t, k = t[1:-1], k - 1
         return BSpline(t, c, k)
+
+
+def _banded_solution(first: NDArray[np.intp], rows: FloatArray, right: FloatArray) -> FloatArray:
+    """The unknowns (N, k) of N equations, by Gauss' elimination with pivots.
+
+    Args:
+        first: number of the first unknown in each equation, not decreasing, (N,).
+        rows: coefficients of that and the next unknowns, (N, w).
+        right: sides, (N, k).
+    """
+    (count, width), k = rows.shape, right.shape[1]
+    both, begins = np.concatenate([rows, right], axis=1), np.searchsorted(first, np.arange(count), side="right")
+    active, solved, known = np.empty((0, width + k)), np.empty((count, width + k)), 0
+    for number, end in enumerate(begins.tolist()):
+        active, known = np.concatenate([active, both[known:end]]), end
+        chosen = int(np.abs(active[:, 0]).argmax())
+        pivot = solved[number] = active[chosen]
+        active = np.delete(active, chosen, axis=0)
+        active -= (active[:, 0] / pivot[0])[:, None] * pivot
+        active[:, : width - 1], active[:, width - 1] = active[:, 1:width], 0.0
+    found = np.zeros((count + width - 1, k))
+    for number in range(count - 1, -1, -1):
+        equation = solved[number]
+        after = equation[1:width] @ found[number + 1 : number + width]
+        found[number] = (equation[width:] - after) / equation[0]
+    return found[:count]
 
 
 def basis_functions(t: FloatArray, x: FloatArray, degree: int, last: NDArray[np.intp], derivative: int) -> FloatArray:

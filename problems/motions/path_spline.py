@@ -16,9 +16,18 @@ from typing import Self, TypeAlias
 
 import casadi as ca
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 
-from problems.base import FloatArray, InvalidProblem, Matrix, Operand, PiecewisePolynomial, as_array, split, total
+from problems.base import (
+    BSpline,
+    FloatArray,
+    InvalidProblem,
+    Matrix,
+    Operand,
+    PiecewisePolynomial,
+    as_array,
+    split,
+    total,
+)
 from problems.motions.path_scan import TINY, TorqueSlopes, interval_time, limited, scan
 from problems.motions.samples import Samples
 from problems.motions.splines import DEGREE, ClampedSpline
@@ -64,8 +73,14 @@ class JointPath:
         u = np.concatenate([[0.0], np.cumsum(lengths)])
         if u.size < SPLINE_NEEDS:
             return cls(u, np.stack([np.diff(waypoints, axis=0) / lengths[:, None], waypoints[:-1]]))
-        free = [(order, np.zeros(waypoints.shape[1])) for order in (3, 4)]
-        spline = scipy.interpolate.make_interp_spline(u, waypoints, SPLINE_DEGREE, bc_type=(free, free))  # type: ignore[arg-type]
+        ends, none = np.full((2, SPLINE_DEGREE + 1), u[[0, -1], None]), np.zeros((2, waypoints.shape[1]))
+        spline = BSpline.through(
+            np.concatenate([ends[0], u[1:-1], ends[1]]),
+            np.concatenate([ends[0, :2], u, ends[1, :2]]),
+            np.concatenate([waypoints[:1], none, waypoints[1:-1], none, waypoints[-1:]]),
+            SPLINE_DEGREE,
+            orders=[0, 3, 4, *[0] * (u.size - 2), 3, 4, 0],
+        )
         return cls(u, np.stack([spline(u[:-1], n) / factorial(n) for n in range(SPLINE_DEGREE, -1, -1)]))
 
     @classmethod

@@ -48,6 +48,8 @@ from problems.robots.transform import (
     as_point,
     matrix_of,
     quaternions_of,
+    turn_of,
+    turned_by,
     unit_quaternions,
 )
 from problems.robots.urdf import BUILT_IN, built_in, read_urdf
@@ -127,6 +129,8 @@ __all__ = [
     "time_scales",
     "time_scales_of_arrays",
     "tool_jacobian",
+    "turn_of",
+    "turned_by",
     "unit_quaternions",
     "wrap_to",
     "written_spheres",

@@ -232,6 +232,24 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
     return np.asarray(found * np.cumprod(np.append(sign, flips))[:, None])
 
 
+def turned_by(turns: FloatArray) -> FloatArray:
+    """Rotation matrices (n, 3, 3) of turns, axis times angle, (n, 3), rad: Rodrigues' formula."""
+    angles = np.linalg.norm(turns, axis=1)[:, None, None]
+    x, y, z = turns.T
+    none = np.zeros_like(x)
+    crossed = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=1).reshape(-1, 3, 3)
+    sine, versine = np.sinc(angles / np.pi), np.sinc(angles / (2.0 * np.pi)) ** 2 / 2.0  # over the angle, its square
+    return np.asarray(np.eye(3) + sine * crossed + versine * crossed @ crossed)
+
+
+def turn_of(rotation: FloatArray) -> FloatArray:
+    """The turn of a rotation matrix (3, 3), axis times angle, (3,), rad, half a turn at most."""
+    *axis, cosine = quaternions_of(rotation.reshape(1, 9))[0]
+    sine = float(np.linalg.norm(axis))
+    angle = 2.0 * float(np.arctan2(sine, abs(cosine)))
+    return np.asarray(np.copysign(angle / sine if sine else 2.0, cosine) * np.array(axis))
+
+
 def _of_length_one(quaternions: FloatArray) -> FloatArray:
     """Quaternions (..., 4), scaled to length 1."""
     x, y, z, w = np.moveaxis(quaternions, -1, 0)

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
+from math import factorial
 from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 
 from problems.base import (
     ANGLES,
     COORDINATES,
     TIMES,
+    BSpline,
     FloatArray,
     InvalidProblem,
     Matrix,
@@ -170,10 +171,13 @@ class Tabulated(ObstacleMotion):
         """
         times, positions, turns = _columns(times, positions, turns)
         values = positions if turns is None else np.hstack([positions, as_numbers(turns)])
-        spline = scipy.interpolate.CubicSpline(np.array(times, dtype=np.float64), values)
+        rows, degree = np.array(times, dtype=np.float64), min(POWERS - 1, len(times) - 1)
+        first, last = np.full((2, degree + 1), rows[[0, -1], None])  # no knots at the rows next to the ends
+        spline = BSpline.through(np.concatenate([first, rows[2:-2], last]), rows, values, degree)
         coefficients = np.zeros((POWERS, len(times) - 1, values.shape[1]))
-        coefficients[-len(spline.c) :] = spline.c
-        pieces = tuple(tuple(map(tuple, rows)) for rows in coefficients.transpose(2, 1, 0).tolist())
+        for order in range(degree + 1):
+            coefficients[-1 - order] = spline(rows[:-1], order) / factorial(order)
+        pieces = tuple(tuple(map(tuple, each)) for each in coefficients.transpose(2, 1, 0).tolist())
         motion = cls(tuple(float(time) for time in times), pieces, positions.shape[1])
         if motion.dim == 3 and motion.turns and motion._least_length < LEAST_COSINE / 2.0:
             raise InvalidProblem("motion", "rows are turned too far from each other; more rows are needed")
@@ -198,7 +202,7 @@ class Tabulated(ObstacleMotion):
         rates = np.diff(positions, axis=0) / np.diff(times)[:, None]
         zeros = np.zeros_like(rates)
         coefficients = np.stack([zeros, zeros, rates, positions[:-1]], axis=-1)  # (p, dim, POWERS)
-        pieces = tuple(tuple(map(tuple, rows)) for rows in coefficients.transpose(1, 0, 2).tolist())
+        pieces = tuple(tuple(map(tuple, each)) for each in coefficients.transpose(1, 0, 2).tolist())
         return cls(tuple(float(time) for time in times), pieces, positions.shape[1])
 
     @property
@@ -314,4 +318,4 @@ def axes_of(turns: FloatArray) -> FloatArray:
     if turns.shape[1] == 1:
         cosine, sine = np.cos(turns[:, 0]), np.sin(turns[:, 0])
         return np.moveaxis(np.array([[cosine, -sine], [sine, cosine]]), 2, 0)
-    return np.asarray(scipy.spatial.transform.Rotation.from_quat(turns).as_matrix())
+    return np.array([rotation_of(turn) for turn in turns.tolist()], dtype=np.float64)

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
 from problems.base import (
@@ -24,7 +23,7 @@ from problems.base import (
 )
 from problems.core import steps_of
 from problems.limits import SAMPLING_MARGIN, can_hold
-from problems.robots import Robot, SpatialArm, Steps, postures, project
+from problems.robots import Robot, SpatialArm, Steps, postures, project, quaternions_of
 from problems.scene import Obstacle
 from problems.tasks.checks import check_length_one, least_clearances, overloaded, too_near
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Place
@@ -166,7 +165,7 @@ class Pose(Place):
         )
         if not is_rotation:
             raise InvalidProblem("matrix", "its 3 x 3 part is no rotation")
-        quaternion = scipy.spatial.transform.Rotation.from_matrix(rotation).as_quat()
+        (quaternion,) = quaternions_of(rotation.reshape(1, 9))
         return cls(tuple(given[:3, 3].tolist()), tuple(quaternion.tolist()))
 
     @property

@@ -9,12 +9,11 @@ from itertools import pairwise
 
 import casadi as ca
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem
 from problems.limits import Bound, StatedExpression, rotation_away
 from problems.motions import MotionView, Stated, traced
-from problems.robots import Robot
+from problems.robots import Robot, quaternions_of, turn_of, turned_by
 from problems.tasks.place import Place, Position
 from problems.tasks.pose import Pose
 
@@ -75,7 +74,7 @@ class StraightLine(ToolCurve):
         return np.asarray(self.start + s[:, None] * (self.goal - self.start))
 
     def away(self, tool: ca.SX) -> ca.SX:
-        sideways = scipy.linalg.null_space(self._direction[None]).T
+        sideways = np.linalg.svd(self._direction[None])[2][1:]
         return ca.sqrt(ca.sumsqr(ca.DM(sideways) @ (tool - ca.DM(self.start))))
 
     def along(self, tool: ca.SX) -> ca.SX:
@@ -233,7 +232,7 @@ class ToolPath:
         """The turn from the start's rotation to the goal's, axis times angle in the tool's frame, (3,), rad."""
         assert self.turned is not None
         start, goal = self.turned
-        turn = scipy.spatial.transform.Rotation.from_matrix(start.T @ goal).as_rotvec()
+        turn = turn_of(start.T @ goal)
         return turn if np.linalg.norm(turn) > ALIKE else np.zeros(3)
 
     def places(self, s: FloatArray) -> list[Place]:
@@ -243,17 +242,17 @@ class ToolPath:
             return [Position(tuple(point)) for point in points.tolist()]
         if self.turned is None:
             return [Pose(tuple(point)) for point in points.tolist()]
-        pairs = zip(points.tolist(), self._rotations(s).as_quat().tolist(), strict=True)
+        quaternions = quaternions_of(self._rotations(s).reshape(-1, 9))
+        pairs = zip(points.tolist(), quaternions.tolist(), strict=True)
         return [Pose(tuple(point), tuple(quaternion)) for point, quaternion in pairs]
 
     def rotations(self, s: FloatArray) -> FloatArray | None:
         """Rotations of the tool at shares (n,) of the length, (n, 3, 3); None where it may turn as it likes."""
-        return None if self.turned is None else self._rotations(s).as_matrix()
+        return None if self.turned is None else self._rotations(s)
 
-    def _rotations(self, s: FloatArray) -> scipy.spatial.transform.Rotation:
+    def _rotations(self, s: FloatArray) -> FloatArray:
         assert self.turned is not None
-        rotation = scipy.spatial.transform.Rotation
-        return rotation.from_matrix(self.turned[0]) * rotation.from_rotvec(s[:, None] * self._turn)
+        return np.asarray(self.turned[0] @ turned_by(s[:, None] * self._turn))
 
     def constraints(self, robot: Robot, accuracy: float, angular_accuracy: float) -> list[StatedExpression]:
         """Limits on the distance from the curve at every time, m, and on the sine of the angle."""

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 
-from problems.base import FloatArray, InvalidProblem
+from problems.base import BSpline, FloatArray, InvalidProblem, PiecewisePolynomial
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
 from problems.timing.bound import energy_profile
@@ -270,7 +269,7 @@ def _intervals(pieces: int, duration: float, limits: JointLimits, settings: LawS
 def _refined(coarse: Candidate, fine: ParametrisationSearch) -> Candidate:
     """About the same law with other knots: an interpolation may overshoot where a law hardly moves, a law may not."""
     tau = averaged_knots(fine.knots)
-    controls = np.asarray(scipy.interpolate.make_interp_spline(tau, coarse.law.at(tau), DEGREE, t=fine.knots).c)
+    controls = BSpline.through(fine.knots, tau, coarse.law.at(tau)[:, None], DEGREE).c[:, 0]
     return fine.candidate(np.maximum.accumulate(np.clip(controls, *controls[[0, -1]])), coarse.duration)
 
 
@@ -296,13 +295,11 @@ def _smoothed(
         yield controls, duration
 
 
-def _extended(profile: SpeedProfile, before: float, after: float) -> scipy.interpolate.PPoly:
+def _extended(profile: SpeedProfile, before: float, after: float) -> PiecewisePolynomial:
     """The parameter as a function of the time, as long before the start and after the end at these rates."""
     times, speeds = profile.times, np.sqrt(profile.squares)
     total = times[-1]
     linear = np.concatenate([[before], speeds[:-1], [after]])
     quadratic = np.concatenate([[0.0], np.diff(speeds) / (2.0 * np.diff(times)), [0.0]])
     values = np.concatenate([[profile.nodes[0] - before * total], profile.nodes])
-    return scipy.interpolate.PPoly(
-        np.stack([quadratic, linear, values]), np.concatenate([[-total], times, [2.0 * total]])
-    )
+    return PiecewisePolynomial(np.stack([quadratic, linear, values]), np.concatenate([[-total], times, [2.0 * total]]))

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 
 from problems.base import FloatArray, InvalidProblem, composition, derivative, in_bernstein_form, product
 from problems.core import LinearProgram, SingleRows, WholeRows
@@ -410,7 +409,8 @@ class ProfileProblem:
         bounding = np.minimum(rows[..., 0], rows[..., 1]) >= 0.0
         left, right = (np.where(bounding, rows[..., end], 0.0).max(axis=1) for end in (0, 1))
         tightest = np.maximum(np.append(left, 0.0), np.insert(right, 0, 0.0))
-        around = scipy.ndimage.maximum_filter1d(tightest, width, mode="nearest")
+        padded = np.pad(tightest, width // 2, mode="edge")
+        around = np.lib.stride_tricks.sliding_window_view(padded, width).max(axis=1)
         near = np.maximum(around, tightest.max() / unbounded**3)
         scale = 1.0 / np.maximum(tightest, near / unbounded)
         return np.asarray(np.where(fixed > 0.0, fixed, scale))

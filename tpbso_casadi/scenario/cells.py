@@ -8,11 +8,10 @@ from typing import Any, Self
 
 import casadi as ca
 import numpy as np
-import scipy  # whose parts are loaded when they are used
 
 from problems import InvalidProblem, Joints, MovingObstacle, Obstacle, Robot, Tabulated, Trajectory
 from problems.assembly import Criteria, MotionStage, SequenceCriteria
-from problems.base import FloatArray, as_array, did_you_mean
+from problems.base import FloatArray, as_array, did_you_mean, rotation_of
 from problems.objectives import OBJECTIVES
 from problems.robots import SpatialArm, as_point, quaternions_of
 from problems.tasks import Sequence as StagedTask
@@ -198,8 +197,7 @@ def _posed(body: ObstacleSection, pose: Any) -> ObstacleSection:
     Raises:
         ScenarioError: it has no pose.
     """
-    quaternion = scipy.spatial.transform.Rotation.from_matrix(pose[:3, :3]).as_quat()
-    x, y, z, w = map(float, quaternion)
+    x, y, z, w = map(float, quaternions_of(pose[:3, :3].reshape(1, 9))[0])
     return body.posed(as_point(pose[:3, 3]), (x, y, z, w))
 
 
@@ -209,7 +207,7 @@ def _pose_of(body: ObstacleSection) -> FloatArray:
     pose = np.eye(4)
     pose[:3, 3] = center
     if quaternion is not None:
-        pose[:3, :3] = scipy.spatial.transform.Rotation.from_quat(quaternion).as_matrix()
+        pose[:3, :3] = rotation_of(quaternion)
     return pose
 
 

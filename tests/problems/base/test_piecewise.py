@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline as SciPySpline
-from scipy.interpolate import PPoly
+from scipy.interpolate import PPoly, make_interp_spline
 from scipy.optimize import minimize_scalar
 
 from problems.base import BSpline, PiecewisePolynomial, bounded_minimum, real_roots
@@ -28,6 +28,27 @@ def test_piecewise_polynomials_have_the_values_and_derivatives_of_scipy(seed: in
         assert np.array_equal(ours(places, order), theirs(places, order))
         assert np.array_equal(ours(0.3, order), theirs(0.3, order))
         assert np.array_equal(ours.derivative(order)(places), (theirs.derivative(order) if order else theirs)(places))
+    integral, size = theirs.antiderivative()(places), np.abs(c).sum() * (1.0 + x[-1]) ** n
+    np.testing.assert_allclose(ours.antiderivative()(places), integral, rtol=1e-12, atol=1e-13 * size)
+
+
+@given(SEEDS)
+def test_splines_through_values_and_end_derivatives_are_those_of_scipy(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, degree = np.cumsum(rng.uniform(0.1, 1.0, rng.integers(3, 30))), int(rng.choice([3, 5]))
+    values, given = rng.normal(size=(x.size, 2)), np.arange(degree // 2 + 1, degree)[: degree // 2]
+    ends, count = np.repeat(x[[0, -1]], degree + 1).reshape(2, -1), given.size
+    slopes = rng.normal(size=(2, count, 2))
+    ours = BSpline.through(
+        np.concatenate([ends[0], x[1:-1], ends[1]]),
+        np.concatenate([ends[0, :count], x, ends[1, :count]]),
+        np.concatenate([values[:1], slopes[0], values[1:-1], slopes[1], values[-1:]]),
+        degree,
+        [0, *given, *[0] * (x.size - 2), *given, 0],
+    )
+    sides = [list(zip(given.tolist(), side, strict=True)) for side in slopes]
+    theirs, places = make_interp_spline(x, values, degree, bc_type=tuple(sides)), np.linspace(*x[[0, -1]], 50)
+    np.testing.assert_allclose(ours(places), theirs(places), rtol=1e-9, atol=1e-9 * np.abs(theirs.c).max())
 
 
 def test_breakpoints_have_to_fit() -> None:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from problems import InvalidProblem
 from problems.robots import BUILT_IN, Orientations, SpatialArm, angles_between, built_in, unit_quaternions
-from problems.robots.transform import from_angles, matrix_of, quaternions_of, snapped
+from problems.robots.transform import from_angles, matrix_of, quaternions_of, snapped, turn_of, turned_by
 
 
 def tool(robot: SpatialArm, *theta: float) -> np.ndarray:
@@ -124,3 +124,11 @@ def test_lengths_are_made_one_and_what_is_no_orientation_is_named() -> None:
         unit_quaternions([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0]])
     with pytest.raises(InvalidProblem, match=r"points\[0\] and points\[1\]: the tool turns by 3.142 rad"):
         unit_quaternions([[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0]])
+
+
+def test_turns_and_rotations_are_those_of_scipy() -> None:
+    turns = np.random.default_rng(4).normal(size=(200, 3)) * np.geomspace(1e-9, 1.7, 200)[:, None]
+    turns = np.vstack([np.zeros(3), turns / np.maximum(1.0, np.linalg.norm(turns, axis=1) / 3.14)[:, None]])
+    rotations = turned_by(turns)
+    np.testing.assert_allclose(rotations, Rotation.from_rotvec(turns).as_matrix(), atol=1e-15)
+    np.testing.assert_allclose([turn_of(each) for each in rotations], turns, atol=1e-14)
