@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import ClassVar, Generic, Self, TypeVar
+from typing import ClassVar, Generic, Protocol, Self, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -24,6 +24,16 @@ from problems.robots import Robot
 from problems.tasks import ProgressMeasure, check_choice
 
 P = TypeVar("P")
+
+
+class ProgramSteps(Protocol):
+    """The steps of a cost over samples."""
+
+    def program(self) -> Program:
+        """The program of all steps."""
+
+    def parts(self) -> tuple[Program, tuple[str, ...]]:
+        """The program with the objective and each penalty behind the cost, and the penalties' names."""
 
 
 @dataclass(frozen=True)
@@ -137,16 +147,16 @@ class Problem(ABC, Generic[P]):
         return [] if bounds is None else [bounds.at(self.motion.durations(parameters).T, SAMPLING_MARGIN)]
 
     @abstractmethod
+    def steps(self) -> ProgramSteps:
+        """The steps of a candidate's cost over samples."""
+
     def cost_program(self) -> Program:
         """The cost, in steps over samples."""
+        return self.steps().program()
 
     def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        """The cost and, as further values of one program, the objective and each penalty; and the penalties' names.
-
-        Raises:
-            NotImplementedError: this problem does not tell its parts from each other.
-        """
-        raise NotImplementedError
+        """The cost and, as further values of one program, the objective and each penalty; and the penalties' names."""
+        return self.steps().parts()
 
     @abstractmethod
     def nlp(self) -> NonlinearProgram:

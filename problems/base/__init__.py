@@ -56,6 +56,7 @@ from problems.base.polynomials import (
     in_bernstein_form,
     peak,
     product,
+    taylor_coefficients,
     unproven_part,
 )
 from problems.base.readers import Checked, Key, Range, ReadBy, check_keys, keys_of_fields, read_arguments, reader
@@ -144,6 +145,7 @@ __all__ = [
     "smallest",
     "split",
     "structure_key",
+    "taylor_coefficients",
     "tell_step",
     "toml_tables",
     "too_much",

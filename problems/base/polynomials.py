@@ -6,8 +6,9 @@ interval brings them closer, quadratically. So a bound is proven without looking
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
-from math import comb
+from math import comb, factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -34,6 +35,17 @@ def bernstein(coefficients: FloatArray, durations: FloatArray) -> FloatArray:
 def _from_powers(n: int) -> FloatArray:
     """The matrix that turns coefficients, lowest power first, into those of Bernstein, (n + 1, n + 1)."""
     return np.array([[comb(i, j) / comb(n, j) if j <= i else 0.0 for j in range(n + 1)] for i in range(n + 1)])
+
+
+def taylor_coefficients(curve: Callable[[FloatArray, int], FloatArray], at: FloatArray, degree: int) -> FloatArray:
+    """The coefficients (degree + 1, p, ...) of a curve from parameters (p,) on, highest power first.
+
+    Args:
+        curve: its derivatives (p, ...) at parameters, by their order.
+        at: parameters.
+        degree: of the coefficients.
+    """
+    return np.stack([curve(at, order) / factorial(order) for order in range(degree, -1, -1)])
 
 
 class Part(NamedTuple):

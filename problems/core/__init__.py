@@ -19,7 +19,7 @@ from problems.core.linear_program import LinearProgram
 from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.segments import SegmentCells, SegmentMotion, Stops
-from problems.core.trust_region import TrustRegion
+from problems.core.trust_region import Step, TrustRegion
 from problems.core.world import CONNECT, MOST_ITEMS, CompiledWorld, known_robot
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "SegmentMotion",
     "Separation",
     "SingleRows",
+    "Step",
     "Stops",
     "TorqueAim",
     "TrustRegion",

@@ -345,13 +345,13 @@ class TimeMoveProblem(Problem[SplineShape]):
         """None: the search box keeps them."""
         return []
 
+    def steps(self) -> DecodedSteps[SplineShape]:
+        return DecodedSteps(self)
+
     def cost_program(self) -> Program:
         if self.first is None:
-            return DecodedSteps(self).program()
+            return super().cost_program()
         return with_numbers_of(self.first.program, self, self._reading.values)
-
-    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return DecodedSteps(self).parts()
 
     def _new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         """The evaluator of the first problem of its make with other numbers, where there is one."""

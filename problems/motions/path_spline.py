@@ -26,6 +26,7 @@ from problems.base import (
     PiecewisePolynomial,
     as_array,
     split,
+    taylor_coefficients,
     total,
 )
 from problems.motions.path_scan import TINY, TorqueSlopes, interval_time, limited, scan
@@ -81,7 +82,7 @@ class JointPath:
             SPLINE_DEGREE,
             orders=[0, 3, 4, *[0] * (u.size - 2), 3, 4, 0],
         )
-        return cls(u, np.stack([spline(u[:-1], n) / factorial(n) for n in range(SPLINE_DEGREE, -1, -1)]))
+        return cls(u, taylor_coefficients(spline, u[:-1], SPLINE_DEGREE))
 
     @classmethod
     def blended(cls, waypoints: FloatArray, tolerance: float) -> Self:
@@ -119,8 +120,7 @@ class JointPath:
 
     def restarted(self, starts: FloatArray) -> FloatArray:
         """Coefficients (order, n, k) of the pieces that hold parameters (n,), each in its own u from there on."""
-        orders = range(len(self.coefficients) - 1, -1, -1)
-        return np.stack([self.at(starts, order) / factorial(order) for order in orders])
+        return taylor_coefficients(self.at, starts, len(self.coefficients) - 1)
 
     @cached_property
     def curve(self) -> PiecewisePolynomial:

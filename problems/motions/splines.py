@@ -10,7 +10,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from math import factorial
 from operator import add
 
 import casadi as ca
@@ -18,7 +17,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 from numpy.typing import NDArray
 
-from problems.base import BSpline, FloatArray, Matrix, PiecewisePolynomial, constant
+from problems.base import BSpline, FloatArray, Matrix, PiecewisePolynomial, constant, taylor_coefficients
 from problems.motions.samples import Samples
 from problems.motions.trajectory import Motion, SampleGrid
 from problems.robots import Robot
@@ -77,8 +76,7 @@ class ClampedSpline:
     def curve(self, control_points: FloatArray) -> PiecewisePolynomial:
         """The piecewise polynomial of control points (N, k), with the nodes as breakpoints."""
         spline = BSpline(self.basis.t, control_points, self.degree)
-        powers = [np.asarray(spline(self.nodes[:-1], n)) / factorial(n) for n in range(self.degree + 1)]
-        return PiecewisePolynomial(np.array(powers[::-1]), self.nodes)
+        return PiecewisePolynomial(taylor_coefficients(spline, self.nodes[:-1], self.degree), self.nodes)
 
 
 class InterpolatingSpline(ClampedSpline, ABC):

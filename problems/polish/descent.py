@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray
-from problems.core import LinearProgram, Nearby, SingleRows, WholeRows, stacked
+from problems.core import LinearProgram, Nearby, SingleRows, Step, WholeRows, stacked
 from problems.polish.deviation import Deviations, JointRows
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import PolishObjective, QuadraticModel
@@ -45,7 +45,7 @@ class Iterate:
         passages: where it comes nearest to the places on its way.
         missing: the sum of the clearances that are missing, m, and, at the same price, of angles out of their ranges,
             of broken expressions and of missed places.
-        cost: the merit that programs lower, s: the value and the price of all that is missing.
+        merit: lowered by programs, s: the value and the price of all that is missing.
         is_clear: whether every posture at a sample keeps at least a share of each margin.
     """
 
@@ -56,7 +56,7 @@ class Iterate:
     expressions: FloatArray
     passages: list[Passage]
     missing: float
-    cost: float
+    merit: float
     is_clear: bool
 
 
@@ -115,49 +115,33 @@ class DeviationPolish:
             programs: at most; those of the settings where None.
             near: its duration, s, if that matters; the direct motion's where None.
         """
-        near = self.motions.direct.duration if near is None else near
-        region, settings = self.settings.region, self.settings
-        trust, idle = region.first, 0
-        best = self.iterate(x, trust, near)
-        for number in range(settings.programs if programs is None else programs):
-            if self._is_done(best, number, to_beat) or self.running_out():
-                break
-            model = self._linearised(best, trust)
-            step = self._program(best, trust, model).solved()
-            if step is None:
-                trust = region.rejected(trust)
-                if trust < region.least:
-                    break
-                continue
-            change, saved = step[0], -step[1]
-            other = self._stepped(best.x + change, region.grown(trust), best.duration - saved)
-            gain, promised = best.cost - other.cost, self._promised(best, change, saved, model)
-            least_gain = settings.least_gain * abs(best.value)
-            if gain > 0.0:
-                idle = idle + 1 if gain < least_gain else 0
-                trust = region.accepted(trust, gain / max(promised, gain, 1e-12))
-                best = other
-            else:
-                trust = region.rejected(trust)
-            least_promise = settings.least_gain * abs(best.value) * 0.1
-            if idle == settings.patience or trust < region.least or promised < least_promise:
-                break
-        return best
+        settings, region = self.settings, self.settings.region
 
-    def _is_done(self, best: Iterate, number: int, to_beat: float) -> bool:
-        """Whether a motion is as good as any, or hopeless, after a number of programs."""
-        settings = self.settings
-        if best.is_clear and best.value <= settings.at_bound * self.objective.bound:
-            return True
-        return number >= settings.hopeless_after and best.cost > settings.hopeless * to_beat
+        def is_done(best: Iterate, number: int) -> bool:
+            at_bound = best.is_clear and best.value <= settings.at_bound * self.objective.bound
+            is_hopeless = number >= settings.hopeless_after and best.merit > settings.hopeless * to_beat
+            return at_bound or is_hopeless or self.running_out()
 
-    def _stepped(self, x: FloatArray, trust: float, duration: float) -> Iterate:
+        start = self.iterate(x, region.first, self.motions.direct.duration if near is None else near)
+        return region.descent(start, settings.programs if programs is None else programs, self._step, is_done)
+
+    def _step(self, around: Iterate, trust: float) -> Step[Iterate] | None:
+        """The motion to which the program around one leads; None where it has no solution."""
+        model = self._linearised(around, trust)
+        solution = self._program(around, trust, model).solved()
+        if solution is None:
+            return None
+        change, saved = solution[0], -solution[1]
+        motion = self._bent(around.x + change, self.settings.region.grown(trust), around.duration - saved)
+        return Step(motion, self._promised(around, change, saved, model))
+
+    def _bent(self, x: FloatArray, trust: float, duration: float) -> Iterate:
         """The motion of control points, or of those near by that keep expressions, which bend away from a long step."""
         straight = self.iterate(x, trust, duration)
         if self.expressions is None or (straight.expressions[:, self.expressions.is_static] <= 0.0).all():
             return straight
         bent = self.iterate(self.projected(x), trust, duration)
-        return bent if bent.cost < straight.cost else straight
+        return bent if bent.merit < straight.merit else straight
 
     def projected(self, x: FloatArray) -> FloatArray:
         """Control points near given ones whose postures keep the expressions that depend on angles alone."""
@@ -253,7 +237,7 @@ class DeviationPolish:
         value = self.objective.value(x, duration)
         return Iterate(
             x=x, duration=duration, value=value, nearby=nearby, expressions=expressions, passages=passages,
-            missing=missing, cost=value + settings.clearance_price * missing, is_clear=is_clear,
+            missing=missing, merit=value + settings.clearance_price * missing, is_clear=is_clear,
         )  # fmt: skip
 
     def _duration(self, x: FloatArray, near: float) -> float:

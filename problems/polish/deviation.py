@@ -15,16 +15,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from math import factorial
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from problems.base import BSpline, FloatArray
+from problems.base import BSpline, FloatArray, taylor_coefficients
 from problems.core import SingleRows, WholeRows
 from problems.motions import Trajectory
 from problems.polish.settings import DEFAULT_DEVIATION, DeviationSettings
-from problems.polish.spline import DEGREE, FACTORIALS, PIECES, SAMPLES, DeviationSpline
+from problems.polish.spline import DEGREE, PIECES, SAMPLES, DeviationSpline
 from problems.robots import JointLimits
 from problems.timing import (
     MotionState,
@@ -119,8 +120,7 @@ def smoothed(trajectory: Trajectory, pieces: int) -> Trajectory:
     knots = step * np.arange(-DEGREE, pieces + 3 + DEGREE, dtype=np.float64)
     postures = trajectory.at(np.clip(knots[1:-3], 0.0, trajectory.duration))
     spline, breakpoints = BSpline(knots, postures, DEGREE), knots[DEGREE:-DEGREE]
-    powers = [spline(breakpoints[:-1], order) / FACTORIALS[order] for order in range(DEGREE, -1, -1)]
-    return Trajectory(breakpoints, np.stack(powers))
+    return Trajectory(breakpoints, taylor_coefficients(spline, breakpoints[:-1], DEGREE))
 
 
 class Deviations:
@@ -261,7 +261,7 @@ class Deviations:
         """Rows at parameters that lie in, or at the edge of, the parts in which other parameters lie."""
         weights, piece = self.spline.weights(u, order, within)
         base = sum(
-            self._base(within, order + more)[np.arange(len(u)), joint] * (u - within) ** more / FACTORIALS[more]
+            self._base(within, order + more)[np.arange(len(u)), joint] * (u - within) ** more / factorial(more)
             for more in range(DEGREE + 1 - order)
         )
         return JointRows(order, joint, piece, weights, np.asarray(base))
@@ -406,8 +406,8 @@ class Deviations:
         for order in range(DEGREE + 1):
             there.append(self.postures(middle, order).values(padded))
         rows = [
-            sum(there[order + more] * back**more / FACTORIALS[more] for more in range(DEGREE + 1 - order))
-            / (FACTORIALS[order] * duration**order)
+            sum(there[order + more] * back**more / factorial(more) for more in range(DEGREE + 1 - order))
+            / (factorial(order) * duration**order)
             for order in range(DEGREE, -1, -1)
         ]
         return Trajectory(nodes * duration, np.stack([np.asarray(row) for row in rows]))

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 from problems.core import TrustRegion
 
 CONTROL_POINT_REGION = TrustRegion(
-    first=0.25, least=2e-3, largest=0.4, growth=2.0, shrinkage=0.35, rejection=0.35, good=0.6, poor=0.15
-)  # rad
+    first=0.25, least=2e-3, largest=0.4, growth=2.0, shrinkage=0.35, rejection=0.35, good=0.6, poor=0.15,
+    patience=2, least_gain=3e-4, least_promise=3e-5,
+)  # rad  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,8 +127,6 @@ class PolishSettings:
     Args:
         region: of the control points, rad.
         programs: programs of one descent, at most.
-        least_gain: share of the merit; programs that gain less are idle.
-        patience: idle programs in a row after which a descent ends.
         at_bound: times the lower bound; a clear motion that is as good ends the descent.
         hopeless: times the merit to beat; a descent that is still worse after ``hopeless_after`` programs ends.
         hopeless_after: programs.
@@ -154,8 +153,6 @@ class PolishSettings:
 
     region: TrustRegion = CONTROL_POINT_REGION
     programs: int = 25
-    least_gain: float = 3e-4
-    patience: int = 2
     at_bound: float = 1.0005
     hopeless: float = 1.3
     hopeless_after: int = 5

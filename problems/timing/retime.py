@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from math import factorial
-
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem
+from problems.base import FloatArray, InvalidProblem, taylor_coefficients
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits, RigidChain
 from problems.timing.free_space import TIME_ROUNDING, rest_to_rest
@@ -91,8 +89,7 @@ def _broken(move: Trajectory, passed: FloatArray) -> Trajectory:
         low, high = np.where(late, low, middle), np.where(late, middle, high)
     apart = np.abs(high[:, None] - move.breakpoints).min(axis=1) > TIME_ROUNDING * move.duration
     times = np.union1d(move.breakpoints, high[apart])
-    orders = range(len(move.coefficients) - 1, -1, -1)
-    return Trajectory(times, np.stack([move.at(times[:-1], order) / factorial(order) for order in orders]))
+    return Trajectory(times, taylor_coefficients(move.at, times[:-1], len(move.coefficients) - 1))
 
 
 def _joined(parts: list[Trajectory]) -> Trajectory:

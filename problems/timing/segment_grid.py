@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import factorial
 from typing import Self
 
 import numpy as np
@@ -12,8 +13,6 @@ from numpy.typing import NDArray
 from problems.base import FloatArray, basis_functions
 from problems.core import SegmentCells
 from problems.motions import Trajectory
-
-FACTORIALS = np.array([1.0, 1.0, 2.0, 6.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +171,7 @@ class SegmentGrid:
         """
         own, rows = self._of_cells(points), []
         for order in range(3, -1, -1):
-            scale = FACTORIALS[order] * durations[:, None, None] ** order
+            scale = factorial(order) * durations[:, None, None] ** order
             weights = (
                 self.at_shares(0.0, order) if order <= self.degree else np.zeros((*own.shape[:2], self.degree + 1))
             )

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from problems.core import TrustRegion
 
 LAW_REGION = TrustRegion(
-    first=0.3, least=0.0, largest=2.0, growth=2.0, shrinkage=1.0, rejection=0.25, good=0.0, poor=0.0
-)  # shares of the distance of a control point to its neighbours
+    first=0.3, least=2.5e-4, largest=2.0, growth=2.0, shrinkage=1.0, rejection=0.25, good=0.0, poor=0.0,
+    patience=1, least_gain=3e-4, least_promise=-np.inf,
+)  # shares of the distance of a control point to its neighbours; a program may promise a slower law  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,9 +86,7 @@ class LawSettings:
 
     Args:
         region: of the control points, shares of the distance to their neighbours; any gain lets it grow.
-        programs: trust-region steps of one search, at most.
-        most_failures: steps in a row without a gain after which a search ends.
-        least_gain: share of the merit; a step that gains or loses less ends a search.
+        programs: of one search, at most.
         samples: of each interval between knots, in a program.
         judging_samples: of each interval, by which a law is judged.
         even_share: share of an even law in every law, so that none stands still.
@@ -117,8 +118,6 @@ class LawSettings:
 
     region: TrustRegion = LAW_REGION
     programs: int = 25
-    most_failures: int = 5
-    least_gain: float = 3e-4
     samples: int = 4
     judging_samples: int = 8
     even_share: float = 1e-7

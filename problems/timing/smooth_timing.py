@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from problems.base import BSpline, FloatArray, InvalidProblem, PiecewisePolynomial
+from problems.core import Step
 from problems.motions import JointPath, Trajectory
 from problems.robots import JointLimits
 from problems.timing.bound import energy_profile
@@ -124,25 +125,13 @@ class ParametrisationSearch:
 
     def improved(self, best: Candidate) -> Candidate:
         """The best law that a trust region around the last one leads to."""
-        settings, region = self.settings, self.settings.region
-        tau = _samples(self.knots, settings.samples)
-        basis = Basis.of(self.knots, tau, ORDERS + 1)
-        trust, failures = region.first, 0
-        for _ in range(settings.programs):
-            step = self._step(best, tau, basis, trust)
-            new = best if step is None else self._after(best, *step)
-            gain = -np.inf if step is None else 1.0 - new.merit / best.merit
-            if gain > 0.0:
-                best, failures, trust = new, 0, region.grown(trust)
-            else:
-                failures, trust = failures + 1, region.rejected(trust)
-            if failures == settings.most_failures or abs(gain) < settings.least_gain:
-                break
-        return best
+        return self.settings.region.descent(best, self.settings.programs, self._step)
 
-    def _after(self, around: Candidate, change: FloatArray, longer: float) -> Candidate:
-        """The law after a step."""
-        return self.candidate(around.law.controls + change, around.duration * (1.0 + longer))
+    @cached_property
+    def _sampled(self) -> tuple[FloatArray, Basis]:
+        """The shares of the duration at which programs keep limits, and the basis there."""
+        tau = _samples(self.knots, self.settings.samples)
+        return tau, Basis.of(self.knots, tau, ORDERS + 1)
 
     def _growing(self, tau: FloatArray) -> FloatArray:
         """The share of the margin at each tau, (n,): less where a velocity is given that may be at its limit."""
@@ -152,9 +141,9 @@ class ParametrisationSearch:
                 near = np.minimum(near, distance / self.settings.margin_growth)
         return np.asarray(near**2)
 
-    def _step(self, around: Candidate, tau: FloatArray, basis: Basis, trust: float) -> tuple[FloatArray, float] | None:
-        """Changes of the control points, and of the duration as a share of it; None where there are none."""
-        controls, duration = around.law.controls, around.duration
+    def _step(self, around: Candidate, trust: float) -> Step[Candidate] | None:
+        """The law to which the program around one leads; None where it has no solution."""
+        (tau, basis), controls, duration = self._sampled, around.law.controls, around.duration
         crossed = around.law.reaching(self.path.breakpoints[1:-1])
         beside = np.concatenate([crossed - BESIDE, crossed + BESIDE])
         basis = basis.joined(Basis.of(self.knots, beside, ORDERS + 1))
@@ -166,7 +155,7 @@ class ParametrisationSearch:
         padded = np.pad(controls, 2, mode="edge")
         width = np.zeros_like(controls)
         width[free] = trust * (padded[4:] - padded[:-4])[free] / 4.0
-        return LawProgram(
+        solution = LawProgram(
             rows=rows,
             basis=basis,
             controls=controls,
@@ -176,6 +165,10 @@ class ParametrisationSearch:
             elastic=self.ends.moving,
             settings=self.settings,
         ).solved()
+        if solution is None:
+            return None
+        change, longer = solution
+        return Step(self.candidate(controls + change, duration * (1.0 + longer)), -longer * duration)
 
 
 def _samples(knots: FloatArray, count: int) -> FloatArray:

@@ -17,7 +17,7 @@ from problems import OBJECTIVES, Constraint, Problem, Robot, Trajectory, Variabl
 from problems.assembly import CostSteps, Criteria, Decoded, Encoding, FeasibilityFirst
 from problems.base import FloatArray, Matrix
 from problems.certify import safe_time_scale
-from problems.evaluation import Program, Step
+from problems.evaluation import Step
 from problems.limits import Limit, limits_of
 from problems.motions import Motion, SampleGrid, Samples
 from problems.objectives import MotionBounds
@@ -127,8 +127,8 @@ class JointMoveProblem(Problem[Matrix]):
 
     motion: Blend
 
-    def cost_program(self) -> Program:
-        return JointMoveSteps(self).program()
+    def steps(self) -> JointMoveSteps:
+        return JointMoveSteps(self)
 
     def nlp(self) -> NonlinearProgram:
         return JointMoveProgram(self.motion, self.criteria.limits)

@@ -14,7 +14,7 @@ import numpy as np
 import scipy  # whose parts are loaded when they are used
 
 from problems import Trajectory
-from problems.base import FloatArray, composition, shown_value
+from problems.base import FloatArray, composition, shown_value, taylor_coefficients
 from tpbso_casadi.scenario import ScenarioError
 
 TIMES = 101  # at which pieces and object are compared
@@ -100,10 +100,7 @@ def _between_knots(spline: scipy.interpolate.BSpline) -> scipy.interpolate.PPoly
     """A spline by its Taylor coefficients at its knots, each taken once."""
     k = spline.k
     knots = np.unique(spline.t[k : len(spline.t) - k])
-    factorials = np.cumprod([1.0, *range(1, k + 1)])
-    return scipy.interpolate.PPoly(
-        np.stack([spline(knots[:-1], order) / factorials[order] for order in range(k, -1, -1)]), knots
-    )
+    return scipy.interpolate.PPoly(taylor_coefficients(spline, knots[:-1], k), knots)
 
 
 def _toppra_spline(motion: Any) -> scipy.interpolate.PPoly:

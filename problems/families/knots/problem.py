@@ -12,7 +12,7 @@ import numpy as np
 
 from problems.assembly import CostSteps, Criteria, Problem, SearchedTimeScale, objective_named, peak_loop
 from problems.base import FloatArray, Matrix, as_array, largest
-from problems.evaluation import Loop, PopulationFunction, Program, Step
+from problems.evaluation import Loop, PopulationFunction, Step
 from problems.families.knots.encoding import DEFAULT_TIME_BOUNDS, KNOT_ENCODINGS, KnotPostures, KnotsEncoding
 from problems.families.knots.motion import KnotSpline, turning_speed
 from problems.families.knots.program import PathNlp
@@ -128,12 +128,9 @@ class PathFollowingProblem(Problem[SplineShape]):
         at_points = ca.mtimes(spline.sampling_matrix(self.motion.point_parameters), parameters.coefficients)
         return [self.accuracy.at(self.motion.robot.tool.position(at_points), ca.DM(self.encoding.task.path.array))]
 
-    def cost_program(self) -> Program:
+    def steps(self) -> KnotSteps:
         """Postures at the knots, spline, [peaks, scale,] samples, points of the path, finish."""
-        return KnotSteps(self).program()
-
-    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return KnotSteps(self).parts()
+        return KnotSteps(self)
 
     def nlp(self) -> PathNlp:
         objective, limits = self.criteria.objective, self.criteria.limits

@@ -200,17 +200,14 @@ class MoveProblem(SplineProblem):
         goal, since = parameters.control_points[-1, :], ca.DM(stay_shares(stay) * stay)
         return [*found, *stay_constraints(limits, robot, goal, parameters.duration, since, SAMPLING_MARGIN)]
 
-    def cost_program(self) -> Program:
+    def steps(self) -> MoveSteps:
         """Path, scan backward, scan forward, [slow down,] sample, finish."""
-        steps = MoveSteps(self)
-        return (
-            steps.program()
-            if self.same_structure_as is None
-            else self.same_structure_as.program.with_numbers(steps.arguments.values)
-        )
+        return MoveSteps(self)
 
-    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return MoveSteps(self).parts()
+    def cost_program(self) -> Program:
+        if self.same_structure_as is None:
+            return super().cost_program()
+        return self.same_structure_as.program.with_numbers(self.steps().arguments.values)
 
     def _new_evaluator(self, options: EvaluationOptions) -> PopulationFunction:
         if self.same_structure_as is None:

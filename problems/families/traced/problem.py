@@ -17,7 +17,7 @@ import numpy as np
 from problems.assembly import Criteria, LocalTimeScale, SearchedTimeScale, objective_named
 from problems.base import FloatArray, InvalidProblem, Matrix, as_array
 from problems.certify import Verdict
-from problems.evaluation import Loop, Program, Step
+from problems.evaluation import Loop, Step
 from problems.families.knots import posture_steps
 from problems.families.splines import MoveNlp, MoveSteps, PassedMotion, SplineProblem, node_times
 from problems.families.traced.direct import TracingPlanner
@@ -98,12 +98,9 @@ class TracedProblem(SplineProblem):
         near = near_path(self.motion.robot, *self.accuracies, theta, ca.DM(self.lines))
         return [*super()._point_constraints(parameters), *near]
 
-    def cost_program(self) -> Program:
+    def steps(self) -> TracedSteps:
         """Postures at the knots, spline, scan backward, scan forward, samples, distances from the path, finish."""
-        return TracedSteps(self).program()
-
-    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return TracedSteps(self).parts()
+        return TracedSteps(self)
 
 
 class TracedSteps(MoveSteps):

@@ -29,7 +29,6 @@ from problems.assembly import (
     objective_named,
 )
 from problems.base import FloatArray, Matrix, split
-from problems.evaluation import Program
 from problems.families.two_segments.motion import TIME_SHARES, Quantities, TwoSegments
 from problems.families.two_segments.program import PointToPointNlp
 from problems.limits import Limit, LimitKind, limits_of, longest_time_scale, minimum_time_scale, reach_limit, scaling
@@ -257,12 +256,8 @@ class PointToPointProblem(Problem[Quantities]):
     motion: TwoSegments
     encoding: SegmentsEncoding
 
-    def cost_program(self) -> Program:
-        """Decode, [find the peaks, scale the time,] sample, finish."""
-        return DecodedSteps(self).program()
-
-    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return DecodedSteps(self).parts()
+    def steps(self) -> DecodedSteps[Quantities]:
+        return DecodedSteps(self)
 
     def nlp(self) -> PointToPointNlp:
         objective, limits = self.criteria.objective, self.criteria.limits

@@ -29,7 +29,6 @@ from problems.assembly import (
     step_limits,
 )
 from problems.base import FloatArray, InvalidProblem, Matrix, as_array
-from problems.evaluation import Program
 from problems.families.via_times.interpolations import INTERPOLATIONS
 from problems.families.via_times.motion import NodeStates, StatePieces
 from problems.families.via_times.program import IntervalTimesNlp
@@ -214,12 +213,8 @@ class ViaTimesProblem(Problem[NodeStates]):
     motion: StatePieces
     encoding: IntervalTimes
 
-    def cost_program(self) -> Program:
-        """Decode, [find the peaks, scale the time,] sample, finish."""
-        return DecodedSteps(self).program()
-
-    def parts_program(self) -> tuple[Program, tuple[str, ...]]:
-        return DecodedSteps(self).parts()
+    def steps(self) -> DecodedSteps[NodeStates]:
+        return DecodedSteps(self)
 
     def nlp(self) -> IntervalTimesNlp:
         encoding, criteria = self.encoding, self.criteria

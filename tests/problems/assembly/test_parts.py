@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.cases import builtin
-from helpers.third_problem import JointMoveProblem
 
 from problems import Ellipse, Joints, Move, PlanarArm, Problem, move, time_move
 from problems.evaluation import EvaluationOptions, PopulationFunction
@@ -55,9 +54,3 @@ def test_the_parts_make_the_cost(name: str) -> None:
 def test_the_paper_names_its_constraints() -> None:
     _, names = builtin("obstacle-3").parts_program()
     assert names == ("speed", "acceleration", "clearance", "swept clearance", "reach")
-
-
-def test_a_problem_may_not_know_its_parts() -> None:
-    problem = object.__new__(JointMoveProblem)
-    with pytest.raises(NotImplementedError):
-        problem.parts_program()
