@@ -17,6 +17,7 @@ from problems.base.polynomials import bernstein, halved
 
 CLOSED_FORM = 2  # degree up to which roots have formulas
 HALVINGS = 4  # of an interval in which a polynomial may have several roots
+BLOCK = 32  # unknowns of a spline that are found together
 MOST_STEPS, RESOLUTION = 100, 1e-15  # of Newton's method; of a root
 
 
@@ -243,7 +244,7 @@ class BSpline:
 
 
 def _banded_solution(first: NDArray[np.intp], rows: FloatArray, right: FloatArray) -> FloatArray:
-    """The unknowns (N, k) of N equations, by Gauss' elimination with pivots.
+    """The unknowns (N, k) of N equations, block by block of unknowns, by reflections.
 
     Args:
         first: number of the first unknown in each equation, not decreasing, (N,).
@@ -251,20 +252,23 @@ def _banded_solution(first: NDArray[np.intp], rows: FloatArray, right: FloatArra
         right: sides, (N, k).
     """
     (count, width), k = rows.shape, right.shape[1]
-    both, begins = np.concatenate([rows, right], axis=1), np.searchsorted(first, np.arange(count), side="right")
-    active, solved, known = np.empty((0, width + k)), np.empty((count, width + k)), 0
-    for number, end in enumerate(begins.tolist()):
-        active, known = np.concatenate([active, both[known:end]]), end
-        chosen = int(np.abs(active[:, 0]).argmax())
-        pivot = solved[number] = active[chosen]
-        active = np.delete(active, chosen, axis=0)
-        active -= (active[:, 0] / pivot[0])[:, None] * pivot
-        active[:, : width - 1], active[:, width - 1] = active[:, 1:width], 0.0
+    carried, known, triangles = np.empty((0, width - 1 + k)), 0, []
+    for begin in range(0, count, BLOCK):
+        size = min(BLOCK, count - begin)
+        taken, most, columns = slice(known, int(np.searchsorted(first, begin + size))), len(carried), size + width - 1
+        block = np.zeros((most + taken.stop - known, columns + k))
+        block[:most, : width - 1], block[:most, columns:] = carried[:, : width - 1], carried[:, width - 1 :]
+        places = first[taken, None] - begin + np.arange(width)
+        np.put_along_axis(block[most:], places, rows[taken], axis=1)
+        block[most:, columns:], known = right[taken], taken.stop
+        triangle = np.asarray(np.linalg.qr(block, mode="r"))
+        carried = triangle[size : len(block), size:]
+        triangles.append(triangle[:size])
     found = np.zeros((count + width - 1, k))
-    for number in range(count - 1, -1, -1):
-        equation = solved[number]
-        after = equation[1:width] @ found[number + 1 : number + width]
-        found[number] = (equation[width:] - after) / equation[0]
+    for number, triangle in reversed([*enumerate(triangles)]):
+        begin, size = number * BLOCK, len(triangle)
+        after = triangle[:, size:-k] @ found[begin + size : begin + size + width - 1]
+        found[begin : begin + size] = np.linalg.solve(triangle[:, :size], triangle[:, -k:] - after)
     return found[:count]
 
 

@@ -98,9 +98,8 @@ def complete_limits(limits: Sequence[Limit], robot: Robot, obstacles: Sequence[O
         others = [limit.complete(obstacles) for limit in limits if type(limit) not in (Clearance, SelfClearance)]
         return (*others, *cover_limits(robot, obstacles))
     complete = [limit.complete(obstacles) for limit in limits]
-    own = SelfClearance.of_all(robot)
-    if own is not None and not any(type(limit) is SelfClearance for limit in complete):
-        complete.append(own)
+    if not any(type(limit) is SelfClearance for limit in complete):
+        complete += [own for own in [SelfClearance.of_all(robot)] if own is not None]
     return tuple(complete)
 
 

@@ -48,7 +48,8 @@ LOG = logging.getLogger(__name__)
 BOUND = "least_time"  # the quantity of a plan that says what its stages take at least, s
 MOST_POSTURES = 12  # of a stop
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
-EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet; with jerk lines do
+EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet: in twelve cells ways of
+# the tool need 1.0001 to 1.009 times as long as theirs, 1.004 in the median, and moves in free space as long as theirs
 UNKNOWN = 3.0  # the same for other edges then
 
 
