@@ -148,6 +148,9 @@ def by_nonlinear_program(case: Case, cells: int) -> float:
     for order in range(1, orders):
         opti.subject_to(opti.bounded(-1.0, states[order] / ca.repmat(bounds[order - 1], 1, total), 1.0))
     opti.subject_to(opti.bounded(-1.0, tops / ca.repmat(bounds[-1], 1, total - 1), 1.0))
+    if case.limits.position is not None:
+        low, high = (ca.repmat(ca.DM(side), 1, total) for side in np.array(case.limits.position).T)
+        opti.subject_to(opti.bounded(low, states[0], high))
     for share in SPEED_SHARES if orders == 3 else ():
         between = _later([*states[1:], tops], share * steps) / ca.repmat(bounds[0], 1, total - 1)
         opti.subject_to(opti.bounded(-1.0, between, 1.0))

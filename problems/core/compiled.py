@@ -100,7 +100,8 @@ class Core:
         found = SegmentMotion(*(np.array(part, dtype=np.float64, order="C") for part in start))
         solved = self.library.core_through(
             len(stops.limits) - 1, segments, joints, *(part.ctypes.data for part in given), cells.count, stops.price,
-            len(cells.orders), *(part.ctypes.data for part in rows), *(part.ctypes.data for part in found),
+            stops.range_share, len(cells.orders), *(part.ctypes.data for part in rows),
+            *(part.ctypes.data for part in found),
         )  # fmt: skip
         return found, bool(solved)
 

@@ -21,6 +21,7 @@ class Stops:
         limits: half the ranges, then limits of the derivatives, (degree + 1, k); infinite where there is none.
         ends: derivatives at both ends, from the first on, (2, degree - 1, k).
         price: shares of the duration that a common excess over limits costs, for each limit's worth of it.
+        range_share: of half the ranges that angles keep; more next to places that are beyond it.
     """
 
     places: FloatArray
@@ -28,6 +29,7 @@ class Stops:
     limits: FloatArray
     ends: FloatArray
     price: float
+    range_share: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,6 +57,7 @@ def _rates(task: Task, name: str, unit: str, symbol: str, away: FloatArray, boun
     )
 
 
+STATE_ROUNDING = 0.01  # share of a limit, by which a measured state is beyond it by what a drive rounds at most
 SEARCHED_TIMES = 2001  # at which places are looked for, besides the breakpoints
 NEWTON_STEPS = 12  # towards the exact time
 
@@ -188,6 +189,9 @@ class Move(Task):
         if rates and len(rates) != self.robot.dof:
             raise InvalidProblem(field, f"{len(rates)} values for {self.robot.dof} joints")
         for joint, (value, most) in enumerate(zip(rates, limits, strict=False), start=1):
+            if most < abs(value) <= (1.0 + STATE_ROUNDING) * most:
+                beyond = f"joint {joint}: {value:g} is {100.0 * (abs(value) / most - 1.0):.2g} % beyond {most:g} {unit}"
+                raise InvalidProblem(field, f"{beyond}, as a drive rounds; state the limit itself, or raise the limit")
             check_within(field, (value,), (-most, most), unit, f"joint {joint}: ")
 
     def narrowed(self, start: Place, vias: tuple[Place, ...], goals: tuple[Place, ...]) -> Move:

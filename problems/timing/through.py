@@ -146,7 +146,7 @@ class Passing:
             trajectory = passing._trajectory(grid, start)
             ranges = 0.0 if self.range_share is None else _range_share(trajectory, self.limits)
             excess = max(peak_shares(trajectory, self.limits)), ranges
-            if not is_solved and self.at_rest and trajectory.duration > self._stopping_time:
+            if not is_solved and trajectory.duration > self._stopping_time:
                 break
             if max(excess) <= 1.0 + TIME_ROUNDING:
                 return trajectory
@@ -178,10 +178,9 @@ class Passing:
         limits[1:] = self.limit_share * np.array(self.limits.by_order[: self.degree])
         if position is not None and self.range_share is not None:
             low, high = np.array(position).T
-            middles = (low + high) / 2.0
-            limits[0] = np.maximum(self.range_share * (high - low) / 2.0, np.abs(self.postures - middles).max(axis=0))
+            middles, limits[0] = (low + high) / 2.0, (high - low) / 2.0
         price = self.settings.price if self.at_rest else self.settings.moving_price
-        return Stops(self.postures, middles, limits, self.ends, price)
+        return Stops(self.postures, middles, limits, self.ends, price, self.range_share or 1.0)
 
     def _stopping(self) -> tuple[SegmentGrid, SegmentMotion]:
         """A motion that stops at every posture, somewhat slower than it might be, on the first grid."""

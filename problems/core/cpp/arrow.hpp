@@ -33,15 +33,13 @@ public:
     Lanes& side(int column, int row, int g) { return border[(column * size + row) * groups + g]; }
     double& corner_at(int row, int column) { return corner[row * columns + column]; }
 
-    // An unknown that gets no step.
-    void fix(int unknown) {
-        for (int g = 0; g < groups; ++g) {
-            for (int other = std::max(0, unknown - reach); other <= unknown; ++other) at(unknown, other, g) = Lanes{};
-            for (int other = unknown; other <= std::min(size - 1, unknown + reach); ++other) at(other, unknown, g) = Lanes{};
-            at(unknown, unknown, g) = all(1.0);
-            right[unknown * groups + g] = Lanes{};
-            for (int b = 0; b < columns; ++b) side(b, unknown, g) = Lanes{};
-        }
+    // An unknown that gets no step in the lanes of a group where `moves` is 0, and not 1.
+    void fix(int unknown, int g, const Lanes& moves) {
+        for (int other = std::max(0, unknown - reach); other < unknown; ++other) at(unknown, other, g) *= moves;
+        for (int other = unknown; other <= std::min(size - 1, unknown + reach); ++other) at(other, unknown, g) *= moves;
+        at(unknown, unknown, g) += 1.0 - moves;
+        right[unknown * groups + g] *= moves;
+        for (int b = 0; b < columns; ++b) side(b, unknown, g) *= moves;
     }
 
     // Whether there is a solution; the corner is shifted, but for its last column, until it is positive.

@@ -15,6 +15,9 @@
 // Products q_e T^e are curved. What a straight step misses of them would lie in one cell and cost N^2 of the highest
 // derivative, so that steps are bent: the miss is added along a smooth spline phi_e. H is the exact second derivative
 // along bent steps. A step is as long as it lowers f - mu sum of log s, or what slacks miss.
+//
+// Where a place is at the end of a joint's range, the joint can only turn back there: its speed stays zero. Rows keep the
+// angles next to it within the range; an acceleration of a solution that leads out of it stays zero from then on.
 #pragma once
 #include <array>
 
@@ -34,18 +37,22 @@ struct Stops {
     const double *places, *middles, *limits, *ends;
 };
 
-// Rows (m), their weights (S, m, D + 1), and phi_e of all K = N + D control points, (S, 2 ends, D - 1, K).
+// Rows (m), their weights (S, m, D + 1), and phi_e of all K = N + D control points, (S, 2 ends, D - 1, K). Angles keep a
+// share of the ranges, but less of it next to places that are beyond it.
 struct Cells {
     int count;
-    double price;
+    double price, range_share;
     std::vector<PointRow> rows;
     const double *weights, *bends;
 };
 
-constexpr int THROUGH_ITERATIONS = 400;
+// Most take less than 150; past 40 places near a line, some of them near each other, more than 1,000.
+constexpr int THROUGH_ITERATIONS = 400, SEGMENT_ITERATIONS = 80;
 constexpr double FIRST_PRODUCTS = 0.03, LAST_PRODUCTS = 3e-4;  // sums of s z
 constexpr double STATIONARITY = 3e-3, VIOLATION = 1e-3;
 constexpr double CENTERING = 0.1, TO_BOUNDARY = 0.99;
+constexpr double AT_THE_END = 1e-12;  // of half a range: rounding
+constexpr double RESERVE_RISES = 0.25;  // share of a segment, next to a place at the end of a range
 constexpr double LARGEST_TAU = 0.4, LEAST_SLACK = 1e-3;
 constexpr double ENOUGH_DESCENT = 1e-4, SHORTEST_STEP = 1e-8, MOST_MISSED = 1e3;
 
@@ -58,7 +65,7 @@ public:
         : stops(stops), cells(cells), N(cells.count), K(N + D), S(stops.segments), G(eights(stops.joints)),
           m((int)cells.rows.size()), n(S * (N - 1) + E), slots(S * m * G), middles(G), places((S + 1) * G),
           mask(slots), scale(slots), value(slots), now(empty()), trial(empty()), z{value, value}, ds(z), dz(z),
-          dual(n * G), unit(n * G), system(n, REACH, G, begins()) {
+          dual(n * G), unit(n * G), moves(n * G), system(n, REACH, G, begins()) {
         for (int lane = 0; lane < stops.joints; ++lane) {
             at(middles, lane) = stops.middles[lane];
             for (int i = 0; i <= S; ++i) at(places, i * G * LANES + lane) = stops.places[i * stops.joints + lane];
@@ -72,9 +79,10 @@ public:
         std::copy(durations, durations + S, now.T.begin());
         start();
         bool solved = false;
-        for (int iteration = 0; iteration < THROUGH_ITERATIONS && linearise() && !solved; ++iteration) {
+        for (int iteration = 0; goes_on(iteration) && linearise() && !solved; ++iteration) {
             solved = gap() < LAST_PRODUCTS && stationarity() < STATIONARITY && violation() < VIOLATION;
-            if (!solved && !(system.solve() && advance())) break;
+            if (solved && hold_outward()) solved = false;
+            else if (!solved && !(system.solve() && advance())) break;
         }
         visit(rates, inner, [](Lanes& own, int lane, double& given) { given = own[lane]; });
         std::copy(now.T.begin(), now.T.end(), durations);
@@ -82,6 +90,14 @@ public:
     }
 
 private:
+    // Whether there are iterations left: more of them where durations are shorter by now than at first.
+    bool goes_on(int iteration) const {
+        if (iteration < THROUGH_ITERATIONS) return true;
+        double now_in_all = 0.0;
+        for (double T : now.T) now_in_all += T;
+        return now_in_all < total && iteration < THROUGH_ITERATIONS + SEGMENT_ITERATIONS * S;
+    }
+
     typedef std::array<Vector, 2> Sides;  // upper bounds, lower bounds
 
     // Unknowns (n, G): rates of a place, then free control points behind it, and so on; the first and last are given.
@@ -102,6 +118,7 @@ private:
     State now, trial;
     Sides z, ds, dz;
     Vector dual, unit;                  // f' + G'z; what divides it
+    Vector moves;                       // 1 where an unknown may change, else 0, (n, G)
     Arrow system;
     std::vector<double> reference;      // T_ref
     double products = 1.0, total = 0.0, mu = 0.0, zeta = 0.0, dual_sigma = 0.0, worst_tau = 0.0;
@@ -120,7 +137,6 @@ private:
 
     // The unknown where the rates of a place begin. Control point p of the segment behind it is unknown base + p - 1.
     int base(int segment) const { return segment * (N - 1); }
-    bool is_given(int unknown) const { return unknown < E || unknown >= n - E; }
 
     int slot_of(int segment, int row, int g) const { return (segment * m + row) * G + g; }
     const double* weights(int segment, int row) const { return cells.weights + (segment * m + row) * (D + 1); }
@@ -173,10 +189,61 @@ private:
             }
     }
 
+    // Whether a place is beyond a share of half the range of a joint.
+    bool is_beyond(int place, int joint, double share) const {
+        return std::abs(stops.places[place * stops.joints + joint] - stops.middles[joint]) >= share * stops.limits[joint];
+    }
+
+    // The part of the reserve that a row of angles keeps: less next to places beyond it, as a joint leaves them at rest.
+    double kept_reserve(int segment, int row, int joint) const {
+        double point = cells.rows[row].first, kept = 1.0;
+        for (int a = 1; a <= D; ++a) point += a * weights(segment, row)[a];
+        for (int end : {0, 1})
+            if (is_beyond(segment + end, joint, cells.range_share))
+                kept = std::min(kept, std::pow((end ? K - 1 - point : point) / (RESERVE_RISES * (K - 1)), 2));
+        return kept;
+    }
+
+    // What may change: neither the rates at both ends, nor the speed of a joint at the end of its range.
+    void find_what_moves() {
+        for (int u = 0; u < n; ++u)
+            for (int g = 0; g < G; ++g) moves[u * G + g] = all(u < E || u >= n - E ? 0.0 : 1.0);
+        for (int i = 1; i < S; ++i)
+            for (int joint = 0; joint < stops.joints; ++joint) {
+                if (!is_beyond(i, joint, 1.0 - AT_THE_END)) continue;
+                hold(i, 0, joint);
+            }
+    }
+
+    void hold(int place, int rate, int joint) {
+        const int unknown = (base(place) + rate) * G + joint / LANES;
+        moves[unknown][joint % LANES] = now.u[unknown][joint % LANES] = 0.0;
+    }
+
+    // Holds at zero the accelerations that lead out of the range where a joint is at its end; whether there are any.
+    bool hold_outward() {
+        bool found = false;
+        for (int i = 1; i < S && E > 1; ++i)
+            for (int joint = 0; joint < stops.joints; ++joint) {
+                const int unknown = base(i) * G + joint / LANES, lane = joint % LANES;
+                const double side = stops.places[i * stops.joints + joint] - stops.middles[joint];
+                if (moves[unknown][lane] != 0.0 || now.u[unknown + G][lane] * side <= 0.0) continue;
+                hold(i, 1, joint);
+                found = true;
+            }
+        return found;
+    }
+
     void start() {
+        find_what_moves();
         reference = now.T;
         for (int i = 0; i < S; ++i) total += now.T[i];
-        each_slot([&](int slot, int i, int order) { scale[slot] = inverse_limit(i, order, slot % G, mask[slot]); });
+        each_slot([&](int slot, int i, int order) {
+            const int g = slot % G;
+            scale[slot] = inverse_limit(i, order, g, mask[slot]);
+            for (int lane = 0; order == 0 && lane < LANES && g * LANES + lane < stops.joints; ++lane)
+                scale[slot][lane] /= 1.0 - (1.0 - cells.range_share) * kept_reserve(i, slot / G % m, g * LANES + lane);
+        });
         for (int u = 0; u < n; ++u) {
             const int i = std::min(u / (N - 1), S - 1), e = u - base(i) + 1;
             for (int g = 0; g < G; ++g) {
@@ -257,7 +324,8 @@ private:
     double stationarity() const {
         double worst = std::max(worst_tau, std::abs(dual_sigma));
         for (int u = E; u < n - E; ++u)
-            for (int g = 0; g < G; ++g) worst = std::max(worst, greatest(size(dual[u * G + g]) / unit[u * G + g]));
+            for (int g = 0; g < G; ++g)
+                worst = std::max(worst, greatest(moves[u * G + g] * size(dual[u * G + g]) / unit[u * G + g]));
         return worst;
     }
 
@@ -278,7 +346,8 @@ private:
         system.corner_at(S, S) += zeta / now.sigma;
         system.last[S] -= cells.price - mu / now.sigma;
         for (int u = 0; u < n; ++u)
-            if (is_given(u)) system.fix(u);
+            for (int g = 0; g < G; ++g)
+                if (sum(moves[u * G + g]) < LANES) system.fix(u, g, moves[u * G + g]);
         return std::isfinite(mu) && std::isfinite(stationarity());
     }
 

@@ -163,6 +163,7 @@ def made(**changes: Any) -> Move:
         ({"start_velocity": (1.0,)}, "start_velocity", "1 values for 2 joints"),
         ({"start_acceleration": (1.0,)}, "start_acceleration", "1 values for 2 joints"),
         ({"start_acceleration": (0.0, 20.5)}, "start_acceleration", "joint 2: 20.5 is not within -20 and 20 rad/s^2"),
+        ({"start_acceleration": (0.0, -20.1)}, "start_acceleration", "joint 2: -20.1 is 0.5 % beyond 20 rad/s^2, as a"),
         ({"total_time": (2.0, 1.0)}, "total_time", "0 < 2 < 1 does not hold"),
         ({"obstacles": (Ellipse((0.0, 0.0), (0.1, 0.1)),)}, "obstacles", "the base lies inside"),
     ],

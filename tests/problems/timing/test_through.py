@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -160,6 +161,30 @@ def test_what_is_not_solved_and_slower_than_stops_is_none(monkeypatch: pytest.Mo
     postures, bounds = rng.uniform(-1.0, 1.0, (4, 3)), limits(rng, 3)
     monkeypatch.setattr(through.Passing, "_solved", lambda search, grid, start: (start, False))
     assert fastest_through(postures, bounds) is None
+
+
+@given(seed=st.integers(0, 10_000), with_jerk=st.booleans())
+@settings(max_examples=12, deadline=None)
+def test_joints_turn_back_at_the_ends_of_their_ranges(seed: int, with_jerk: bool) -> None:
+    """Each joint has vias at both ends of its range, and is faster than with stops."""
+    rng = np.random.default_rng(seed)
+    joints, count = int(rng.integers(1, 6)), int(rng.integers(4, 8))
+    postures, free = rng.uniform(-1.0, 1.0, (count, joints)), limits(rng, joints, with_jerk)
+    low, high = postures[1:-1].min(axis=0), postures[1:-1].max(axis=0)
+    postures[[0, -1]] = low + rng.uniform(0.1, 0.9, (2, joints)) * (high - low)
+    found = check(postures, replace(free, position=tuple(zip(low.tolist(), high.tolist(), strict=True))))
+    theta = found.at(found.extreme_times(0))
+    assert ((theta >= low - 1e-9) & (theta <= high + 1e-9)).all()
+    stopping = sum(rest_to_rest(*pair, free).duration for pair in pairwise(postures))
+    assert found.duration <= 1.001 * stopping
+
+
+def test_a_range_costs_what_a_nonlinear_program_says() -> None:
+    rng = np.random.default_rng(13)
+    postures, free = rng.uniform(-1.0, 1.0, (4, 1)), limits(rng, 1)
+    bounds = replace(free, position=((float(postures.min()) - 0.1, float(postures.max())),))
+    case = Case("a via at the end of the range", postures, bounds)
+    assert check(postures, bounds).duration <= 1.002 * by_nonlinear_program(case, 16)
 
 
 def test_what_no_motion_keeps_is_none() -> None:
