@@ -151,12 +151,14 @@ class Reading:
         return np.array(self._values, dtype=np.float64)
 
     def _read(self, statement: object) -> object:
+        if type(statement) in _PLAIN:  # as most fields are
+            return statement
         if isinstance(statement, tuple):
             return tuple([self._read(entry) for entry in statement])
-        if not isinstance(statement, Parametric):
-            return statement
         if id(statement) in self._seen:
             return self._seen[id(statement)][0]
+        if not isinstance(statement, Parametric):
+            return statement
         self._seen[id(statement)] = len(self._seen), statement
         kind: Any = type(statement)
         return kind, *[
@@ -182,4 +184,5 @@ def _fields_of(kind: type[Any]) -> tuple[tuple[str, bool, bool], ...]:
     return tuple((name, name in kind.numbers, name in kind.zero_is_structure) for name in names)
 
 
+_PLAIN = frozenset({float, int, bool, str, type(None)})
 _NUMBER = object()  # stands in a structure key for any number

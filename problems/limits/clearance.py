@@ -272,7 +272,7 @@ class Clearance(Proximity):
         if not all(pair.body.is_ball for pair in self.pairs):
             return []
         structures: dict[Hashable, dict[int, CollisionPair]] = {}
-        for pair in self.pairs:
+        for pair in {(pair.number, pair.measured): pair for pair in self.pairs}.values():
             allowed = tuple(body for body, obstacle in self.robot.may_touch if obstacle == pair.obstacle.unmoved.name)
             structure = Reading(pair.obstacle).structure_key, pair.measured, allowed
             structures.setdefault(structure, {})[pair.number] = pair

@@ -342,13 +342,13 @@ class ArmBodies(Bodies):
     def moved_by(self, body: Body) -> int:
         return self.arm.spheres[self.number_of(body)].link
 
-    @property
+    @cached_property
     def pairs(self) -> BodyPairs:
         """Pairs of ``kept_pairs``, that nearer the base first; where a cover decides, of what surely lies in them."""
         bodies = self.each if self.arm.cover is None else tuple(map(self.among_own, self.inner))
         return self._outward(self.arm.kept_pairs, bodies)
 
-    @property
+    @cached_property
     def proven_pairs(self) -> BodyPairs:
         """Pairs of ``kept_pairs`` and ``proven_pairs``."""
         return self._outward((*self.arm.kept_pairs, *self.arm.proven_pairs), self.each)

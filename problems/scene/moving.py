@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Annotated, ClassVar, Self, TypeAlias
 
 import casadi as ca
@@ -195,7 +196,7 @@ class MovingObstacle(Obstacle):
 
     def travel(self, cells: FloatArray, around: float) -> FloatArray:
         first, last = cells.min(initial=0.0), cells.max(initial=0.0)
-        extent = min(self.still.extent, around + self.motion.offset(first, last))
+        extent = min(self.extent, around + self.motion.offset(first, last))
         half = (cells[:, 1] - cells[:, 0]) / 2.0
         return np.asarray(self.motion.travel(cells, extent) + self.margin_rate * half)
 
@@ -234,7 +235,7 @@ class MovingObstacle(Obstacle):
     def width(self) -> float:
         return self.still.width
 
-    @property
+    @cached_property
     def extent(self) -> float:
         return self.still.extent
 

@@ -10,7 +10,7 @@ from problems.timing.free_space import (
     rest_to_rest,
     switch_shares,
 )
-from problems.timing.from_motion import MotionState, fastest_move, fastest_stop, least_duration
+from problems.timing.from_motion import MotionState, fastest_duration, fastest_move, fastest_stop, least_duration
 from problems.timing.retime import retime
 from problems.timing.settings import ThroughSettings
 from problems.timing.speed_profile import SpeedProfile
@@ -26,6 +26,7 @@ __all__ = [
     "apart",
     "departure",
     "deviation",
+    "fastest_duration",
     "fastest_move",
     "fastest_stop",
     "fastest_through",

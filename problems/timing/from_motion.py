@@ -109,6 +109,20 @@ def fastest_move(state: MotionState, goal: MotionState, limits: JointLimits) -> 
     return motion
 
 
+def fastest_duration(state: MotionState, goal: MotionState, limits: JointLimits) -> float:
+    """How long the motion of :func:`fastest_move` takes, s; to make it takes 30 times as long as to tell this.
+
+    Args:
+        state: of k joints.
+        goal: in which it ends.
+        limits: as in :func:`fastest_stop`.
+
+    Raises:
+        InvalidProblem: as :func:`fastest_stop`.
+    """
+    return float(_profiles(_between(state, goal, limits)).duration) or STANDING_DURATION
+
+
 def least_duration(state: MotionState, goal: MotionState, limits: JointLimits) -> float:
     """How long the fastest motion from one state to another takes, s; without a jerk limit accelerations may jump.
 

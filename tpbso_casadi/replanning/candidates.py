@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -12,7 +13,7 @@ from problems import Trajectory
 from problems.base import FloatArray
 from problems.certify import ClearanceProof
 from problems.robots import JointLimits
-from problems.timing import MotionState, fastest_move, fastest_stop
+from problems.timing import MotionState, fastest_duration, fastest_move, fastest_stop
 from tpbso_casadi.scenario import Scenario
 
 Kind: TypeAlias = Literal["new", "old", "stop"]
@@ -139,11 +140,41 @@ def stops(state: MotionState, limits: JointLimits) -> Iterator[Trajectory]:
         yield fastest_stop(state, _gentler(limits, effort))
 
 
-def direct_moves(state: MotionState, goals: Sequence[FloatArray], limits: JointLimits) -> list[tuple[Trajectory, ...]]:
-    """The fastest moves to each of some postures (k,), rad, each also with less effort; the fastest goal first."""
-    ends = [MotionState.at_rest(goal) for goal in goals]
-    moves = [tuple(fastest_move(state, end, _gentler(limits, effort)) for effort in EFFORTS) for end in ends]
-    return sorted(moves, key=lambda efforts: efforts[0].duration)
+@dataclass(frozen=True, eq=False)
+class DirectMove:
+    """The fastest move from one state to another, made where more than its duration is asked for.
+
+    Attributes:
+        state: with which it begins.
+        goal: in which it ends.
+        limits: of the joints.
+    """
+
+    state: MotionState
+    goal: MotionState
+    limits: JointLimits
+
+    @cached_property
+    def duration(self) -> float:
+        """How long it takes, s."""
+        return fastest_duration(self.state, self.goal, self.limits)
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """The move as exact polynomial pieces."""
+        return fastest_move(self.state, self.goal, self.limits)
+
+    def efforts(self) -> Iterator[DirectMove]:
+        """The move, and the same with ever less effort."""
+        yield self
+        for effort in EFFORTS[1:]:
+            yield replace(self, limits=_gentler(self.limits, effort))
+
+
+def direct_moves(state: MotionState, goals: Sequence[FloatArray], limits: JointLimits) -> list[DirectMove]:
+    """The fastest move to each of some postures (k,), rad; the fastest of them first."""
+    moves = (DirectMove(state, MotionState.at_rest(goal), limits) for goal in goals)
+    return sorted(moves, key=lambda move: move.duration)
 
 
 def _gentler(limits: JointLimits, effort: float) -> JointLimits:

@@ -15,7 +15,7 @@ from problems.base import FloatArray
 from problems.certify import ClearanceProof
 from problems.motions import SLIVER
 from problems.timing import MotionState
-from tpbso_casadi.replanning.candidates import StepCandidate, direct_moves, lasting, stops
+from tpbso_casadi.replanning.candidates import DirectMove, StepCandidate, direct_moves, lasting, stops
 from tpbso_casadi.replanning.proofs import ObservedScene, RobotLimits, is_clear
 from tpbso_casadi.replanning.search import SuccessiveSearches
 
@@ -128,9 +128,9 @@ class Decision:
         direct = self._direct(moves, inf if best is None else self.arrival)
         if direct is not None:
             return direct
-        bound = self.every + min((move.duration for move, *_ in moves), default=inf)
+        bound = self.every + min((move.duration for move in moves), default=inf)
         if best is None or self.arrival > SLOW * bound:
-            found = self._way_round([move for move, *_ in moves], inf if best is None else self.arrival)
+            found = self._way_round(moves, inf if best is None else self.arrival)
             best = found or best
         return best or self.stop()
 
@@ -139,28 +139,28 @@ class Decision:
         """Whether the arm is not at a goal already when the decision takes effect."""
         return self.state.moves or all(np.abs(goal - self.state.angles).max() > SAME_POSTURE for goal in self.goals)
 
-    def _direct(self, moves: Sequence[tuple[Trajectory, ...]], arrival: float) -> Judged | None:
+    def _direct(self, moves: Sequence[DirectMove], arrival: float) -> Judged | None:
         """The first of the fastest moves to the goals that may be executed and arrives before another motion."""
         tried = False
-        for efforts in moves:
-            for move in efforts:
+        for direct in moves:
+            for move in direct.efforts():
                 if self.every + move.duration > SOONER * arrival or (tried and self._is_late):
                     break
                 tried = True
-                judged = self.judged(self.new(move))
+                judged = self.judged(self.new(move.trajectory))
                 if judged.accepted:
                     return judged
                 if not judged.breaks_limits:
                     break  # less effort is for motors that cannot give the whole
         return None
 
-    def _way_round(self, moves: Sequence[Trajectory], arrival: float) -> Judged | None:
+    def _way_round(self, moves: Sequence[DirectMove], arrival: float) -> Judged | None:
         """The first motion that is searched for, may be executed, and arrives before another one."""
         if not moves:
             return None
-        old = self.rest if self.arrival < inf else []
+        known = [*(self.rest if self.arrival < inf else []), *(move.trajectory for move in moves)]
         obstacles = [obstacle.later(self.every) for obstacle in self.scene.obstacles]
-        for added, x in self.search.best(self.state, self.goals, obstacles, [*old, *moves], self.seconds()):
+        for added, x in self.search.best(self.state, self.goals, obstacles, known, self.seconds()):
             if self.every + added.duration > SOONER * arrival or self._is_late:
                 return None
             judged = self.judged(self.new(added, x))
@@ -191,12 +191,15 @@ class Decision:
 
     def judged(self, candidate: StepCandidate) -> Judged:
         """The proofs, as far as they can still matter."""
+        ways_to_stop, searched = self._clear_stops(candidate.trajectory), candidate.x is not None
+        first = next(ways_to_stop, None) if searched else None  # clear at its samples: more often it cannot be stopped
+        if searched and first is None:
+            return Judged(candidate, None, fixed=False, proof_age=None)
         known = self.foreseen if candidate.trajectory is self.executed else None  # of no more than that
         proof = known or self.scene.moving.proof(candidate.trajectory)
         if not (is_clear(proof) and self._keeps_clear(candidate)):
             return Judged(candidate, proof, fixed=False, proof_age=None)
-        ways_to_stop = self._clear_stops(candidate.trajectory)
-        first = next(ways_to_stop, None)  # clearances take less time than torques
+        first = first or next(ways_to_stop, None)  # clearances take less time than torques
         if first is None:
             return Judged(candidate, proof, fixed=False, proof_age=None)
         fixed = self._keeps_limits(candidate)

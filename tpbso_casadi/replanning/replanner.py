@@ -148,10 +148,10 @@ class Replanner:
     def _prove_once(self, state: MotionState, goals: Sequence[FloatArray]) -> None:
         """Prove a motion, so that what proofs derive and compile is there when it matters."""
         scene = ObservedScene(self.robot, self.task.obstacles)
-        for move, *_ in direct_moves(state, goals, self.robot.limits)[:1]:
-            self._limits.hold(move)
-            scene.fixed.are_clear_of(move)
-            scene.less_certain(self.fail_safe_rate).moving.proof(move)
+        for move in direct_moves(state, goals, self.robot.limits)[:1]:
+            self._limits.hold(move.trajectory)
+            scene.fixed.are_clear_of(move.trajectory)
+            scene.less_certain(self.fail_safe_rate).moving.proof(move.trajectory)
 
     def first(self, executed: Trajectory | None = None, obstacles: Sequence[Obstacle] | None = None) -> Step:
         """The first step: the arm stands at the start, or a motion has been planned for it that begins now.

@@ -16,7 +16,14 @@ from benchmarks.peers.moving_ends import RandomMove, end_error, largest_excess, 
 from problems import InvalidProblem, Trajectory
 from problems.robots import JointLimits
 from problems.timing.free_space import least_durations, least_time_move, rest_to_rest
-from problems.timing.from_motion import JERK_RATE, STANDING_DURATION, MotionState, fastest_move, fastest_stop
+from problems.timing.from_motion import (
+    JERK_RATE,
+    STANDING_DURATION,
+    MotionState,
+    fastest_duration,
+    fastest_move,
+    fastest_stop,
+)
 from problems.timing.prepared import peak_ratios
 
 
@@ -325,9 +332,11 @@ def test_stops_keep_limits_from_any_state(state: MotionState, limits: JointLimit
 @settings(max_examples=30, deadline=None)
 @given(state=states(), goal=st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0)))
 def test_moves_keep_limits_from_any_state_and_arrive(state: MotionState, goal: tuple[float, float]) -> None:
-    move = fastest_move(state, MotionState.at_rest(np.array(goal)), TWO_JOINTS)
+    end = MotionState.at_rest(np.array(goal))
+    move = fastest_move(state, end, TWO_JOINTS)
     assert_sound(move, state, TWO_JOINTS)
     assert move.value_at_end() == pytest.approx(goal, abs=1e-9)
+    assert move.duration == pytest.approx(fastest_duration(state, end, TWO_JOINTS), rel=1e-9)
 
 
 def test_a_state_beyond_a_limit_is_brought_back() -> None:
