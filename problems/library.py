@@ -149,11 +149,16 @@ def needed_core(needed: str = "arms in space need") -> ctypes.CDLL:
     Raises:
         NoCore: there is none; the message says why, and how to get it.
     """
+    library = loaded_core().library
+    if library is None:
+        raise NoCore("robot", f"{needed} {missing_core()}")
+    return library
+
+
+def missing_core() -> str:
+    """The compiled core, why there is none, and how to get it: the end of a sentence."""
     loaded = loaded_core()
-    if loaded.library is None:
-        advice = ADVICE if loaded.is_missed and os.name == "posix" else ""
-        raise NoCore("robot", f"{needed} the compiled core: {loaded.account}{advice}")
-    return loaded.library
+    return f"the compiled core: {loaded.account}{ADVICE if loaded.is_missed and os.name == 'posix' else ''}"
 
 
 def core_account() -> str:

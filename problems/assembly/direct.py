@@ -35,6 +35,11 @@ class DirectPlanner:
         return False
 
     @property
+    def lacks_core(self) -> bool:
+        """Whether a compiled core, which is not there, may find faster motions."""
+        return False
+
+    @property
     def ends_may_move(self) -> bool:
         """Whether a plan may have other postures at its ends than the motion that it is made of."""
         return False

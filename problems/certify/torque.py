@@ -4,6 +4,7 @@ In a cell every joint's angle, speed and acceleration is a polynomial, and the c
 makes of them a polynomial of degree 3 for the torque and a bound of how far from that it can be, rounding included.
 Cells in which this does not settle the limit are halved; the bound closes in with the fourth power of their length.
 Coulomb friction takes any value between its two where a joint may stand still: the limit has to hold for all of them.
+Without a core, intervals bound the same formula, with more cells.
 
 [1] J. Luh, M. Walker, R. Paul: On-line computational scheme for mechanical manipulators. Journal of Dynamic Systems,
     Measurement, and Control 102 (1980).
@@ -11,9 +12,10 @@ Coulomb friction takes any value between its two where a joint may stand still: 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,12 +24,26 @@ from problems.certify.settings import DEFAULT_TORQUE_PROOF, TorqueProofSettings
 from problems.certify.time_cells import PieceTimes
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict
 from problems.core import Dynamics, TorqueAim
-from problems.limits import TorqueLimit
-from problems.motions import Trajectory
+from problems.limits import Constraint, TorqueLimit
+from problems.motions import Samples, Trajectory
 from problems.robots import time_scales_of_arrays
 
 STILL_SPEED = 1e-9  # of a joint's largest speed: slower, it may stand still
 STATUS = {True: CertificateStatus.CERTIFIED, False: CertificateStatus.VIOLATED, None: CertificateStatus.UNDECIDED}
+
+
+@dataclass(frozen=True)
+class TorqueOfAnyFriction(TorqueLimit):
+    """The torque limit for both values of Coulomb friction where a joint may stand still, as intervals prove it."""
+
+    def constraints_at(self, samples: Samples, margin: float = 0.0) -> list[Constraint]:
+        (limit,), chain, speed = super().constraints_at(samples, margin), self.robot.dynamics, samples.speed
+        smooth = replace(chain, joints=tuple(replace(joint, friction=0.0) for joint in chain.joints))
+        still = ca.repmat(STILL_SPEED * ca.DM(self.robot.limits.speed).T, samples.count, 1)
+        torques = smooth.torques(samples.theta, speed, samples.acceleration)
+        both = ca.horzcat(torques + chain.coulomb(speed + still), torques + chain.coulomb(speed - still))
+        bound = ca.repmat(ca.horzcat(*self.bounds), 1, 2)
+        return [replace(limit, expression=both, lower=-bound, upper=bound, scale=bound, columns=2 * limit.columns)]
 
 
 @dataclass(frozen=True, eq=False)

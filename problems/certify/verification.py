@@ -17,8 +17,10 @@ from problems.certify.clearance import ClearanceProof, MovingPairs, halves, prov
 from problems.certify.core_clearance import prove_clearance_in_core
 from problems.certify.core_expressions import prove_in_core
 from problems.certify.settings import DEFAULT_STAY, StaySettings
-from problems.certify.torque import prove_torques, torque_time_scale
+from problems.certify.torque import TorqueOfAnyFriction, prove_torques, torque_time_scale
 from problems.certify.verdict import TOLERANCE, CertificateStatus, Verdict, WorstIs, infinite, verdict
+from problems.core import found_core
+from problems.library import missing_core
 from problems.limits import (
     AT_GOAL,
     SAMPLING_MARGIN,
@@ -88,7 +90,7 @@ def prove(limit: Limit, trajectory: Trajectory) -> list[Verdict]:
 def _(limit: ExpressionLimit, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on an expression of one instant, in the core where that knows it."""
     outcome = prove_in_core(limit, trajectory)
-    return prove_by_cells(limit, trajectory) if outcome is None else [outcome]
+    return _for_want_of_a_core(prove_by_cells(limit, trajectory)) if outcome is None else [outcome]
 
 
 @prove.register
@@ -127,8 +129,19 @@ TORQUE_ORDER = 2  # of the highest derivative on which torques depend
 @prove.register
 def _(limit: TorqueLimit, trajectory: Trajectory) -> list[Verdict]:
     """The verdict on torques, for the joint that comes nearest to what its motor gives."""
+    if found_core() is None:
+        return _for_want_of_a_core(prove_by_cells(TorqueOfAnyFriction(limit.robot), trajectory))
     outcome, jumps = prove_torques(limit, trajectory).verdict, trajectory.jumps_below(TORQUE_ORDER)
     return [outcome if jumps is None else infinite(outcome, jumps)]
+
+
+def _for_want_of_a_core(verdicts: list[Verdict]) -> list[Verdict]:
+    """The verdicts by intervals; one that a core might decide says how to get it, where there is none."""
+    if found_core() is not None:
+        return verdicts
+    open_ = CertificateStatus.UNDECIDED
+    advice = f"; a sharper proof needs {missing_core()}"
+    return [replace(each, where=each.where + advice) if each.status is open_ else each for each in verdicts]
 
 
 DENSE_SAMPLES = 401  # of a finished motion, for a limit whose peaks have no closed form
@@ -157,6 +170,8 @@ def time_scale(limit: Limit, trajectory: Trajectory) -> float:
 
 @time_scale.register
 def _(limit: TorqueLimit, trajectory: Trajectory) -> float:
+    if found_core() is None:
+        return time_scale.dispatch(Limit)(limit, trajectory)
     return torque_time_scale(limit, trajectory)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.certify import ClearanceProof, prove_clearance
-from problems.core import CONNECT, Nearby, PathSearch, Proof, Schedule, Separation, World, core, pace_of
+from problems.core import CONNECT, Nearby, PathSearch, Proof, Schedule, Separation, World, found_core, pace_of
 from problems.evaluation import RowFunction
 from problems.limits import BodyPair, CollisionPair, Limit, Pair, Proximity, clearances
 from problems.motions import Trajectory
@@ -165,8 +165,9 @@ class PairWorld(World):
         search = PathSearch(
             box, settings.edge_step, 0.0, settings.longest_edge, settings.extensions, settings.shortcuts, seed
         )
-        path = core().connect_asking(start, goal, search, clear)
-        return path if len(path) else None
+        core = found_core()
+        path = None if core is None else core.connect_asking(start, goal, search, clear)
+        return path if path is not None and len(path) else None
 
 
 def _least(proofs: Sequence[ClearanceProof], margin: float) -> Proof:

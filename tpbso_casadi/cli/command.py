@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any, NoReturn
 
 from problems.evaluation import InvalidEvaluation
+from problems.library import NoCore
 from tpbso_casadi.cli.steps import steps_shown
 from tpbso_casadi.plain import one_line, version_text, versions
 from tpbso_casadi.planning import NoMotion
@@ -209,12 +210,13 @@ def run_command(
 
 def exit_code_of(work: Callable[[], int], failures: tuple[type[Exception], ...], interrupted: str) -> int:
     """The exit status of a command; an error is reported in one line."""
+    expected: tuple[type[Exception], ...] = (*failures, NoCore)
     try:
         return work()
     except NoMotion as error:
         print_error(str(error))
         return Exit.INFEASIBLE
-    except failures as error:
+    except expected as error:
         print_error(str(error))
         return Exit.BAD_INPUT
     except KeyboardInterrupt:

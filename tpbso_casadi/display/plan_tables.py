@@ -10,6 +10,7 @@ from rich.text import Text
 
 from problems import CertificateStatus, Verdict
 from problems.certify import AtGoal, WorstIs
+from problems.library import missing_core
 from problems.tasks import RecordedMotion
 from solvers import Result, StopReason
 from tpbso_casadi.display.console import OutputConsole, number, prose, said_number, table_of, word
@@ -154,7 +155,9 @@ def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
 
 
 def remarks(plan: PlannedMotion) -> Iterator[str]:
-    """Remarks on a polish left out, joints that turn more than once, and a plan far from the best or its bound."""
+    """Remarks on what was left out, joints that turn more than once, and a plan far from the best or its bound."""
+    if plan.problem is not None and plan.problem.direct.lacks_core:
+        yield f"the fastest motions past obstacles and postures need {missing_core()}"
     if plan.problem is not None and plan.scenario.solver.polish_starts and not plan.problem.has_program:
         yield "not polished: this task has no nonlinear program"
     given = plan.criteria.task.given_postures

@@ -64,7 +64,8 @@ def move_planner(task: Move, objective: Objective, limits: tuple[Limit, ...], ke
     known = [limit for limit in limits if not ExpressionLimits.supports(limit)]
     free = len(known) == len(limits) and task.total_time is None
     between_states = free and task.robot.limits.jerk is not None
-    fits = (task.at_rest or between_states) and found_core() is not None
+    solvable = found_core() is not None or (task.robot.dim == 2 and objective.asks_for_least_time)  # by HiGHS as well
+    fits = (task.at_rest or between_states) and solvable
     integrals = IntegrandFunctions.of(objective, task.robot) if fits and objective.polish_suffices else None
     if integrals is None or not programs_know(known):
         return MovePlanner(task, objective, limits)
@@ -93,6 +94,10 @@ class MovePlanner(DirectPlanner):
     @property
     def free_space_time(self) -> float:
         return least_time(self.task)
+
+    @property
+    def lacks_core(self) -> bool:
+        return found_core() is None
 
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """The fastest motion past given postures, or between states that move, to each goal, the soonest first."""
@@ -210,6 +215,8 @@ class PathPlanner(MovePlanner):
             yield from map(self._in_time, held)
 
     def approaches(self) -> Sequence[Approach]:
+        if found_core() is None:  # which finds the paths past obstacles
+            return ()
         return self._ends if self.keeps_branch else ()
 
     def along_paths(

@@ -16,7 +16,7 @@ from helpers.slow import slow_except
 
 from benchmarks.torque_certificates import check, planar_arm, random_motion, sampled_torques
 from problems import CertificateStatus, PlanarArm, Trajectory, Verdict
-from problems.certify import TorqueProofSettings, limit_verdicts
+from problems.certify import TorqueProofSettings, limit_verdicts, verification
 from problems.certify.torque import prove_torques, torque_time_scale
 from problems.limits import TorqueLimit
 from problems.robots import BUILT_IN, Payload, built_in, read_urdf
@@ -68,6 +68,15 @@ def test_the_largest_torque_decides(motion: Trajectory, friction: dict[str, Any]
     assert (kept.status, abs(kept.worst)) == (CERTIFIED, pytest.approx(largest, rel=1e-9))
     assert (kept.bound, kept.unit) == (np.copysign(largest, kept.worst), "N m")
     assert judged(rods(largest * (1.0 - TINY), **friction), motion).status is VIOLATED
+
+
+@pytest.mark.parametrize(("motion", "friction", "largest"), LARGEST.values(), ids=LARGEST)
+def test_intervals_decide_without_a_core(
+    motion: Trajectory, friction: dict[str, Any], largest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verification, "found_core", lambda: None)
+    assert judged(rods(largest * 1.001, **friction), motion).status is CERTIFIED
+    assert judged(rods(largest * 0.999, **friction), motion).status is VIOLATED
 
 
 def peak_at(when: float, height: float = 6.0) -> list[float]:

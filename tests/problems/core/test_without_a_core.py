@@ -14,12 +14,14 @@ import pytest
 from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
-from problems import Trajectory, library
-from problems.certify import limit_verdicts
+from problems import CertificateStatus, Trajectory, library
+from problems.certify import limit_verdicts, verification
 from problems.core import core, found_core
 from problems.core.world import _core_world, _known_world
 from problems.library import SWITCH, NoCore, core_account, loaded_core
 from problems.limits import TorqueLimit
+from tpbso_casadi.cli.command import Exit, exit_code_of
+from tpbso_casadi.display.plan_tables import remarks
 from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import parse_scenario
 
@@ -75,10 +77,33 @@ def test_a_path_in_the_plane_is_run_as_fast_as_with_a_core(
 
 
 @pytest.mark.usefixtures("without_a_compiler")
-def test_torques_in_the_plane_are_not_proven_without_a_core() -> None:
+def test_a_proof_that_intervals_leave_open_says_how_to_get_a_core(monkeypatch: pytest.MonkeyPatch) -> None:
     arm = tp.PlanarArm((1.0, 0.8), (3.0, 3.0), (20.0, 20.0), link_masses=(1.0, 1.0), max_torque=(50.0, 50.0))
-    with pytest.raises(NoCore, match=r"^robot: proofs of torques need the compiled core: "):
-        limit_verdicts([TorqueLimit(arm)], Trajectory.standing(np.zeros(2), 1.0))
+    motion = Trajectory.standing(np.zeros(2), 1.0)
+    [kept] = limit_verdicts([TorqueLimit(arm)], motion)
+    assert (kept.status, kept.where) == (CertificateStatus.CERTIFIED, "joint 1, t = 0 s")
+    monkeypatch.setattr(verification, "prove_by_cells", lambda *_: [kept.undecided_in(None)])
+    [open_] = limit_verdicts([TorqueLimit(arm)], motion)
+    assert open_.status is CertificateStatus.UNDECIDED
+    assert re.search(f"; a sharper proof needs the compiled core: {NONE}; install a C.. compiler", open_.where)
+
+
+@pytest.mark.usefixtures("without_a_compiler")
+def test_a_motion_that_motors_slow_down_is_polished_in_the_plane(monkeypatch: pytest.MonkeyPatch) -> None:
+    arm = tp.PlanarArm((0.5, 0.4), (6.0,) * 2, (60.0,) * 2, link_masses=(3.0, 1.5), max_torque=(30.0, 9.0))
+    scenario = {"start": tp.Joints((0.2, -0.5)), "goal": tp.Joints((1.0, 0.6)), "solver": "pso", "evaluations": 600}
+    without = tp.plan(arm, **scenario)
+    assert any(re.search(f"need the compiled core: {NONE}; install", remark) for remark in remarks(without.planned))
+    monkeypatch.undo()
+    forget()
+    assert without.certified
+    assert without.duration == pytest.approx(tp.plan(arm, **scenario).duration, rel=3e-3)
+
+
+@pytest.mark.usefixtures("without_a_compiler")
+def test_a_command_that_needs_the_core_says_so_and_ends_with_its_status(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code_of(lambda: bool(core()), (), "interrupted") == Exit.BAD_INPUT
+    assert re.fullmatch(f"error: {REFUSED}{NONE}; install a C.. compiler .*\n", capsys.readouterr().err)
 
 
 @pytest.mark.usefixtures("without_a_compiler")
