@@ -43,17 +43,17 @@ class PiecewisePolynomial:
         """Values or derivatives at parameters of any shape s: (*s, ...)."""
         places = np.asarray(at, dtype=np.float64)
         flat = places.ravel()
-        piece = np.clip(np.searchsorted(self.x, flat, side="right") - 1, 0, self.x.size - 2)
-        into = (flat - self.x[piece]).reshape(-1, *[1] * (self.c.ndim - 2))
-        value, power = np.zeros((flat.size, *self.c.shape[2:])), np.ones_like(into)
+        piece = self.x[1:-1].searchsorted(flat, side="right")
+        into = (flat - self.x.take(piece)).reshape(-1, *[1] * (self.c.ndim - 2))
+        value, power = np.zeros((flat.size, *self.c.shape[2:])), np.ones(1)
         for number in range(derivative, len(self.c)):
-            term, factor = self.c[-1 - number, piece], perm(number, derivative)
+            term, factor = self.c[-1 - number].take(piece, axis=0), perm(number, derivative)
             if number > derivative:
+                power = into if number == derivative + 1 else power * into
                 term *= power
             if factor > 1:
                 term *= float(factor)
             value += term
-            power = power * into
         return value.reshape(*places.shape, *self.c.shape[2:])
 
     def derivative(self, order: int = 1) -> PiecewisePolynomial:
@@ -230,7 +230,7 @@ class BSpline:
         functions = basis_functions(self.t, flat, self.k, last, derivative)
         value = np.zeros((flat.size, *self.c.shape[1:]))
         for number, each in enumerate(functions):
-            value = value + self.c[last + number - self.k] * each.reshape(-1, *[1] * (self.c.ndim - 1))
+            value += self.c.take(last + (number - self.k), axis=0) * each.reshape(-1, *[1] * (self.c.ndim - 1))
         return value.reshape(*places.shape, *self.c.shape[1:])
 
     def derivative(self, order: int = 1) -> BSpline:
@@ -251,6 +251,8 @@ def _banded_solution(first: NDArray[np.intp], rows: FloatArray, right: FloatArra
         rows: coefficients of that and the next unknowns, (N, w).
         right: sides, (N, k).
     """
+    largest = np.abs(rows).max(axis=1, keepdims=True)  # reflections round by the largest of all: derivatives are larger
+    rows, right = rows / largest, right / largest
     (count, width), k = rows.shape, right.shape[1]
     carried, known, triangles = np.empty((0, width - 1 + k)), 0, []
     for begin in range(0, count, BLOCK):
