@@ -4,8 +4,7 @@ For each arm as many starts, drawn among its postures away from the ends of thei
 0.5 m, straight or along an arc, turning by up to half a radian, such that at five points of the way there is a posture,
 whichever. Where it cannot be led, the reason is counted. Nearness is measured at 2,000 times by kinematics of its own
 in NumPy. The duration is compared with that of the joints' path that follows the way exactly, in the least time that is
-found for it. With toppra (extra ``peers``) the time of that path under limits of speed and acceleration alone is
-compared with TOPP-RA's.
+found for it.
 
     python -m benchmarks.lines --count 100
 """
@@ -15,14 +14,13 @@ from __future__ import annotations
 import argparse
 import time
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
 from problems.base import FloatArray
-from problems.motions import JointPath
 from problems.robots import SpatialArm
 from problems.tasks import Arc, StraightLine, ToolPath
 from problems.timing import retime
@@ -34,7 +32,6 @@ ARMS = ("panda", "ur5e", "iiwa14")
 TIMES = 2_000
 LENGTHS, TURN = (0.1, 0.5), 0.5  # m, rad
 MOST_DRAWN, LOOKS = 1_000, 5
-GRID, DENSE = 400, 200  # of TOPP-RA; points through which it has the path
 
 
 @dataclass
@@ -45,7 +42,6 @@ class Found:
     away: list[float] = field(default_factory=list)
     turned: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
-    ratios: list[float] = field(default_factory=list)
     gained: list[float] = field(default_factory=list)
 
 
@@ -135,24 +131,6 @@ def _about(
     return share, np.hypot(radius - np.linalg.norm(first), flat @ axis)
 
 
-def by_toppra(path: JointPath, robot: SpatialArm) -> float:
-    """The duration that TOPP-RA finds for the same path, s; not a number where it is not installed or fails."""
-    try:
-        import toppra  # noqa: PLC0415 (extra)
-        import toppra.algorithm  # noqa: PLC0415
-
-        from benchmarks.peers.toppra_limits import speed_and_acceleration  # noqa: PLC0415
-    except ImportError:
-        return np.nan
-    toppra.setup_logging("CRITICAL")
-    u = np.linspace(*path.breakpoints[[0, -1]], DENSE)
-    spline = toppra.SplineInterpolator(u, path.at(u))
-    grid = np.linspace(u[0], u[-1], GRID)
-    solver = toppra.algorithm.TOPPRA(speed_and_acceleration(robot.limits), spline, gridpoints=grid)
-    timed = solver.compute_trajectory(0.0, 0.0)
-    return np.nan if timed is None else float(timed.duration)
-
-
 def measured(name: str, seed: int, found: Found) -> None:
     """One line or arc."""
     stated = tp.robot(name)
@@ -178,8 +156,6 @@ def measured(name: str, seed: int, found: Found) -> None:
     path = led_along(way, robot, start, stage)
     exactly = retime(path, robot.limits, chain=robot.rigid_chain)
     found.gained.append(plan.duration / exactly.duration)
-    free = replace(robot.limits, jerk=None, torque=None)
-    found.ratios.append(retime(path, free).duration / by_toppra(path, robot))
 
 
 def _reason(said: str) -> str:
@@ -200,20 +176,17 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=100, help="for each arm")
     options = parser.parse_args()
     print(
-        "| arm | certified | others | farthest um | most turned mrad | CPU seconds | over exactly | over TOPP-RA |\n"
-        + "|---" * 8
-        + "|"
+        "| arm | certified | others | farthest um | most turned mrad | CPU seconds: median / worst | "
+        "over the exact path's: least / median / most |\n" + "|---" * 7 + "|"
     )
     for name in ARMS:
         found = Found()
         for seed in range(options.count):
             measured(name, seed, found)
         others = ", ".join(f"{n} {reason}" for reason, n in found.reasons.most_common() if reason != "certified")
-        ratios = np.array(found.ratios)[np.isfinite(found.ratios)]
-        over = f"{np.median(ratios):.4f} / {ratios.max():.4f}" if ratios.size else "-"
         spread = " / ".join(f"{value:.2f}" for value in np.quantile(found.seconds, [0.5, 1.0]))
         gained = " / ".join(f"{value:.3f}" for value in np.quantile(found.gained, [0.0, 0.5, 1.0]))
-        figures = f"{1e6 * max(found.away):.0f}", f"{1e3 * max(found.turned):.2f}", spread, gained, over
+        figures = f"{1e6 * max(found.away):.0f}", f"{1e3 * max(found.turned):.2f}", spread, gained
         print(f"| {name} | {found.reasons['certified']} | {others} | {' | '.join(figures)} |", flush=True)
 
 
