@@ -4,7 +4,7 @@ from problems.robots.appearance import LinkAppearance, appearance_text, read_app
 from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.bodies import Bodies, Body, BodyPairs
 from problems.robots.carried import Carried, payload_of
-from problems.robots.chain import Chain, ChainJoint
+from problems.robots.chain import Chain, ChainJoint, JointKind
 from problems.robots.closed_form import ClosedForm
 from problems.robots.completion import OwnContacts, complete_arm
 from problems.robots.description import RobotDescription
@@ -81,6 +81,7 @@ __all__ = [
     "CylinderShape",
     "FixedFrame",
     "HullShape",
+    "JointKind",
     "JointLimits",
     "Joints",
     "LinkAppearance",

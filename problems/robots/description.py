@@ -74,8 +74,8 @@ class RobotDescription:
     unread: tuple[tuple[str, str], ...] = ()
     off_chain: tuple[OffChainJoint, ...] = ()
     apart: tuple[str, ...] = ()
-    max_acceleration: tuple[float, ...] | None = None
-    max_jerk: tuple[float, ...] | None = None
+    max_acceleration: tuple[float | None, ...] | None = None
+    max_jerk: tuple[float | None, ...] | None = None
 
     def frame(self, link: str) -> LinkFrame:
         """The frame of a link.
@@ -279,6 +279,18 @@ class RobotDescription:
     def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
         """The description with more links that may touch."""
         return replace(self, disabled=(*self.disabled, *pairs))
+
+    @property
+    def gaps(self) -> list[str]:
+        """Lines on what is not known of the joints."""
+        joints = self.chain.joints
+        ranged = [joint for joint in joints if joint.kind is not JointKind.CONTINUOUS]
+        missing = {
+            "position limits": [joint.name for joint in ranged if joint.position is None],
+            "velocity": [joint.name for joint in joints if joint.speed is None],
+            "effort": [joint.name for joint in joints if joint.effort is None],
+        }
+        return [f"no {what} stated for {', '.join(names)}" for what, names in missing.items() if names]
 
     @property
     def drawn(self) -> SpatialArm:

@@ -73,7 +73,7 @@ def read_urdf(
     apart = tuple(name for name, link in tree.links.items() if name not in frames and link.shapes)
     notes += [note for body in bodies for note in body.faults] + [joint.note for joint in off_chain]
     notes += [f"no joint connects {', '.join(apart)} with {base!r}: left out"] if apart else []
-    notes += _soft_limits(moving) + _gaps(moving) + _massless(bodies)
+    notes += _soft_limits(moving) + _massless(bodies)
     shapes = tuple((name, tree.links[name].shapes) for name in frames if tree.links[name].shapes)
     description = RobotDescription(
         chain=chain,
@@ -195,16 +195,6 @@ def _soft_limits(moving: list[UrdfJoint]) -> list[str]:
     """A note on joints that a safety controller slows down, which plans do not count on."""
     braked = [joint.name for joint in moving if joint.is_braked]
     return [f"soft limits bound {', '.join(braked)}; that speeds fall near them is not planned with"] if braked else []
-
-
-def _gaps(moving: list[UrdfJoint]) -> list[str]:
-    """Notes on what the file does not state of the joints that move."""
-    missing = {
-        "position limits": [j.name for j in moving if not j.has_range and j.kind != JointKind.CONTINUOUS],
-        "velocity": [joint.name for joint in moving if joint.speed is None],
-        "effort": [joint.name for joint in moving if joint.effort is None],
-    }
-    return [f"no {what} stated for {', '.join(names)}" for what, names in missing.items() if names]
 
 
 def _massless(bodies: list[_Body]) -> list[str]:

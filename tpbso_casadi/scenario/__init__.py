@@ -18,6 +18,7 @@ from tpbso_casadi.scenario.motion_files import READERS, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.named_solvers import NamedSolver, each_of, named_solver
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.packages import UrdfFiles
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection
 from tpbso_casadi.scenario.recorded_rows import RecordedRows, joint_order
@@ -42,7 +43,7 @@ from tpbso_casadi.scenario.scenario import (
 )
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.sequence import SequenceTask
-from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection, new_covers
+from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
 from tpbso_casadi.scenario.stages import MovingStage, StageSection
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, task_tables
 from tpbso_casadi.scenario.tracking_log import TrackingLog, read_tracking_log
@@ -128,6 +129,7 @@ __all__ = [
     "StageSection",
     "TaskSection",
     "TrackingLog",
+    "UrdfFiles",
     "arm_table",
     "as_scenario_errors",
     "best_known",
@@ -145,7 +147,6 @@ __all__ = [
     "motion_table",
     "named",
     "named_solver",
-    "new_covers",
     "overridden",
     "parse_scenario",
     "path_of",

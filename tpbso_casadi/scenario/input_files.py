@@ -6,7 +6,7 @@ import math
 import os
 import re
 import stat
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
@@ -36,57 +36,7 @@ def numbers_of(place: str, line: str, width: int) -> list[float]:
 
 LARGEST_FILE = 10_000_000  # bytes
 LARGEST_MESH = 200_000_000  # bytes
-SCHEMES = ("package://", "model://")
-PACKAGE_PATHS = {"ROS_PACKAGE_PATH": "", "AMENT_PREFIX_PATH": "share"}  # folders of packages, and where in them
 LARGEST_TOML = 1_000_000  # bytes, which take a second to parse
-
-
-@dataclass(frozen=True)
-class MeshPlace:
-    """The places where the meshes of a URDF are looked for.
-
-    Attributes:
-        urdf: name of its file, in the scenario's folder.
-        packages: folders of packages, by their names.
-    """
-
-    urdf: str
-    packages: Mapping[str, str]
-
-    def candidates(self, folder: Path, name: str) -> Iterator[tuple[Path, bool]]:
-        """Paths that a mesh may have, the likeliest first, and whether the user's environment vouches for them.
-
-        Args:
-            folder: of the scenario.
-            name: as the URDF has it: a path from there, or a URL.
-        """
-        beside = (folder / self.urdf).absolute().parent
-        scheme = next((scheme for scheme in SCHEMES if name.startswith(scheme)), None)
-        if scheme is None:
-            yield beside / name.removeprefix("file://"), False
-            return
-        package, _, rest = name.removeprefix(scheme).partition("/")
-        if package in self.packages:
-            yield folder / self.packages[package] / rest, False
-            return
-        for variable, inner in PACKAGE_PATHS.items():
-            for root in filter(None, os.environ.get(variable, "").split(os.pathsep)):
-                if package:
-                    yield Path(root) / inner / package / rest, True
-                if package and Path(root).name == package:
-                    yield Path(root) / rest, True
-        for above in (beside, *beside.parents):
-            yield above / package / rest, False
-            if above.name == package:
-                yield above / rest, False
-
-    def looked_for(self, name: str) -> str:
-        """The advice on a mesh that was not found, in words."""
-        if not name.startswith(SCHEMES):
-            return ""
-        package = name.partition("://")[2].partition("/")[0] or "it"
-        known = " there" if package in self.packages else f'; packages = {{ {package} = "FOLDER" }} says where'
-        return f"{known}"
 
 
 @dataclass(frozen=True)
@@ -107,9 +57,7 @@ class InputFolder:
         Raises:
             ScenarioError: it lies outside the folder, links followed, or cannot be read; never with its content.
         """
-        path = self.path / name
-        self._check_inside(path)
-        return read_text(path)
+        return read_text(self.checked(self.path / name))
 
     def read_bytes(self, name: str) -> bytes:
         """The content of a file that a scenario names, of a body: it may be larger than a text.
@@ -117,37 +65,23 @@ class InputFolder:
         Raises:
             ScenarioError: as of a text.
         """
-        path = self.path / name
-        self._check_inside(path)
-        return _read_bytes(path, LARGEST_MESH)
+        return read_bytes(self.checked(self.path / name), LARGEST_MESH)
 
-    def _check_inside(self, path: Path) -> None:
+    def checked(self, path: Path) -> Path:
+        """A path that may be read.
+
+        Raises:
+            ScenarioError: it lies outside the folder, links followed.
+        """
         if self.outside_allowed:
-            return
+            return path
         try:
             inside = path.resolve().is_relative_to(self.path.resolve())
         except (OSError, RuntimeError, ValueError) as error:
             raise ScenarioError(f"{path}: cannot be read: {reason_of(error)}") from error
         if not inside:
             raise ScenarioError(f"{path}: lies outside the scenario's folder; --allow-outside-files allows that")
-
-    def read_mesh(self, place: MeshPlace, name: str) -> bytes:
-        """The content of a mesh that a URDF of this folder names.
-
-        Args:
-            place: where to look for it.
-            name: as the URDF has it.
-
-        Raises:
-            ScenarioError: there is none, it lies outside the folder and is in no package that the environment names,
-                or cannot be read.
-        """
-        for path, trusted in place.candidates(self.path, name):
-            if is_file(path):
-                if not trusted:
-                    self._check_inside(path)
-                return _read_bytes(path, LARGEST_MESH)
-        raise ScenarioError(f"there is no such file{place.looked_for(name)}")
+        return path
 
 
 def read_text(path: Path, largest: int = LARGEST_FILE) -> str:
@@ -199,7 +133,16 @@ def _check_regular(status: os.stat_result) -> None:
         raise ValueError("it is a pipe, a device or a socket, not a file")
 
 
-def _read_bytes(path: Path, largest: int) -> bytes:
+def read_bytes(path: Path, largest: int) -> bytes:
+    """The content of a regular file.
+
+    Args:
+        path: of the file; pipes, devices and folders are refused before they are opened.
+        largest: size that is read, bytes.
+
+    Raises:
+        ScenarioError: it cannot be read, or is larger.
+    """
     try:
         return _content(path, largest)
     except (OSError, ValueError) as error:

@@ -25,7 +25,7 @@ from tpbso_casadi.scenario.recorded_rows import (
     Row,
     check_count,
 )
-from tpbso_casadi.scenario.ros_messages import read_json
+from tpbso_casadi.scenario.ros_messages import read_json, rows_of_message
 from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError
 
 SAME_MOTION = 1e-6  # rad and s, relative to the largest angle
@@ -232,9 +232,14 @@ def _arrays(content: bytes) -> dict[str, Any]:
 
 
 def _yaml(folder: InputFolder, name: str) -> RecordedRows:
-    from tpbso_casadi.scenario.ros_yaml import read_yaml  # noqa: PLC0415 (loads a library for these files alone)
+    from tpbso_casadi.scenario.yaml_text import yaml_document  # noqa: PLC0415 (loads a library for these files alone)
 
-    return read_yaml(folder, name)
+    text = folder.read_text(name)
+    try:
+        document = yaml_document(text)
+    except ValueError as error:
+        raise BadRow(str(error)) from error
+    return rows_of_message(document)
 
 
 READERS: dict[str, Callable[[InputFolder, str], RecordedRows]] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -16,9 +16,6 @@ from problems.robots import (
     GRAVITY,
     MASSLESS,
     Carried,
-    LinkCover,
-    MeshNote,
-    MeshShape,
     Payload,
     RobotDescription,
     SpatialArm,
@@ -36,7 +33,9 @@ from problems.robots import (
     read_urdf,
     srdf_chain,
 )
-from tpbso_casadi.scenario.input_files import InputFolder, MeshPlace
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.joint_limits_file import JointLimitsFile
+from tpbso_casadi.scenario.packages import UrdfFiles
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_LINKS,
@@ -72,7 +71,7 @@ class PayloadTable(Section):
 
 
 LARGEST_TEXT = 2_000_000  # characters of a file that a result holds
-FILES = ("urdf", "spheres", "srdf")  # keys that name files; their texts are in keys of the same names with TEXT
+FILES = ("urdf", "spheres", "srdf", "limits")  # keys that name files; with TEXT, those of their texts
 TEXT = "_text"
 LARGEST_COVERS, LARGEST_LOOKS = 20_000_000, 2_000_000  # characters
 MOST_JOINTS = 20  # of a robot in space
@@ -135,6 +134,8 @@ class SpatialRobotSection(Section):
     spheres_text: FileText | None = None
     srdf: FileName | None = None
     srdf_text: FileText | None = None
+    limits: FileName | None = None
+    limits_text: FileText | None = None
     disabled_pairs: LinkPairs | None = None
     kept_pairs: LinkPairs | None = None
     ignore_geometry: list[Word] | None = None
@@ -190,8 +191,9 @@ class SpatialRobotSection(Section):
             return self
         try:
             with self._named():
-                overhangs, ignored = (self.cover_overhang, self.fine_overhang), self.ignore_geometry or ()
-                covers, notes = new_covers(self.description(), self.urdf, folder, self.packages, overhangs, ignored)
+                files, ignored = UrdfFiles(folder, self.urdf, self.packages), self.ignore_geometry or ()
+                overhangs = (self.cover_overhang, self.fine_overhang)
+                covers, notes = self.description().new_covers(files.mesh, *overhangs, ignored)
         except InvalidProblem as error:
             raise ScenarioError(f"robot.{error.field}: {error.reason}") from error
         for note in notes:
@@ -206,8 +208,7 @@ class SpatialRobotSection(Section):
             description = self.description()
         except InvalidProblem:  # said when it is built
             return self
-        place = MeshPlace(self.urdf, self.packages)
-        appearances, notes = description.new_appearances(lambda shape: mesh_content(folder, place, shape))
+        appearances, notes = description.new_appearances(UrdfFiles(folder, self.urdf, self.packages).mesh)
         if notes:
             each = "; ".join(f"{note.link!r}: {note.file and f'mesh {note.file}: '}{note.note}" for note in notes)
             LOG.warning("robot.urdf: not all links are drawn as the URDF shows them: %s", each)
@@ -305,11 +306,15 @@ class SpatialRobotSection(Section):
             raise InvalidProblem(f"{key}.{error.field}", error.reason) from error
 
     def description(self) -> RobotDescription:
-        """The description of the model or of the URDF.
+        """The description of the model or of the URDF, with the limits of the file that states some.
 
         Raises:
             InvalidProblem: it is none.
         """
+        described = self._described()
+        return described if self.limits_text is None else JointLimitsFile.read(self.limits_text).of(described)
+
+    def _described(self) -> RobotDescription:
         if self.model is not None:
             if self.base_link is not None:
                 raise InvalidProblem("base_link", "a robot that is built in has its own")
@@ -317,7 +322,7 @@ class SpatialRobotSection(Section):
         if self.urdf_text is None:
             raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
         locked = tuple(sorted((self.locked or {}).items()))
-        return _described(self.urdf_text, self._ends, locked, self.looks_text, self.covers_text)
+        return _described_between(self.urdf_text, self._ends, locked, self.looks_text, self.covers_text)
 
     @property
     def _ends(self) -> tuple[str | None, str | None]:
@@ -340,43 +345,6 @@ class SpatialRobotSection(Section):
             raise InvalidProblem(KEYS.get(error.field, error.field), error.reason) from error
 
 
-def new_covers(
-    description: RobotDescription,
-    urdf: str,
-    folder: InputFolder,
-    packages: Mapping[str, str],
-    overhangs: tuple[float | None, float | None] = (None, None),
-    ignored: Collection[str] = (),
-) -> tuple[dict[str, LinkCover], list[MeshNote]]:
-    """Covers of the links of a URDF, by their names, and notes on its meshes.
-
-    Args:
-        description: that it makes.
-        urdf: name of its file.
-        folder: where that is.
-        packages: folders of packages, by their names.
-        overhangs: of the spheres for searches and for proofs, m; as usual where None.
-        ignored: names of links that are left out.
-
-    Raises:
-        InvalidProblem: a mesh cannot be read or covered.
-    """
-    place = MeshPlace(urdf, packages)
-    return description.new_covers(lambda shape: mesh_content(folder, place, shape), *overhangs, ignored)
-
-
-def mesh_content(folder: InputFolder, place: MeshPlace, shape: MeshShape) -> bytes:
-    """The content of the file of a mesh.
-
-    Raises:
-        InvalidProblem: ``mesh`` cannot be read.
-    """
-    try:
-        return folder.read_mesh(place, shape.file)
-    except ScenarioError as error:
-        raise InvalidProblem("mesh", str(error)) from error
-
-
 @dataclass(frozen=True)
 class _Statement:
     """A table with all that it states as a text, by which it is known again."""
@@ -386,7 +354,7 @@ class _Statement:
 
 
 @lru_cache(maxsize=CACHE_SIZE)
-def _described(
+def _described_between(
     urdf: str,
     ends: tuple[str | None, str | None],
     locked: tuple[tuple[str, float], ...],

@@ -32,7 +32,7 @@ from tpbso_casadi.figures.palette import FORMATS
 from tpbso_casadi.scenario import (
     InputFolder,
     ScenarioError,
-    new_covers,
+    UrdfFiles,
     read_text,
 )
 from tpbso_casadi.storage import OutputError, check_file, check_writable, write_text, writing
@@ -75,7 +75,7 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
         print_covers(robot, console)
     for link, file in robot.unread:
         console.say(f"note: link {link!r}: its mesh {file} is not read")
-    for note in robot.notes:
+    for note in (*robot.notes, *robot.gaps):
         console.say(f"note: {note}")
 
 
@@ -300,15 +300,16 @@ def with_covers(description: RobotDescription, options: argparse.Namespace) -> R
         ScenarioError: ``--package`` names no folder.
     """
     try:
-        covers, notes = new_covers(description, options.robot, _folder(), packages(options), overhangs(options))
+        covers, notes = description.new_covers(files(options).mesh, *overhangs(options))
     except InvalidProblem as error:
         return replace(description, notes=(*description.notes, error.reason))
     more = (f"link {note.link!r}: mesh {note.file} {note.note}" for note in notes)
     return replace(description.with_covers(covers), notes=(*description.notes, *more))
 
 
-def _folder() -> InputFolder:
-    return InputFolder(Path(), outside_allowed=True)
+def files(options: argparse.Namespace) -> UrdfFiles:
+    """The files that the URDF of the options names."""
+    return UrdfFiles(InputFolder(Path(), outside_allowed=True), options.robot, packages(options))
 
 
 def overhangs(options: argparse.Namespace) -> tuple[float | None, float | None]:
@@ -336,7 +337,7 @@ def spheres(options: argparse.Namespace) -> int:
         check_writable(options.out.parent)
     try:
         description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
-        covers, _ = new_covers(description, options.robot, _folder(), packages(options), overhangs(options))
+        covers, _ = description.new_covers(files(options).mesh, *overhangs(options))
         description = description.with_covers(covers)
     except InvalidProblem as error:
         raise ScenarioError(f"{options.robot}: {error}") from error

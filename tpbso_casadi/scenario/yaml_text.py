@@ -1,16 +1,14 @@
-"""Motions in the messages of ROS, as YAML, whose library is loaded with this file."""
+"""YAML as ROS writes it; the library is loaded with this file."""
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any, ClassVar
 
 import yaml
 
 from problems.base import shown_value
-from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.recorded_rows import BadRow, RecordedRows
-from tpbso_casadi.scenario.ros_messages import rows_of_message
 
 NUMBERS = {
     "tag:yaml.org,2002:int": re.compile(r"[-+]?(0|[1-9][0-9]*)"),
@@ -44,30 +42,37 @@ for _tag, _pattern in NUMBERS.items():
 
 def _number_in_yaml(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int | float:
     """A number of YAML 1.2, one whose tag is stated too."""
-    if not isinstance(node, yaml.ScalarNode) or NUMBERS[node.tag].fullmatch(node.value) is None:
+    pattern = NUMBERS.get(node.tag, NUMBERS["tag:yaml.org,2002:float"])
+    if not isinstance(node, yaml.ScalarNode) or pattern.fullmatch(node.value) is None:
         raise yaml.constructor.ConstructorError(None, None, "a tag says number, the text does not", node.start_mark)
     return int(node.value) if node.tag.endswith(":int") else float(node.value)
 
 
+def _angle_in_yaml(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
+    """A number with the tag of xacro for its unit, in rad."""
+    number = float(_number_in_yaml(loader, node))
+    return math.radians(number) if node.tag == "!degrees" else number
+
+
 for _tag in NUMBERS:
     _SafeLoader.add_constructor(_tag, _number_in_yaml)
+for _tag in ("!degrees", "!radians"):
+    _SafeLoader.add_constructor(_tag, _angle_in_yaml)
 
 
-def read_yaml(folder: InputFolder, name: str) -> RecordedRows:
-    """The rows of a message in YAML.
+def yaml_document(text: str) -> Any:
+    """The only document of a text, as plain data.
 
     Raises:
-        BadRow: it is none.
-        ScenarioError: the file cannot be read.
+        ValueError: it is none, with the line and the reason.
     """
-    text = folder.read_text(name)
     try:
         documents = [each for each in yaml.load_all(text, Loader=_SafeLoader) if each is not None]
     except yaml.MarkedYAMLError as error:
         mark = "" if error.problem_mark is None else f" in line {error.problem_mark.line + 1}"
-        raise BadRow(f"not YAML{mark}: {error.problem}") from error
+        raise ValueError(f"not YAML{mark}: {error.problem}") from error
     except (yaml.YAMLError, ValueError, RecursionError, TypeError, OverflowError) as error:
-        raise BadRow(f"not YAML: {type(error).__name__}, {error}") from error
+        raise ValueError(f"not YAML: {type(error).__name__}, {error}") from error
     if len(documents) != 1:
-        raise BadRow(f"one document is needed, not {len(documents)}")
-    return rows_of_message(documents[0])
+        raise ValueError(f"one document is needed, not {len(documents)}")
+    return documents[0]
