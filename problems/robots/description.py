@@ -54,6 +54,7 @@ class RobotDescription:
         notes: what is missing or not planned with, a line each.
         unread: links with a file of their collision geometry that is not read.
         off_chain: joints that carry some of the links and are not planned with.
+        locked: joints that are not planned with, and where each stands, rad or m.
         apart: links with collision geometry that no joint connects with the chain.
         max_acceleration: of each joint, rad/s^2 or m/s^2; None where it is not known (a URDF states none).
         max_jerk: rad/s^3 or m/s^3; None where nothing is known to limit it.
@@ -73,6 +74,7 @@ class RobotDescription:
     notes: tuple[str, ...] = ()
     unread: tuple[tuple[str, str], ...] = ()
     off_chain: tuple[OffChainJoint, ...] = ()
+    locked: tuple[tuple[str, float], ...] = ()
     apart: tuple[str, ...] = ()
     max_acceleration: tuple[float | None, ...] | None = None
     max_jerk: tuple[float | None, ...] | None = None
@@ -143,6 +145,7 @@ class RobotDescription:
             self_margin=self_margin,
             appearances=self.appearances,
             carried=self.carried,
+            locked=self.locked,
             tracking=None if tracking is None else self._tracking(tracking),
         )
 

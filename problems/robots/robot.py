@@ -159,6 +159,11 @@ class Robot(Parametric, ABC):
         return ""
 
     @property
+    def locked(self) -> tuple[tuple[str, float], ...]:
+        """Joints that are not planned with, by the controller's names, and where each stands, rad or m."""
+        return ()
+
+    @property
     def joint_errors(self) -> tuple[Any, ...] | None:
         """The largest distance of each joint from where it is planned, rad or m; None where all follow exactly."""
         return None

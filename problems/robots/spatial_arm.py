@@ -79,6 +79,7 @@ class SpatialArm(Robot):
         payload: what the tool carries; None for nothing.
         gravity: m/s^2, as seen from outside.
         carried: names of spheres, and of links of the cover, that the tool holds.
+        locked: joints that are not planned with, and where each stands, rad or m, as recordings name them too.
         appearances: of its links; decoration, which no comparison counts.
         statement: the table of a scenario that the arm was built from, by which a plan is stored; None of another one.
         tracking: how far its joints may be from where they are planned; None where they follow exactly.
@@ -91,7 +92,7 @@ class SpatialArm(Robot):
     numbers: ClassVar[tuple[str, ...]] = (
         *Robot.numbers, "max_speed", "max_acceleration", "max_jerk", "position_limits", "max_torque"
     )  # fmt: skip
-    inert: ClassVar[tuple[str, ...]] = ("appearances", "statement")
+    inert: ClassVar[tuple[str, ...]] = ("locked", "appearances", "statement")
     angular: ClassVar[tuple[str, ...]] = ("max_speed", "max_acceleration", "max_jerk", "position_limits")
     range_field: ClassVar[str] = "position_limits"
 
@@ -112,6 +113,7 @@ class SpatialArm(Robot):
     payload: Payload | None = None
     gravity: Point3 = GRAVITY
     carried: tuple[str, ...] = ()
+    locked: tuple[tuple[str, float], ...] = stated(default=(), compare=False)
     appearances: tuple[LinkAppearance, ...] = stated(default=(), compare=False)
     statement: Any = stated(default=None, compare=False, repr=False)
     tracking: TrackingError | None = None

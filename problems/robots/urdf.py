@@ -80,6 +80,7 @@ def read_urdf(
         links=tuple(frames.values()),
         shapes=shapes,
         off_chain=tuple(off_chain),
+        locked=tuple(({name: value for name, value in held.items() if value is not None} | dict(locked or {})).items()),
         apart=apart,
         visuals=tuple((name, tree.links[name].visuals) for name in frames if tree.links[name].visuals),
         unseen=tuple((name, tree.links[name].unseen) for name in frames if tree.links[name].unseen),

@@ -36,6 +36,7 @@ class JointFollowing(Task):
         total_time: bounds of T in s; None where nothing is promised.
         waypoints: (n, k) that the path was made of, rad, in which it begins and ends; None where it is stated itself.
         tolerance: how far any joint may be from straight lines between them, rad; None where it runs through them all.
+        notes: on how the statement was read, a line each.
 
     Raises:
         InvalidProblem: the path is of another number of joints, or an end cannot have its speed.
@@ -49,6 +50,7 @@ class JointFollowing(Task):
     total_time: tuple[float, float] | None = None
     waypoints: FloatArray | None = None
     tolerance: float | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)

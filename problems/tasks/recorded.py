@@ -26,6 +26,7 @@ class RecordedMotion(Task):
         remarks: what is known of the statement that no verdict speaks of, a line each.
         stay: how long after its end the robot, which stands then, has to stay clear of obstacles that move, s.
         without: names of limits by which it is not judged.
+        notes: on how the statement was read, a line each.
 
     Raises:
         InvalidProblem: the motion is of another number of joints, or has a number that is none.
@@ -38,6 +39,7 @@ class RecordedMotion(Task):
     remarks: tuple[str, ...] = ()
     stay: float = 0.0
     without: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -141,6 +141,11 @@ class Task(Parametric, ABC):
     total_time: tuple[float, float] | None = None
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Lines on how the statement was read, for whoever made it."""
+        return ()
+
+    @property
     def end_velocities(self) -> FloatArray:
         """Joint velocities at both ends of the motion, (2, dof), rad/s; at rest by default."""
         return np.zeros((2, self.robot.dof))

@@ -8,10 +8,10 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, Union, get_args, get_origin
 
-from problems.base import InvalidTable, Table, reader, shown_value
+from problems.base import InvalidTable, Table, number_of, reader, shown_value
 from problems.evaluation import BACKENDS
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
-from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, SMALLEST, SolverSection
+from tpbso_casadi.scenario import LARGEST, LARGEST_SEED, LONGEST_WORD, SMALLEST, RowFileTask, SolverSection
 
 MOST = 1_000_000_000  # of anything that is counted
 
@@ -262,6 +262,76 @@ def add_row_interpolation(group: Group, kinds: Iterable[str], default: object) -
         metavar="KIND",
         help=defaulting("how rows are joined", f"of {listed(known)}: {default}"),
     )
+
+
+def add_row_file(group: Group, *, clock: bool = True, bag: bool = True, start: bool = True) -> None:
+    """How a file of rows of joints is read.
+
+    Args:
+        group: to add the options to.
+        clock: whether its times are used.
+        bag: whether it may be a bag of ROS.
+        start: whether its rows begin somewhere.
+    """
+    group.add_argument(
+        "--columns",
+        metavar="MAP",
+        help=defaulting(
+            "what columns of a table hold, as timestamp=t,actual_q_*=q* (qd, qdd; m of measured joints)",
+            "as they name themselves; recordings of a UR and exports of PlotJuggler are known",
+        ),
+    )
+    add_key(
+        group,
+        RowFileTask,
+        "prefix",
+        "read the joints whose names begin with P, without it",
+        default="none",
+        metavar="P",
+    )
+    add_key(
+        group,
+        RowFileTask,
+        "unit",
+        "of rows of joints that turn: rad or deg",
+        default="rad, or the robot file's where a path is timed",
+        metavar="U",
+    )
+    if clock:
+        add_key(group, RowFileTask, "time_unit", "of the times: s, ms, us or ns", default="s", metavar="U")
+    if start:
+        group.add_argument(
+            "--start",
+            type=numbers,
+            metavar="Q1,Q2,...",
+            help=defaulting("where the joints stand before the first row, in the unit of the rows", "in the first row"),
+        )
+    if bag:
+        group.add_argument("--topic", metavar="NAME", help=defaulting("of a bag: the one that is read", "the only one"))
+        group.add_argument(
+            "--message",
+            type=positive_int,
+            metavar="N",
+            help=defaulting("which trajectory of a bag, from 1 on", "the only one"),
+        )
+
+
+def numbers(text: str) -> list[float]:
+    """Numbers with commas between them, for argparse."""
+    try:
+        return [number_of(part) for part in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"numbers with commas between them are needed, not {shown_value(text)}"
+        ) from None
+
+
+ROW_KEYS = ("columns", "prefix", "unit", "time_unit", "start", "topic", "message")
+
+
+def row_keys(options: argparse.Namespace) -> dict[str, Any]:
+    """The keys of [task] that options of a file of rows state; None of those that are left out."""
+    return {key: getattr(options, key, None) for key in ROW_KEYS}
 
 
 def add_solvers(group: Group, default: str) -> None:

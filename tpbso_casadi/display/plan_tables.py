@@ -155,7 +155,8 @@ def print_retiming(retiming: Retiming, console: OutputConsole) -> None:
 
 
 def remarks(plan: PlannedMotion) -> Iterator[str]:
-    """Remarks on what was left out, joints that turn more than once, and a plan far from the best or its bound."""
+    """Remarks on how it was read, what was left out, joints that turn, and a plan far from the best or its bound."""
+    yield from plan.criteria.task.notes
     if plan.problem is not None and plan.problem.direct.lacks_core:
         yield f"the fastest motions past obstacles and postures need {missing_core()}"
     if plan.problem is not None and plan.scenario.solver.polish_starts and not plan.problem.has_program:

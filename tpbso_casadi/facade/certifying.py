@@ -29,6 +29,7 @@ from tpbso_casadi.facade.surroundings import (
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
+    OF_A_FILE,
     InputFolder,
     Scenario,
     ScenarioError,
@@ -36,6 +37,7 @@ from tpbso_casadi.scenario import (
     named,
     read_motion,
     read_recorded,
+    reading_of,
     rows_table,
 )
 from tpbso_casadi.storage import read_run
@@ -61,6 +63,12 @@ def certify(
     payload: float | None = None,
     without: Iterable[str] | str = (),
     message: int | None = None,
+    topic: str | None = None,
+    columns: str | None = None,
+    prefix: str | None = None,
+    unit: str | None = None,
+    time_unit: str | None = None,
+    start: Sequence[float] | None = None,
 ) -> Plan:
     """Judge a motion that is given in time, whoever made it, for all t: nothing of it is changed.
 
@@ -84,6 +92,12 @@ def certify(
         payload: what the tool carries, a mass at its own origin, kg.
         without: names of limits by which it is not judged, such as ``jerk``; they stand beside the status.
         message: which trajectory of a bag of ROS, from 1 on; None of one that holds one.
+        topic: of a bag, the one that is read: trajectories, or a recording of ``sensor_msgs/JointState``.
+        columns: of a table, and what they hold, as ``timestamp=t,actual_q_*=q*``; none where it says so itself.
+        prefix: of names of joints: those that begin with it are read, without it.
+        unit: of the rows, ``rad`` or ``deg``, of joints that turn.
+        time_unit: of the times of a file, ``s``, ``ms``, ``us`` or ``ns``.
+        start: where the joints stand at t = 0, before the first row.
 
     Returns:
         The motion with a verdict on every constraint: proven, violated (when first, when worst, by how much, which
@@ -99,7 +113,8 @@ def certify(
         beside = {"obstacles": None if obstacles is None else obstacles_of(obstacles)}
         left_out = [without] if isinstance(without, str) else several("without", without, "names of limits")
         task: Content = {"interpolation": interpolation, "joint_names": joint_names, "without": left_out or None}
-        task["message"] = None if message is None else whole("message", message)
+        task |= {"topic": topic, "columns": columns, "prefix": prefix, "unit": unit, "time_unit": time_unit}
+        task |= {"message": None if message is None else whole("message", message), "start": start}
         scenario = certified_scenario(
             trajectory, robot, task, scene=scene, model=model, beside=beside, payload=payload, constraints=constraints
         )
@@ -122,7 +137,7 @@ def certified_scenario(
     Args:
         trajectory: as of :func:`certify`.
         robot: likewise.
-        task: ``interpolation``, ``joint_names`` and ``without``; None of what is not stated, as of the other tables.
+        task: how rows are read and joined, and ``without``; None of what is not stated, as of the other tables.
         scene: as of :func:`certify`.
         model: keys of [model].
         beside: tables in place of those of the robot's file, of the scene or of the plan.
@@ -181,8 +196,9 @@ def motion_content(trajectory: AnyMotion, given: Content) -> tuple[Content, Scen
         raise ScenarioError("trajectory: the name of a file or a folder is needed, not ''")
     if isinstance(trajectory, str | Path) and not Path(trajectory).is_dir():
         return file_content(Path(trajectory), given), None
-    if "message" in given:
-        raise ScenarioError("message: says which trajectory of a bag; this is none")
+    of_a_file = next((key for key in OF_A_FILE if key in given), None)
+    if of_a_file is not None:
+        raise ScenarioError(f"{of_a_file}: says how a file is read; this is none")
     if isinstance(trajectory, str | Path | Plan):
         plan = trajectory.planned if isinstance(trajectory, Plan) else read_run(Path(trajectory))
         return _plan_content(plan, trajectory, given)
@@ -198,8 +214,8 @@ def file_content(file: Path, given: Content) -> Content:
     Raises:
         ScenarioError: naming the file, and what is wrong with it.
     """
-    rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name, given.get("message"))
-    given = {key: value for key, value in given.items() if key != "message"}
+    rows = read_recorded(InputFolder(file.parent, outside_allowed=True), file.name, reading_of(given))
+    given = {key: value for key, value in given.items() if key not in OF_A_FILE}
     if rows.breakpoints and given.get("interpolation", "auto") == "auto":
         pieces = {"breakpoints": rows.breakpoints, "coefficients": rows.coefficients}
         stated = {"joint_names": rows.joint_names, "remarks": rows.remarks}
@@ -224,8 +240,9 @@ def _of_pieces(given: Content) -> Content:
     Raises:
         ScenarioError: rows are spoken of.
     """
-    if given.get("interpolation", "auto") != "auto":
-        raise ScenarioError("interpolation: the motion is complete between its rows; it is for rows")
+    for key in ("unit", "start", *(("interpolation",) if given.get("interpolation", "auto") != "auto" else ())):
+        if key in given:
+            raise ScenarioError(f"{key}: the motion is complete between its rows; it is for rows")
     return {key: given[key] for key in ("joint_names", "without") if key in given}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -19,6 +19,7 @@ from tpbso_casadi.facade.surroundings import Content, given_keys, scenario_aroun
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import (
     LARGEST_ANGLE,
+    OF_A_FILE,
     InputFolder,
     Scenario,
     ScenarioError,
@@ -26,6 +27,7 @@ from tpbso_casadi.scenario import (
     pieces_table,
     plain,
     read_joint_rows,
+    reading_of,
 )
 from tpbso_casadi.storage import path_table, read_run
 
@@ -46,12 +48,19 @@ def retime(
     limits: Iterable[str | type[Limit]] | None = None,
     margin: float | None = None,
     self_collision: bool | None = None,
+    columns: str | None = None,
+    prefix: str | None = None,
+    unit: str | None = None,
+    start: Sequence[float] | None = None,
+    topic: str | None = None,
+    message: int | None = None,
 ) -> Plan:
     """Run a path as fast as a robot's limits allow, proven for all t.
 
     Args:
-        path: waypoints (n, k) in rad; a CSV file with the header ``q1..qk`` or ``t,q1..qk``; a plan, or the folder of a
-            run; a :class:`Trajectory` or a path with polynomial pieces.
+        path: waypoints (n, k) in rad; a file of rows as of :func:`certify`, whose times are not used, or a table with
+            the header ``q1..qk``; a plan, or the folder of a run; a :class:`Trajectory` or a path with polynomial
+            pieces.
         robot: that moves, with k joints, as for :func:`plan`; or a TOML file with an [arm] or a [robot] table, whose
             obstacles and margin are judged too and whose unit is that of waypoints, tolerance and speeds. That of the
             plan, where the path is one; another one begins and ends at rest, unless speeds are stated.
@@ -64,6 +73,12 @@ def retime(
         limits: kinds of limits that hold besides those of the robot and of the obstacles.
         margin: what the robot keeps from obstacles, m.
         self_collision: whether its own bodies must not touch.
+        columns: of a table, and what they hold, as ``actual_q_*=q*``; none where it says so itself.
+        prefix: of names of joints: those that begin with it are read, without it.
+        unit: of the rows, ``rad`` or ``deg``, of joints that turn, where it is not that of the robot's file.
+        start: where the joints stand before the first row, in the unit of the rows.
+        topic: of a bag of ROS, the one that is read.
+        message: which trajectory of a bag, from 1 on; None of one that holds one.
 
     Raises:
         ScenarioError: there is no motion along it, a file cannot be read, or an argument is wrong.
@@ -72,7 +87,8 @@ def retime(
     with in_words_of_python():
         task = {
             "interpolation": interpolation, "tolerance": tolerance, "start_speed": start_speed,
-            "goal_speed": goal_speed, "total_time": total_time,
+            "goal_speed": goal_speed, "total_time": total_time, "columns": columns, "prefix": prefix, "unit": unit,
+            "start": start, "topic": topic, "message": message,
         }  # fmt: skip
         further = None if limits is None else several("limits", limits, "kinds of limits")
         model = {"margin": margin, "self_collision": self_collision, "limits": further}
@@ -102,14 +118,16 @@ def retimed_scenario(
         ScenarioError: naming the first wrong key.
         InvalidRun: a folder is no run.
     """
-    given, around = content_of(path, given_keys({key: task.get(key) for key in SHAPE}))
+    stated = given_keys(task)
+    given, around = content_of(path, {key: stated[key] for key in SHAPE if key in stated})
     if robot is not None:
         given = {key: value for key, value in given.items() if key not in SPEEDS}
     beside = {"obstacles": obstacles}
-    return scenario_around(given | given_keys(task), around, robot, model=model, beside=beside, payload=payload)
+    given |= {key: value for key, value in stated.items() if key not in OF_A_FILE}
+    return scenario_around(given, around, robot, model=model, beside=beside, payload=payload)
 
 
-SHAPE = ("interpolation", "tolerance")  # of waypoints
+SHAPE = ("interpolation", "tolerance", "unit", "start", *OF_A_FILE)  # of waypoints
 
 
 def content_of(path: AnyPath, shape: Content) -> tuple[Content, Scenario | None]:
@@ -117,15 +135,23 @@ def content_of(path: AnyPath, shape: Content) -> tuple[Content, Scenario | None]
 
     Args:
         path: as of :func:`retime`.
-        shape: keys of [task] that say how waypoints are joined.
+        shape: keys of [task] that say how waypoints are read and joined.
 
     Raises:
         ScenarioError: it is no path, or complete without them.
     """
     if isinstance(path, str | Path) and not Path(path).is_dir():
         file = Path(path)
-        rows = read_joint_rows(InputFolder(file.parent, outside_allowed=True), file.name)
-        return {"kind": "joint-path", "joints": rows}, None
+        rows = read_joint_rows(InputFolder(file.parent, outside_allowed=True), file.name, reading_of(shape))
+        return {
+            "kind": "joint-path",
+            "joints": rows.positions,
+            "joint_names": rows.joint_names,
+            "notes": rows.notes,
+        }, None
+    of_a_file = next((key for key in OF_A_FILE if key in shape), None)
+    if of_a_file is not None:
+        raise ScenarioError(f"{of_a_file}: says how a file is read; this is none")
     if not isinstance(path, str | Path | Plan | JointPath | Trajectory):
         return {"kind": "joint-path", "joints": plain(_waypoints(path))}, None
     if shape:

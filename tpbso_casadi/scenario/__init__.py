@@ -5,10 +5,8 @@ from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, curr
 from tpbso_casadi.scenario.cells import ENDS, Cell, criteria_of, judged_by_stage, walked
 from tpbso_casadi.scenario.constraints import HandSection
 from tpbso_casadi.scenario.input_files import (
-    LARGEST_ANGLE,
     InputFolder,
     is_folder,
-    read_joint_rows,
     read_text,
     read_toml,
 )
@@ -21,7 +19,7 @@ from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.packages import UrdfFiles
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection
-from tpbso_casadi.scenario.recorded_rows import RecordedRows, joint_order
+from tpbso_casadi.scenario.recorded_rows import RecordedRows
 from tpbso_casadi.scenario.recorded_tasks import motion_table, read_motion, rows_table
 from tpbso_casadi.scenario.robots import (
     BESIDE,
@@ -32,6 +30,7 @@ from tpbso_casadi.scenario.robots import (
     arm_table,
     settings_table,
 )
+from tpbso_casadi.scenario.row_tasks import LARGEST_ANGLE, OF_A_FILE, RowFileTask, read_joint_rows, reading_of
 from tpbso_casadi.scenario.scenario import (
     BuiltScene,
     Scenario,
@@ -87,6 +86,7 @@ __all__ = [
     "MOST_LINKS",
     "MOST_MEMBERS",
     "MOST_POLISH_STARTS",
+    "OF_A_FILE",
     "OF_THE_MODEL",
     "READERS",
     "SMALLEST",
@@ -118,6 +118,7 @@ __all__ = [
     "Positive",
     "RecordedRows",
     "RobotSection",
+    "RowFileTask",
     "Scenario",
     "ScenarioError",
     "Section",
@@ -140,7 +141,6 @@ __all__ = [
     "find_objective",
     "find_solver",
     "is_folder",
-    "joint_order",
     "judged_by_stage",
     "load",
     "load_all",
@@ -163,6 +163,7 @@ __all__ = [
     "read_text",
     "read_toml",
     "read_tracking_log",
+    "reading_of",
     "rows_table",
     "settings_table",
     "task_tables",

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 from problems.base import in_words
 from tpbso_casadi.scenario.input_files import InputFolder
-from tpbso_casadi.scenario.recorded_rows import BadRow, RecordedRows
-from tpbso_casadi.scenario.ros_messages import rows_of_message
+from tpbso_casadi.scenario.recorded_rows import AS_IT_IS, BadRow, Reading, RecordedRows
+from tpbso_casadi.scenario.ros_messages import rows_of_message, rows_of_states
 
+STATES = "sensor_msgs/msg/JointState"
 TYPES = ("trajectory_msgs/msg/JointTrajectory", "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory")
 LIBRARIES = ("mcap", "mcap_ros2")
 LARGEST_BAG = 1_000_000_000  # bytes, once its chunks are unpacked
@@ -27,15 +28,16 @@ class _Recorded(NamedTuple):
     encoding: str
     schema: Any
     data: bytes
+    time: float
 
 
-def read_bag(folder: InputFolder, name: str, message: int | None = None) -> RecordedRows:
-    """The rows of a trajectory that was recorded.
+def read_bag(folder: InputFolder, name: str, reading: Reading = AS_IT_IS) -> RecordedRows:
+    """The rows of a trajectory that was recorded, or where there is none, of the states of joints.
 
     Args:
         folder: that holds the file.
         name: of the file.
-        message: which of the trajectories in it, from 1 on in the order in which they were written; None of one alone.
+        reading: which of the topics, and which of the trajectories, in the order in which they were written.
 
     Raises:
         BadRow: it is no bag, has no such message, or the libraries are missing.
@@ -44,9 +46,18 @@ def read_bag(folder: InputFolder, name: str, message: int | None = None) -> Reco
     if any(find_spec(library) is None for library in LIBRARIES):
         raise BadRow("bags need the extra mcap: pip install 'tpbso-casadi[mcap]'")
     content = folder.read_bytes(name)
-    found = [each for each in _messages(content) if each.schema is not None and each.schema.name in TYPES]
+    known = [each for each in _messages(content) if each.schema is not None and each.schema.name in (*TYPES, STATES)]
+    topics = list(dict.fromkeys(each.topic for each in known))
+    if reading.topic is not None and reading.topic not in topics:
+        listed = ", ".join(f"{topic!r:.100}" for topic in topics[:MOST_TOPICS]) or "none of joints"
+        raise BadRow(f"topic: no motion of {reading.topic!r:.100} is in it; there are {listed}")
+    asked = [each for each in known if reading.topic in (None, each.topic)]
+    found = [each for each in asked if each.schema.name in TYPES]
+    if not found and asked and reading.message is None:
+        return _rows_of_topic(asked)
     if not found:
-        raise BadRow(f"no message of {in_words(list(TYPES))} is in it")
+        raise BadRow(f"no message of {in_words([*TYPES, STATES])} is in it")
+    message = reading.message
     if message is None and len(found) > 1:
         counts = Counter(each.topic for each in found).most_common(MOST_TOPICS)
         listed = ", ".join(f"{count} of {topic!r:.100}" for topic, count in counts)
@@ -56,6 +67,15 @@ def read_bag(folder: InputFolder, name: str, message: int | None = None) -> Reco
     if message is not None and not 1 <= message <= len(found):
         raise BadRow(f"message {message} of {len(found)} trajectories")
     return rows_of_message(_decoded(found[(message or 1) - 1]))
+
+
+def _rows_of_topic(states: list[_Recorded]) -> RecordedRows:
+    """The rows of the states of joints, which are those of one topic."""
+    topics = dict.fromkeys(each.topic for each in states)
+    if len(topics) > 1:
+        listed = ", ".join(f"{topic!r:.100}" for topic in [*topics][:MOST_TOPICS])
+        raise BadRow(f"topic: states of joints of {len(topics)} topics ({listed}); say which is read")
+    return rows_of_states([(_decoded(each), each.time) for each in states])
 
 
 def _messages(content: bytes) -> Iterator[_Recorded]:
@@ -80,7 +100,9 @@ def _messages(content: bytes) -> Iterator[_Recorded]:
                 elif isinstance(record, Message):
                     channel = channels[record.channel_id]
                     schema = schemas.get(channel.schema_id)
-                    yield _Recorded(channel.topic, channel.message_encoding, schema, record.data)
+                    yield _Recorded(
+                        channel.topic, channel.message_encoding, schema, record.data, 1e-9 * record.log_time
+                    )
     except EndOfFile:
         return
     except (McapError, KeyError, ValueError, RuntimeError, MemoryError, OverflowError, struct.error) as error:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ import numpy as np
 from problems import InvalidProblem, Tabulated
 from problems.base import Checked, Count, FloatArray, number_of, toml_tables
 from problems.scene import first_fault
-from tpbso_casadi.scenario.validation import LARGEST, MOST_GIVEN_POINTS, MOST_LINKS, Number, ScenarioError
+from tpbso_casadi.scenario.validation import LARGEST, MOST_GIVEN_POINTS, Number, ScenarioError
 
 
 def numbers_of(place: str, line: str, width: int) -> list[float]:
@@ -35,6 +34,7 @@ def numbers_of(place: str, line: str, width: int) -> list[float]:
 
 
 LARGEST_FILE = 10_000_000  # bytes
+LARGEST_TABLE = 100_000_000  # bytes of a table of joints: a minute of everything that a controller tells at 500 Hz
 LARGEST_MESH = 200_000_000  # bytes
 LARGEST_TOML = 1_000_000  # bytes, which take a second to parse
 
@@ -51,13 +51,17 @@ class InputFolder:
     path: Path
     outside_allowed: bool = False
 
-    def read_text(self, name: str) -> str:
+    def read_text(self, name: str, largest: int = LARGEST_FILE) -> str:
         """The text of a file that a scenario names.
+
+        Args:
+            name: of the file.
+            largest: size that is read, bytes.
 
         Raises:
             ScenarioError: it lies outside the folder, links followed, or cannot be read; never with its content.
         """
-        return read_text(self.checked(self.path / name))
+        return read_text(self.checked(self.path / name), largest)
 
     def read_bytes(self, name: str) -> bytes:
         """The content of a file that a scenario names, of a body: it may be larger than a text.
@@ -168,69 +172,6 @@ def is_folder(name: str | Path) -> bool:
 def reason_of(error: Exception) -> str:
     """Why the operating system refuses a path, or why it is not a path at all."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
-
-
-MOST_ROWS = 3_000  # of a path; its timing takes a minute
-JOINT = re.compile(r"q[1-9][0-9]*")
-HEADER = "the header q1,q2,... or t,q1,q2,... is needed"
-POSES = ("xy", "xyz", ("x", "y", "z", "qx", "qy", "qz", "qw"))  # of the tool, in a table of a run
-LARGEST_ANGLE = 1e6  # rad or degrees
-
-
-def read_joint_rows(folder: InputFolder, name: str) -> list[list[float]]:
-    """The rows of a file with the header ``q1..qk``, or ``t,q1..qk`` with increasing times, which are not used.
-
-    The table of a run, ``trajectory.csv``, is read too. In a recording with times, rows in which nothing has moved are
-    left out. Empty lines are skipped.
-
-    Raises:
-        ScenarioError: naming the file, the line and what is wrong with it.
-    """
-    lines = [(n, line) for n, line in enumerate(folder.read_text(name).splitlines(), start=1) if line.strip()]
-    place = f"{folder.path / name}"
-    if not lines:
-        raise ScenarioError(f"{place}: is empty; {HEADER}")
-    joints, timed, width = _header(f"{place} line {lines[0][0]}", lines[0][1])
-    rows: list[list[float]] = []
-    last = -math.inf
-    for number, line in lines[1:]:
-        time, angles = _joint_row(f"{place} line {number}", line, joints, timed, width)
-        if timed and not time > last:
-            raise ScenarioError(f"{place} line {number}: times have to increase")
-        last = time
-        if rows and rows[-1] == angles:
-            if timed:
-                continue
-            raise ScenarioError(f"{place} line {number}: the same joint angles as in the line before")
-        if len(rows) == MOST_ROWS:
-            raise ScenarioError(f"{place} line {number}: more than {MOST_ROWS} rows")
-        rows.append(angles)
-    if len(rows) < 2:
-        raise ScenarioError(f"{place}: {len(rows)} rows of different joint angles; a path needs two at least")
-    return rows
-
-
-def _header(place: str, line: str) -> tuple[int, bool, int]:
-    """The number of joints, whether there are times, and the number of columns."""
-    names = [cell.strip() for cell in line.split(",")]
-    timed = names[0] == "t"
-    joints = sum(1 for name in names if JOINT.fullmatch(name))
-    expected = ["t"] * timed + [f"q{joint}" for joint in range(1, joints + 1)]
-    rates = [f"{symbol}{joint}" for symbol in ("qd", "qdd") for joint in range(1, joints + 1)]
-    torques = [f"tau{joint}" for joint in range(1, joints + 1)]
-    own = [[*expected, *rates, *pose] for pose in POSES]
-    tables = [expected, *own, *([*table, *torques] for table in own)]
-    if not 1 <= joints <= MOST_LINKS or names not in tables:
-        raise ScenarioError(f"{place}: {HEADER}")
-    return joints, timed, len(names)
-
-
-def _joint_row(place: str, line: str, joints: int, timed: bool, width: int) -> tuple[float, list[float]]:
-    numbers = numbers_of(place, line, width)
-    angles = numbers[timed : timed + joints]
-    if not all(abs(number) <= LARGEST_ANGLE for number in angles) or not math.isfinite(numbers[0]):
-        raise ScenarioError(f"{place}: a number is not finite, or an angle larger than {LARGEST_ANGLE:g}")
-    return numbers[0], angles
 
 
 COLUMNS = {  # by how many numbers a point has

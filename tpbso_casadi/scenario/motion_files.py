@@ -3,42 +3,49 @@
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 import zlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import PurePath
 from typing import Any
 
 import numpy as np
 
 from problems import Trajectory
-from problems.base import did_you_mean, in_words, number_of, shown_value
+from problems.base import did_you_mean, in_words, shown_value
 from tpbso_casadi.plain import one_line
 from tpbso_casadi.scenario.bags import read_bag
-from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.columns import ACCELERATION, LOG, MEASURED, MOTION, POSITION, VELOCITY, TableKind, columns_of
+from tpbso_casadi.scenario.input_files import LARGEST_TABLE, InputFolder
 from tpbso_casadi.scenario.recorded_rows import (
+    AS_IT_IS,
     LARGEST_COEFFICIENT,
     LARGEST_STATE,
+    TIME_UNITS,
     BadRow,
+    Reading,
     RecordedRows,
-    Row,
     check_count,
 )
 from tpbso_casadi.scenario.ros_messages import read_json, rows_of_message
-from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError
+from tpbso_casadi.scenario.text_tables import TextTable
+from tpbso_casadi.scenario.validation import ScenarioError
 
 SAME_MOTION = 1e-6  # rad and s, relative to the largest angle
 LARGEST_ARRAYS = 200_000_000  # bytes of a NPZ's arrays
 
 
-def read_recorded(folder: InputFolder, name: str, message: int | None = None) -> RecordedRows:
+def read_recorded(
+    folder: InputFolder, name: str, reading: Reading = AS_IT_IS, kind: TableKind = MOTION
+) -> RecordedRows:
     """The rows of a file, whose ending says what it is.
 
     Args:
         folder: that holds it.
         name: of the file.
-        message: which trajectory of a bag, from 1 on; None of one that holds one, and of other files.
+        reading: how it is read.
+        kind: of what its rows have to hold.
 
     Raises:
         ScenarioError: naming the file, the line, row or key, and what is wrong there.
@@ -48,100 +55,60 @@ def read_recorded(folder: InputFolder, name: str, message: int | None = None) ->
         known = in_words([f"*{known}" for known in READERS])
         raise ScenarioError(f"{place}: a motion is read from {known}")
     try:
-        if message is None:
-            return READERS[ending](folder, name)
-        if READERS[ending] is not read_bag:
-            raise BadRow("message: says which trajectory of a bag; this is none")
-        return read_bag(folder, name, message)
+        reader = READERS[ending]
+        if (reading.message, reading.topic) != (None, None) and reader is not _bag:
+            key = "message" if reading.topic is None else "topic"
+            raise BadRow(f"{key}: says which trajectory of a bag; this is none")
+        if reading.columns and reader is not _csv:
+            raise BadRow("columns: says what columns of a table of text hold; this is none")
+        return _as_read(reader(folder, name, reading, kind), reading)
     except BadRow as error:
         raise ScenarioError(f"{place}: {one_line(str(error))}") from error
 
 
-TIME_COLUMNS = ("t", "time")
-POSITION, VELOCITY, ACCELERATION = "q", "qd", "qdd"
-COLUMN = re.compile(r"(qdd|qd|q)([1-9][0-9]{0,3})")
-SUFFIXES = {"_velocity": VELOCITY, "_acceleration": ACCELERATION}  # of a joint's name, in the names of columns
-IGNORED = re.compile(r"(tau|effort)[1-9][0-9]*|x|y|z|qx|qy|qz|qw")  # columns of a run's table
+def _as_read(rows: RecordedRows, reading: Reading) -> RecordedRows:
+    """The rows in s, of the joints that are read, none of them twice.
+
+    Raises:
+        BadRow: they are too few, or there are no such joints.
+    """
+    factor = TIME_UNITS[reading.time_unit]
+    if factor != 1.0:
+        if rows.breakpoints:
+            raise BadRow("time_unit: is for rows; polynomial pieces are in s")
+        rows = replace(rows, times=[factor * time for time in rows.times])
+    if reading.prefix:
+        rows = rows.with_prefix(reading.prefix)
+    if rows.times:
+        rows = rows.without_repeats()
+    check_count(len(rows.positions), LOG.most)
+    if len(rows.positions) < 2 and not reading.one_will_do:
+        raise BadRow("1 row; a motion needs two at least; start says where it begins")
+    return rows
 
 
-def _csv(folder: InputFolder, name: str) -> RecordedRows:
-    """A table with the header ``t,q1..qk[,qd1..qdk[,qdd1..qddk]]``, or with the names of joints in place of q1..qk."""
-    lines = [(n, line) for n, line in enumerate(folder.read_text(name).splitlines(), start=1) if line.strip()]
-    if not lines:
-        raise BadRow("is empty; the header t,q1,q2,... is needed, or t and the names of joints")
-    header = [cell.strip().strip('"') for cell in lines[0][1].split(",")]
-    joints, columns = _columns(header, lines[0][0])
-    check_count(len(lines) - 1)
-    table = [_cells(line, len(header), number) for number, line in lines[1:]]
-    states = {
-        symbol: [[row[columns[symbol, joint]] for joint in joints] for row in table]
-        for symbol in (POSITION, VELOCITY, ACCELERATION)
-        if (symbol, joints[0]) in columns
-    }
-    own = all(joint.isdigit() for joint in joints)
-    return RecordedRows(
-        times=[row[0] for row in table],
-        positions=states[POSITION],
-        velocities=states.get(VELOCITY, []),
-        accelerations=states.get(ACCELERATION, []),
-        joint_names=[] if own else joints,
-    )
+def _csv(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> RecordedRows:
+    """A table of text."""
+    table = TextTable.read(folder.read_text(name, LARGEST_TABLE), kind.header)
+    columns = columns_of(table.names, table.line, reading.columns, kind)
+    time = [] if columns.time is None else [columns.time]
+    chosen = {symbol: columns.of(symbol) for symbol in kind.symbols}
+    rows, left_out = table.rows(time, [place for places in chosen.values() for place in places], kind.most)
+    states: dict[str, Any] = {}
+    begin = len(time)
+    for symbol, places in chosen.items():
+        states[SYMBOLS[symbol]] = [row[begin : begin + len(places)] for row in rows] if places else []
+        begin += len(places)
+    first = rows[0][0] if columns.absolute and rows else 0.0
+    times = [row[0] - first for row in rows] if time else []
+    late = next((number for number, value in enumerate(times) if not abs(value) <= LARGEST_STATE), None)
+    if late is not None:
+        raise BadRow(f"row {late + 1}: a time is larger than {LARGEST_STATE:g}")
+    note = f"{left_out} row{'s' * (left_out > 1)} without a number of these joints left out"
+    return RecordedRows(times, **states, joint_names=columns.names, notes=[note] if left_out else [])
 
 
-def _columns(header: list[str], line: int) -> tuple[list[str], dict[tuple[str, str], int]]:
-    """The joints, by name or by number, and the column of each symbol of each."""
-    if header[0] not in TIME_COLUMNS or len(header) < 2:
-        raise BadRow(f"line {line}: the header t,q1,q2,... is needed, or t and the names of joints")
-    found: dict[tuple[str, str], int] = {}
-    numbered = COLUMN.fullmatch(header[1]) is not None
-    for column, name in enumerate(header[1:], start=1):
-        if numbered and IGNORED.fullmatch(name):
-            continue
-        key = _numbered(name, line) if numbered else _named(name)
-        if key in found:
-            raise BadRow(f"line {line}: the column {shown_value(name)} is there twice")
-        found[key] = column
-    joints = [joint for symbol, joint in found if symbol == POSITION]
-    if numbered:
-        joints = [str(number) for number in range(1, len(joints) + 1)]
-    if len(joints) > MOST_LINKS:
-        raise BadRow(f"line {line}: {len(joints)} joints; at most {MOST_LINKS}")
-    for symbol in dict.fromkeys(symbol for symbol, _ in found):
-        missing = [joint for joint in joints if (symbol, joint) not in found]
-        extra = [joint for each, joint in found if each == symbol and joint not in joints]
-        if missing or extra:
-            what = f"{symbol} of {(missing or extra)[0]}"
-            raise BadRow(
-                f"line {line}: the columns of all joints are needed; {what} is {'missing' if missing else 'of none'}"
-            )
-    return joints, found
-
-
-def _numbered(name: str, line: int) -> tuple[str, str]:
-    match = COLUMN.fullmatch(name)
-    if match is None:
-        raise BadRow(f"line {line}: {shown_value(name)} is no column of t,q1..qk,qd1..qdk,qdd1..qddk")
-    return match[1], match[2]
-
-
-def _named(name: str) -> tuple[str, str]:
-    for suffix, symbol in SUFFIXES.items():
-        if name.endswith(suffix):
-            return symbol, name.removesuffix(suffix)
-    return POSITION, name
-
-
-def _cells(line: str, width: int, number: int) -> Row:
-    cells = line.split(",")
-    if len(cells) != width:
-        raise BadRow(f"line {number}: {len(cells)} numbers where the header has {width} names")
-    try:
-        row = [number_of(cell) for cell in cells]
-    except ValueError as error:
-        raise BadRow(f"line {number}: {width} numbers are needed") from error
-    if not all(abs(value) <= LARGEST_STATE for value in row):
-        raise BadRow(f"line {number}: a number is not finite, or larger than {LARGEST_STATE:g}")
-    return row
+SYMBOLS = {POSITION: "positions", VELOCITY: "velocities", ACCELERATION: "accelerations", MEASURED: "measured"}
 
 
 NPZ_NAMES = {"times": ("t", "times"), "positions": ("q", "positions"), "velocities": ("qd", "velocities"),
@@ -151,7 +118,7 @@ EXPORTED = ("tip", "quaternion", "tau")  # by ourselves, beside the motion that 
 ARRAYS = (*(name for names in NPZ_NAMES.values() for name in names), *PIECES, *EXPORTED, "joint_names")
 
 
-def _npz(folder: InputFolder, name: str) -> RecordedRows:
+def _npz(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> RecordedRows:
     """Arrays ``t`` (n,), ``q`` (n, k), ``qd`` and ``qdd`` where there are; pieces and ``joint_names`` too."""
     arrays = _arrays(folder.read_bytes(name))
     unknown = next((each for each in arrays if each not in ARRAYS), None)
@@ -162,7 +129,7 @@ def _npz(folder: InputFolder, name: str) -> RecordedRows:
         if found[key] is None:
             raise BadRow(f"has no array {' or '.join(map(repr, NPZ_NAMES[key]))}")
     rows = {key: _numbers_of(key, array) for key, array in found.items() if array is not None}
-    check_count(len(rows["times"]))
+    check_count(len(rows["times"]), kind.most)
     pieces = {key: _numbers_of(key, arrays[key]) for key in PIECES if key in arrays}
     if len(pieces) == 1:
         raise BadRow(f"has {next(iter(pieces))} alone; exact pieces are {' and '.join(PIECES)}")
@@ -231,7 +198,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
         raise BadRow(f"is no NPZ of arrays of numbers: {error}") from error
 
 
-def _yaml(folder: InputFolder, name: str) -> RecordedRows:
+def _yaml(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> RecordedRows:
     from tpbso_casadi.scenario.yaml_text import yaml_document  # noqa: PLC0415 (loads a library for these files alone)
 
     text = folder.read_text(name)
@@ -242,11 +209,19 @@ def _yaml(folder: InputFolder, name: str) -> RecordedRows:
     return rows_of_message(document)
 
 
-READERS: dict[str, Callable[[InputFolder, str], RecordedRows]] = {
+def _json(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> RecordedRows:
+    return read_json(folder, name)
+
+
+def _bag(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> RecordedRows:
+    return read_bag(folder, name, reading)
+
+
+READERS: dict[str, Callable[[InputFolder, str, Reading, TableKind], RecordedRows]] = {
     ".csv": _csv,
     ".npz": _npz,
-    ".json": read_json,
+    ".json": _json,
     ".yaml": _yaml,
     ".yml": _yaml,
-    ".mcap": read_bag,
+    ".mcap": _bag,
 }

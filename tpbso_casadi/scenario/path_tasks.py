@@ -27,9 +27,10 @@ from problems.motions import JointPath
 from problems.robots import SpatialArm
 from problems.tasks import Elbow, JointFollowing, PathTracing, SpaceTracing
 from tpbso_casadi.scenario.catalogues import find_objective
-from tpbso_casadi.scenario.input_files import MOST_ROWS, InputFolder, PathPoints, read_joint_rows, read_points
+from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.recorded_rows import LARGEST_COEFFICIENT
+from tpbso_casadi.scenario.row_tasks import MOST_ROWS, RowFileTask, joint_table, read_joint_rows
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_JOINT_POINTS,
@@ -45,7 +46,12 @@ from tpbso_casadi.scenario.validation import (
 )
 
 Interpolation = Literal["spline", "blend"]
-FIELDS = {"waypoints": "joints", "path": "joints", "rates": "start_speed"}  # keys of ours by those of a path
+FIELDS = {
+    "waypoints": "joints",
+    "path": "joints",
+    "positions": "joints",
+    "rates": "start_speed",
+}  # keys of ours by those of a path
 MOST_PIECES = 100_000
 MOST_COEFFICIENTS = 50  # of a piece
 
@@ -61,17 +67,13 @@ class GivenPathTask(TaskSection):
     goal_speed: Annotated[NotNegative, ANGULAR] = 0.0
     total_time: tuple[Positive, Positive] | None = None
 
-    def path(self) -> JointPath:
-        """The path in joint space that the table states.
+    def stated(self, robot: Robot) -> dict[str, Any]:
+        """The path that the table states for a robot, and what it was made of, as arguments of :class:`JointFollowing`.
 
         Raises:
             InvalidProblem: it is none.
         """
         raise NotImplementedError
-
-    def made_of(self) -> tuple[FloatArray, float | None] | tuple[()]:
-        """The waypoints that the path was made of, and how far it may be from the lines between them, if any."""
-        return ()
 
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> NoReturn:
         """Refuse to build a problem: a given path is timed, not searched.
@@ -83,22 +85,23 @@ class GivenPathTask(TaskSection):
 
     def criteria(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
         try:
-            speeds = self.start_speed, self.goal_speed
-            task = JointFollowing(robot, self.path(), obstacles, *speeds, self.total_time, *self.made_of())
+            stated = self.stated(robot)
+            speeds: dict[str, Any] = {"start_speed": self.start_speed, "goal_speed": self.goal_speed}
+            task = JointFollowing(robot, obstacles=obstacles, **speeds, total_time=self.total_time, **stated)
         except InvalidProblem as error:
             raise InvalidProblem(FIELDS.get(error.field, error.field), error.reason) from error
         return joint_following(task, model.further_limits)
 
 
-class JointPathTask(GivenPathTask):
-    """The rows of a CSV file beside the scenario file, or a list: waypoints, or a recording; angles in rad."""
+class JointPathTask(RowFileTask, GivenPathTask):
+    """The rows of a file beside the scenario file, or a list: waypoints, or a recording; angles in rad."""
 
     kind: Literal["joint-path"]
     joints: Annotated[
         str
         | Annotated[
             list[Annotated[list[Number], Count(1, MOST_LINKS)]],
-            Count(2, MOST_ROWS),
+            Count(1, MOST_ROWS),
         ],
         ANGULAR,
     ]
@@ -109,20 +112,25 @@ class JointPathTask(GivenPathTask):
         if not isinstance(self.joints, str):
             return self
         try:
-            rows = read_joint_rows(folder, self.joints)
+            rows = read_joint_rows(folder, self.joints, self.reading)
         except ScenarioError as error:
             raise ScenarioError(f"task.joints: {error}") from error
-        return self.replaced(joints=rows)
+        return self.read(joints=rows.positions, joint_names=self.joint_names or rows.joint_names, notes=rows.notes)
 
-    def path(self) -> JointPath:
+    def in_radians(self) -> Self:
+        """The table in rad; rows whose unit the task states stay in it."""
+        found = super().in_radians()
+        return found if self.unit is None else found.replaced(joints=self.joints, start=self.start)
+
+    def stated(self, robot: Robot) -> dict[str, Any]:
         if isinstance(self.joints, str):
-            raise ScenarioError(f"task.joints: {self.joints!r} has not been read; only a scenario file can name a CSV")
-        if len({len(row) for row in self.joints}) > 1:
-            raise InvalidProblem("joints", "rows of the same number of joints are needed")
-        return PATHS[self.interpolation](np.array(self.joints), self.tolerance)
-
-    def made_of(self) -> tuple[FloatArray, float | None]:
-        return np.array(self.joints), self.tolerance
+            raise ScenarioError(f"task.joints: {self.joints!r} has not been read; only a scenario file can name a file")
+        rows = joint_table(self.joints, "joints")
+        joined = self.joined(robot, rows)
+        first = [] if joined.start is None else [joined.start]
+        waypoints = np.array([*first, *joined.of(rows)])
+        path = PATHS[self.interpolation](waypoints, self.tolerance)
+        return {"path": path, "waypoints": waypoints, "tolerance": self.tolerance, "notes": joined.notes}
 
 
 def _given_spline(rows: FloatArray, tolerance: float | None) -> JointPath:
@@ -150,8 +158,8 @@ class JointPiecesTask(GivenPathTask):
     breakpoints: Annotated[list[float], Count(2, MOST_PIECES)]
     coefficients: Annotated[list[list[list[float]]], Count(2, MOST_COEFFICIENTS)]
 
-    def path(self) -> JointPath:
-        return JointPath(*trajectory_pieces(self.breakpoints, self.coefficients))
+    def stated(self, robot: Robot) -> dict[str, Any]:
+        return {"path": JointPath(*trajectory_pieces(self.breakpoints, self.coefficients))}
 
 
 def trajectory_pieces(breakpoints: list[float], coefficients: list[list[list[float]]]) -> tuple[FloatArray, FloatArray]:

@@ -6,19 +6,47 @@ units: s, rad, rad/s, rad/s^2, m where a joint slides.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 
-from problems.base import FloatArray, did_you_mean, shown_value
+from problems.base import FloatArray, shown_value
 from tpbso_casadi.scenario.validation import ScenarioError
 
 MOST_MOTION_ROWS = 20_000  # of a motion: a minute at 333 Hz
+SAME_TIME = 1e-9  # s: rows that are no farther apart are at one time
 LARGEST_STATE = 1e9  # of a time, an angle or a rate
 LARGEST_COEFFICIENT = 1e100  # of a polynomial piece, rad / s^n
 RATES = ("velocities", "accelerations")
+STATES = ("positions", *RATES, "measured")  # one row for each time
 Row = list[float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """How a file of rows is read, where it does not say so itself.
+
+    Attributes:
+        columns: of a table: its names, and what they hold, as ``timestamp=t,actual_q_*=q*``.
+        prefix: of the names of joints: those with it are read, without it.
+        time_unit: of the factor ``TIME_UNITS``.
+        topic: of a bag: the one that is read.
+        message: which trajectory of a bag, from 1 on.
+        one_will_do: whether a single row is a motion, as its start is stated elsewhere.
+    """
+
+    columns: str = ""
+    prefix: str = ""
+    time_unit: str = "s"
+    topic: str | None = None
+    message: int | None = None
+    one_will_do: bool = False
+
+
+AS_IT_IS = Reading()
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # s
 
 
 @dataclass(frozen=True)
@@ -34,6 +62,8 @@ class RecordedRows:
         breakpoints: of exact polynomial pieces, where the file has them; s.
         coefficients: of these, (order, pieces, joints), highest power first.
         remarks: what the file says besides, and a motion does not, a line each.
+        measured: positions of all joints as they were, where ``positions`` are as they were commanded.
+        notes: what was left out of it, a line each.
     """
 
     times: list[float]
@@ -44,50 +74,62 @@ class RecordedRows:
     breakpoints: list[float] = field(default_factory=list)
     coefficients: list[list[Row]] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    measured: list[Row] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def with_prefix(self, prefix: str) -> Self:
+        """The rows of the joints whose names begin with a prefix, without it.
+
+        Raises:
+            BadRow: none does.
+        """
+        kept = [number for number, name in enumerate(self.joint_names) if name.startswith(prefix) and name != prefix]
+        if not kept:
+            known = ", ".join(map(shown_value, self.joint_names)) or "numbers alone"
+            raise BadRow(f"prefix: no joint's name begins with {shown_value(prefix)}; there are {known}")
+        names = [self.joint_names[number].removeprefix(prefix) for number in kept]
+        states: dict[str, Any] = {
+            key: [[row[each] for each in kept] if row else [] for row in getattr(self, key)] for key in STATES
+        }
+        pieces = [[[row[each] for each in kept] for row in order] for order in self.coefficients]
+        return replace(self, joint_names=names, coefficients=pieces, **states)
+
+    def without_repeats(self) -> Self:
+        """The rows without those that say at one time what the row before says."""
+        states = self._states()
+        if {len(rows) for rows in states.values()} != {len(self.times)}:
+            return self  # which is refused where they are joined
+        rows = list(zip(self.times, *states.values(), strict=True))
+        kept = [0] + [
+            number
+            for number in range(1, len(rows))
+            if abs(rows[number][0] - rows[number - 1][0]) > SAME_TIME or rows[number][1:] != rows[number - 1][1:]
+        ]
+        dropped = len(rows) - len(kept)
+        if not dropped:
+            return self
+        left: dict[str, Any] = {key: [rows[number] for number in kept] for key, rows in states.items()}
+        note = f"{dropped} row{'s' * (dropped > 1)} that repeat the row before, time included, left out"
+        return replace(self, times=[self.times[number] for number in kept], notes=[*self.notes, note], **left)
+
+    def _states(self) -> Mapping[str, list[Row]]:
+        return {key: rows for key in STATES if (rows := getattr(self, key))}
 
 
 class BadRow(ValueError):
     """Content that is no motion; the message is one line, without the file."""
 
 
-def check_count(rows: int) -> None:
-    """There are enough rows of a motion, and not too many.
+def check_count(rows: int, most: int = MOST_MOTION_ROWS) -> None:
+    """There are rows, and not too many.
 
     Raises:
         BadRow: there are not.
     """
-    if rows < 2:
-        raise BadRow(f"{rows} row{'s' * (rows != 1)}; a motion needs two at least")
-    if rows > MOST_MOTION_ROWS:
-        raise BadRow(f"{rows} rows; at most {MOST_MOTION_ROWS} are judged")
-
-
-def joint_order(names: list[str], known: Iterator[tuple[str, ...]], place: str = "joint_names") -> list[int]:
-    """The column of each joint of a robot.
-
-    Args:
-        names: of the columns.
-        known: names of the robot's joints, in its order; the first that share any with the columns count.
-        place: for messages.
-
-    Raises:
-        ScenarioError: a joint is missing, there twice, or unknown.
-    """
-    twice = next((name for number, name in enumerate(names) if name in names[:number]), None)
-    if twice is not None:
-        raise ScenarioError(f"{place}: {shown_value(twice)} is there twice")
-    listed = list(known)
-    own = next((joints for joints in listed if set(joints) & set(names)), listed[0])
-    unknown = next((name for name in names if name not in own), None)
-    if unknown is not None:
-        raise ScenarioError(
-            f"{place}: the robot has no joint {shown_value(unknown)}; "
-            f"it has {', '.join(own)}{did_you_mean(unknown, own)}"
-        )
-    missing = next((name for name in own if name not in names), None)
-    if missing is not None:
-        raise ScenarioError(f"{place}: {shown_value(missing)} is missing")
-    return [names.index(name) for name in own]
+    if not rows:
+        raise BadRow("0 rows; a motion needs two at least")
+    if rows > most:
+        raise BadRow(f"{rows} rows; at most {most} are read")
 
 
 def as_columns(rows: list[Row], count: int, width: int, key: str) -> FloatArray | None:

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, field
+from dataclasses import asdict, field, replace
 from typing import Annotated, Any, ClassVar, Literal, NoReturn, Self
 
 import numpy as np
 
 from problems import InvalidProblem, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria, recorded_motion
-from problems.base import Count, FloatArray, Range
+from problems.base import Count, FloatArray
 from problems.motions import MotionRows, RowInterpolation
 from problems.tasks import RecordedMotion, Task
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.model import ModelSection, TaskSection, without_empty
 from tpbso_casadi.scenario.motion_files import read_recorded
 from tpbso_casadi.scenario.path_tasks import MOST_COEFFICIENTS, MOST_PIECES, trajectory_pieces
-from tpbso_casadi.scenario.recorded_rows import MOST_MOTION_ROWS, RATES, as_columns, joint_order
+from tpbso_casadi.scenario.recorded_rows import MOST_MOTION_ROWS, RATES, as_columns
+from tpbso_casadi.scenario.row_tasks import (
+    MOST_REMARKS,
+    JoinedColumns,
+    Remark,
+    RowFileTask,
+    joint_order,
+    joint_table,
+)
 from tpbso_casadi.scenario.validation import MOST_EXPRESSIONS, MOST_LINKS, NotNegative, ScenarioError, Word, read_table
 
-MOST_REMARKS, LONGEST_REMARK = 100, 500  # characters
-Remark = Annotated[str, Count(0, LONGEST_REMARK)]
 Row = Annotated[list[float], Count(0, MOST_LINKS)]
 Rows = Annotated[list[Row], Count(0, MOST_MOTION_ROWS)]
 
@@ -36,7 +42,7 @@ class StatedMotionTask(TaskSection):
     without: Annotated[list[Word], Count(0, MOST_EXPRESSIONS)] = field(default_factory=list)
 
     def table(self) -> dict[str, Any]:
-        return without_empty(without_empty(super().table(), "without"), "message")
+        return without_empty(super().table(), "without")
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         """The motion of a robot's joints among obstacles.
@@ -67,17 +73,15 @@ class StatedMotionTask(TaskSection):
         )
 
 
-class MotionRowsTask(StatedMotionTask):
+class MotionRowsTask(RowFileTask, StatedMotionTask):
     """Rows: of a file beside the scenario file, or stated."""
 
     kind: Literal["recorded-motion"]
     file: str | None = None
-    message: Annotated[int, Range(least=1)] | None = None
     times: Annotated[list[float], Count(0, MOST_MOTION_ROWS)] = field(default_factory=list)
     positions: Rows = field(default_factory=list)
     velocities: Rows = field(default_factory=list)
     accelerations: Rows = field(default_factory=list)
-    joint_names: Annotated[list[Word], Count(0, MOST_LINKS)] = field(default_factory=list)
     interpolation: RowInterpolation = "auto"
 
     def with_files(self, folder: InputFolder) -> Self:
@@ -86,37 +90,40 @@ class MotionRowsTask(StatedMotionTask):
         if self.times or self.positions:
             raise ScenarioError("task.file: rows are stated twice, in the file and here")
         try:
-            rows = read_recorded(folder, self.file, self.message)
+            rows = read_recorded(folder, self.file, self.reading)
         except ScenarioError as error:
             raise ScenarioError(f"task.file: {error}") from error
-        return self.replaced(**rows_table(rows), file=None, message=None)
+        names = {"joint_names": self.joint_names} if self.joint_names else {}
+        return self.read(**rows_table(rows) | names, file=None)
+
+    def in_radians(self) -> Self:
+        """The rows are in the unit that the task states, whatever the file's."""
+        return self
 
     def stated(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> RecordedMotion:
         if self.file is not None:
             raise ScenarioError(f"task.file: {self.file!r} has not been read; only a scenario file can name a file")
-        rows = self._rows(robot)
-        return self._recorded(robot, rows.trajectory, obstacles, rows.said, rows.times[0])
+        positions = joint_table(self.positions, "positions")
+        joined = self.joined(robot, positions, np.array(self.times))
+        rows = self._rows(joined, positions)
+        motion = self._recorded(robot, rows.trajectory, obstacles, rows.said, rows.times[0])
+        return replace(motion, notes=joined.notes)
 
-    def _rows(self, robot: Robot) -> MotionRows:
-        widths = {len(row) for row in self.positions}
-        if len(widths) > 1:
-            raise InvalidProblem("positions", "rows of the same number of joints are needed")
-        width = widths.pop() if widths else 0
-        if self.joint_names and len(self.joint_names) != width:
-            raise InvalidProblem("positions", f"{width} numbers in a row for {len(self.joint_names)} joint_names")
-        if width != robot.dof and not self.joint_names:
-            raise InvalidProblem("positions", f"rows of {width} joints for a robot of {robot.dof}")
-        states = {key: as_columns(getattr(self, key), len(self.times), width, f"task.{key}") for key in RATES}
-        order = self._order(robot)
-        ordered = {key: None if rates is None else rates[:, order] for key, rates in states.items()}
-        positions = np.array(self.positions, dtype=np.float64).reshape(len(self.positions), width)
-        return MotionRows(np.array(self.times), positions[:, order], **ordered, interpolation=self.interpolation)
-
-    def _order(self, robot: Robot) -> list[int]:
-        if not self.joint_names:
-            return list(range(robot.dof))
-        known = iter((robot.joints.identifiers, robot.joints.names))
-        return joint_order(self.joint_names, known, "task.joint_names")
+    def _rows(self, joined: JoinedColumns, positions: FloatArray) -> MotionRows:
+        """The rows of the robot's joints, the one in which it stands before the first of them too."""
+        width = positions.shape[1]
+        stated = {key: as_columns(getattr(self, key), len(self.times), width, f"task.{key}") for key in RATES}
+        velocities, accelerations = (None if table is None else joined.of(table) for table in stated.values())
+        times, table = np.array(self.times), joined.of(positions)
+        if joined.start is None:
+            return MotionRows(times, table, velocities, accelerations, self.interpolation)
+        if not times.size or times[0] <= 0.0:
+            raise InvalidProblem("start", "the first row is at t = 0 or before: it is where the motion begins")
+        times, table, rest = np.append(0.0, times), np.vstack([joined.start, table]), np.zeros_like(joined.start)
+        velocities, accelerations = (
+            None if rates is None else np.vstack([rest, rates]) for rates in (velocities, accelerations)
+        )
+        return MotionRows(times, table, velocities, accelerations, self.interpolation)
 
 
 class MotionPiecesTask(StatedMotionTask):
@@ -132,8 +139,9 @@ class MotionPiecesTask(StatedMotionTask):
         """The pieces themselves, from t = 0."""
         breakpoints, coefficients = trajectory_pieces(self.breakpoints, self.coefficients)
         if self.joint_names:
-            known = iter((robot.joints.identifiers, robot.joints.names))
-            coefficients = coefficients[:, :, joint_order(self.joint_names, known, "task.joint_names")]
+            known = (robot.joints.identifiers, robot.joints.names)
+            ends = Trajectory(breakpoints, coefficients).at(breakpoints)
+            coefficients = coefficients[:, :, joint_order(self.joint_names, known, ends, {})[0]]
         motion = Trajectory(breakpoints - breakpoints[0], coefficients)
         said = f"{breakpoints.size - 1} polynomial pieces"
         return self._recorded(robot, motion, obstacles, said, breakpoints[0])
@@ -141,7 +149,7 @@ class MotionPiecesTask(StatedMotionTask):
 
 def rows_table(rows: Any) -> dict[str, Any]:
     """The keys of a [task] table that state rows of a file."""
-    return {key: value for key, value in asdict(rows).items() if key not in ("breakpoints", "coefficients")}
+    return {key: value for key, value in asdict(rows).items() if key not in ("breakpoints", "coefficients", "measured")}
 
 
 def read_motion(table: dict[str, Any]) -> StatedMotionTask:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -78,6 +79,40 @@ def rows_of_message(document: Any) -> RecordedRows:
     return RecordedRows(
         times, stated["positions"], stated["velocities"], stated["accelerations"], names, remarks=remarks
     )
+
+
+def rows_of_states(messages: list[tuple[dict[str, Any], float]]) -> RecordedRows:
+    """The rows of a recording of ``sensor_msgs/JointState``: of the joints of the largest message, from t = 0.
+
+    Args:
+        messages: each with the time at which it was written, s, which counts where none has a stamp.
+
+    Raises:
+        BadRow: a message is none, or they are too many.
+    """
+    try:
+        names = Counter(tuple(map(str, message["name"])) for message, _ in messages)
+        chosen = max(names, key=lambda each: (len(each), names[each]))
+        kept = [(message, time) for message, time in messages if set(message["name"]) >= set(chosen)]
+        stamps = [message["header"]["stamp"] for message, _ in kept]
+        since = [(each["sec"] - stamps[0]["sec"]) + 1e-9 * (each["nanosec"] - stamps[0]["nanosec"]) for each in stamps]
+        stamped = any(each["sec"] or each["nanosec"] for each in stamps)
+        told = [(message["name"], message["position"], message["velocity"]) for message, _ in kept]
+    except (KeyError, TypeError) as error:
+        raise BadRow(f"a message is no JointState: {type(error).__name__}, {error}") from error
+    check_count(len(kept))
+    times = since if stamped else [time - kept[0][1] for _, time in kept]
+    states: dict[str, Any] = {"positions": [], "velocities": []}
+    for number, (joints, *values) in enumerate(told, start=1):
+        columns = [joints.index(name) for name in chosen]
+        for state, table in zip(states, values, strict=True):
+            row = _values(table, len(joints), f"message {number}: {state}", state == "positions")
+            states[state].append([row[column] for column in columns] if row else [])
+    if not any(states["velocities"]):
+        del states["velocities"]
+    left_out = len(messages) - len(kept)
+    note = f"{left_out} message{'s' * (left_out > 1)} of other joints left out"
+    return RecordedRows(times, **states, joint_names=list(chosen), notes=[note] if left_out else [])
 
 
 def _start_remarks(place: str, start: dict[str, Any], first: dict[str, float]) -> Iterator[str]:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.scenario.input_files import InputFolder, numbers_of
-from tpbso_casadi.scenario.validation import MOST_LINKS, ScenarioError
+from tpbso_casadi.scenario.columns import LOG
+from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.motion_files import read_recorded
+from tpbso_casadi.scenario.recorded_rows import AS_IT_IS, Reading
+from tpbso_casadi.scenario.validation import ScenarioError
 
-HEADER = "the header t,q1..qk,m1..mk is needed: commanded, then measured joints, rad or m"
-COMMANDED = re.compile(r"q[1-9][0-9]*")
-LEAST_ROWS, MOST_ROWS = 5, 1_000_000
+LEAST_ROWS = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +25,15 @@ class TrackingLog:
         errors: how far joints were from where they were commanded, (n, k), rad or m.
         speed: commanded, from differences, (n, k).
         acceleration: likewise.
+        joint_names: of the columns, in their order; empty where they are numbered.
+        notes: what was left out of it, a line each.
     """
 
     errors: FloatArray
     speed: FloatArray
     acceleration: FloatArray
+    joint_names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, times: FloatArray, commanded: FloatArray, measured: FloatArray) -> TrackingLog:
@@ -42,45 +46,35 @@ class TrackingLog:
     def joined(cls, logs: Sequence[TrackingLog]) -> TrackingLog:
         """Several logs joined in one."""
         parts = ([log.errors for log in logs], [log.speed for log in logs], [log.acceleration for log in logs])
-        return cls(*(np.concatenate(part) for part in parts))
+        errors, speed, acceleration = (np.concatenate(part) for part in parts)
+        return cls(errors, speed, acceleration)
 
 
-def read_tracking_log(folder: InputFolder, name: str) -> TrackingLog:
-    """The log in a CSV file with the header ``t,q1..qk,m1..mk``: s, then rad or m; empty lines are skipped.
+def read_tracking_log(
+    folder: InputFolder, name: str, reading: Reading = AS_IT_IS, degrees: bool = False
+) -> TrackingLog:
+    """The log in a table with the header ``t,q1..qk,m1..mk``, or whose columns are mapped to these.
+
+    Args:
+        folder: that holds it.
+        name: of the file.
+        reading: how it is read.
+        degrees: whether joints are in degrees; else in rad or m.
 
     Raises:
         ScenarioError: naming the file, the line and what is wrong with it.
     """
-    lines = [(n, line) for n, line in enumerate(folder.read_text(name).splitlines(), start=1) if line.strip()]
-    place = f"{folder.path / name}"
-    if not lines:
-        raise ScenarioError(f"{place}: is empty; {HEADER}")
-    joints = _joints(f"{place} line {lines[0][0]}", lines[0][1])
-    rows: list[list[float]] = []
-    for number, line in lines[1:]:
-        row = numbers_of(f"{place} line {number}", line, 1 + 2 * joints)
-        if not np.isfinite(row).all():
-            raise ScenarioError(f"{place} line {number}: a number is not finite")
-        if rows and not row[0] > rows[-1][0]:
-            raise ScenarioError(f"{place} line {number}: times have to increase")
-        if len(rows) == MOST_ROWS:
-            raise ScenarioError(f"{place} line {number}: more than {MOST_ROWS} rows")
-        rows.append(row)
-    if len(rows) < LEAST_ROWS:
-        raise ScenarioError(f"{place}: {len(rows)} rows; {LEAST_ROWS} at least are needed")
-    table = np.array(rows)
+    rows, place = read_recorded(folder, name, reading, LOG), f"{folder.path / name}"
+    if not rows.measured:
+        raise ScenarioError(f"{place}: {LOG.header}")
+    if len(rows.times) < LEAST_ROWS:
+        raise ScenarioError(f"{place}: {len(rows.times)} rows; {LEAST_ROWS} at least are needed")
+    late = np.flatnonzero(~(np.diff(rows.times) > 0.0))
+    if late.size:
+        raise ScenarioError(f"{place}: row {late[0] + 2}: times have to increase")
+    states = [np.array(table) for table in (rows.positions, rows.measured)]
     with np.errstate(all="ignore"):
-        log = TrackingLog.of(table[:, 0], table[:, 1 : 1 + joints], table[:, 1 + joints :])
+        log = TrackingLog.of(np.array(rows.times), *(np.radians(table) if degrees else table for table in states))
     if not all(np.isfinite(part).all() for part in (log.errors, log.speed, log.acceleration)):
         raise ScenarioError(f"{place}: times are too close to each other, or numbers too large, for speeds")
-    return log
-
-
-def _joints(place: str, line: str) -> int:
-    """How many joints the header names."""
-    names = [cell.strip() for cell in line.split(",")]
-    joints = sum(1 for name in names if COMMANDED.fullmatch(name))
-    numbers = range(1, joints + 1)
-    if not 1 <= joints <= MOST_LINKS or names != ["t", *(f"q{n}" for n in numbers), *(f"m{n}" for n in numbers)]:
-        raise ScenarioError(f"{place}: {HEADER}")
-    return joints
+    return replace(log, joint_names=tuple(rows.joint_names), notes=tuple(rows.notes))

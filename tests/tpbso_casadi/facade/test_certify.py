@@ -286,7 +286,7 @@ WRONG: list[tuple[Any, dict[str, Any], str]] = [
     ((TIMES, np.zeros((9, 2))), {"joint_names": ["joint_1"]}, "positions: 2 numbers in a row for 1 joint_names"),
     ((TIMES, np.zeros((9, 2))), {"without": "hurry"}, "without: 'hurry' is no limit; there are speed, "),
     ((TIMES, np.zeros((9, 2))), {"without": 3}, "without: names of limits are needed, not 3"),
-    ((TIMES, np.zeros((9, 2))), {"message": 1}, "message: says which trajectory of a bag; this is none"),
+    ((TIMES, np.zeros((9, 2))), {"message": 1}, "message: says how a file is read; this is none"),
     ("missing.csv", {"message": 1}, "missing.csv: message: says which trajectory of a bag; this is none"),
     ("missing.mcap", {"message": 1.5}, "message: a whole number is needed, not 1.5"),
     ("missing.csv", {}, "missing.csv: cannot be read: No such file or directory"),

@@ -33,6 +33,9 @@ SCHEMAS = {
     "moveit_msgs/msg/DisplayTrajectory": "string model_id\nmoveit_msgs/RobotTrajectory[] trajectory\n"
     "================\nMSG: moveit_msgs/RobotTrajectory\n" + OF_JOINTS + INNER,
     "std_msgs/msg/String": "string data\n",
+    "sensor_msgs/msg/JointState": "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"
+    "float64[] effort\n================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+    "================\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
 }
 ARM = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0))
 TIMES = np.linspace(0.0, 2.0, 9)
@@ -106,6 +109,41 @@ def test_one_of_several_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None
     Path("s.toml").write_text(Path("arm.toml").read_text() + task)
     plan = tp.plan("s.toml")
     np.testing.assert_allclose(plan.trajectory.at(np.array([2.0])), [ways[1]], atol=1e-12)
+
+
+def joint_states(topic: str = "/joint_states", stamped: bool = True) -> list[tuple[str, str, dict[str, Any]]]:
+    """A recording of the arm, and of a hand that tells its joint on the same topic."""
+    messages = []
+    for time, q, v in zip(TIMES, *states(), strict=True):
+        stamp = {"sec": 1700000000 * stamped + int(time) * stamped, "nanosec": round(1e9 * (time % 1.0)) * stamped}
+        header = {"stamp": stamp, "frame_id": ""}
+        arm = {"name": ["joint_2", "joint_1"], "position": q[::-1].tolist(), "velocity": v[::-1].tolist(), "effort": []}
+        hand = {"name": ["finger"], "position": [0.04], "velocity": [], "effort": []}
+        messages += [(topic, "sensor_msgs/msg/JointState", {"header": header, **each}) for each in (arm, hand)]
+    return messages
+
+
+def test_states_of_joints_are_a_motion() -> None:
+    write_bag("b.mcap", joint_states())
+    plan, expected = tp.certify("b.mcap", ARM), tp.certify((TIMES, *states()), ARM)
+    assert plan.certified and plan.motion.criteria.task.notes == ("9 messages of other joints left out",)
+    np.testing.assert_allclose(plan.trajectory.coefficients, expected.trajectory.coefficients, atol=1e-6)
+    write_bag("b.mcap", joint_states(stamped=False))  # then the times of writing count, 2 ns apart here
+    assert tp.certify("b.mcap", ARM).trajectory.duration == pytest.approx(16e-9, rel=1e-3)
+
+
+def test_a_topic_is_chosen() -> None:
+    plan = ("/plan", "trajectory_msgs/msg/JointTrajectory", joint_trajectory((0.5, 0.5)))
+    write_bag("b.mcap", [*joint_states(), *joint_states("/other"), plan])
+    np.testing.assert_allclose(tp.certify("b.mcap", ARM).trajectory.at(np.array([2.0])), [(0.5, 0.5)], atol=1e-9)
+    chosen = tp.certify("b.mcap", ARM, topic="/joint_states")
+    np.testing.assert_allclose(chosen.trajectory.at(np.array([2.0])), [(1.0, -0.4)], atol=1e-9)
+    unknown = "b.mcap: topic: no motion of '/x' is in it; there are '/joint_states', '/other', '/plan'"
+    assert line_of(lambda: tp.certify("b.mcap", ARM, topic="/x")) == unknown
+    write_bag("b.mcap", [*joint_states(), *joint_states("/other")])
+    several = "b.mcap: topic: states of joints of 2 topics ('/joint_states', '/other'); say which is read"
+    assert line_of(lambda: tp.certify("b.mcap", ARM)) == several
+    assert tp.retime("b.mcap", ARM, topic="/other").certified
 
 
 def test_a_bag_that_was_cut_short_has_what_is_in_it() -> None:

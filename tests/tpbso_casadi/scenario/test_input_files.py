@@ -138,7 +138,7 @@ def test_labels_can_be_shown(folders: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def read(folder: Path, text: str) -> list[list[float]]:
     (folder / "path.csv").write_text(text)
-    return read_joint_rows(InputFolder(folder), "path.csv")
+    return read_joint_rows(InputFolder(folder), "path.csv").positions
 
 
 def test_waypoints_recordings_and_tables_of_runs_are_read(tmp_path: Path) -> None:
@@ -149,6 +149,6 @@ def test_waypoints_recordings_and_tables_of_runs_are_read(tmp_path: Path) -> Non
 
 
 def test_more_rows_than_are_planned_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.scenario.input_files.MOST_ROWS", 3)
-    with pytest.raises(ScenarioError, match="line 5: more than 3 rows"):
+    monkeypatch.setattr("tpbso_casadi.scenario.row_tasks.MOST_ROWS", 3)
+    with pytest.raises(ScenarioError, match=r"path\.csv: more than 3 rows"):
         read(tmp_path, "q1\n0\n1\n2\n3\n")

@@ -15,7 +15,8 @@ import pytest
 import yaml
 from helpers.running import line_of
 
-from tpbso_casadi.scenario import InputFolder, RecordedRows, joint_order, read_recorded
+from tpbso_casadi.scenario import InputFolder, RecordedRows, read_recorded
+from tpbso_casadi.scenario.row_tasks import joint_order
 
 TIMES = [0.0, 0.25, 1.0]
 POSITIONS = [[0.0, 0.5], [0.1, 0.6], [0.4, 0.2]]
@@ -182,12 +183,12 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
     "no such joint": ("m.csv", "t,a,b_velocity\n", "line 1: the columns of all joints are needed; qd of a is missing"),
     "twice": ("m.csv", "t,a,a\n0,1,2\n", "line 1: the column 'a' is there twice"),
     "other column": ("m.csv", "t,q1,speed\n0,1,2\n", "line 1: 'speed' is no column of t,q1..qk,qd1..qdk,qdd1..qddk"),
-    "one row": ("m.csv", "t,q1\n0,1\n", "1 row; a motion needs two at least"),
+    "one row": ("m.csv", "t,q1\n0,1\n", "1 row; a motion needs two at least; start says where it begins"),
     "ragged": ("m.csv", "t,q1\n0,1\n1,2,3\n", "line 3: 3 numbers where the header has 2 names"),
-    "word": ("m.csv", "t,q1\n0,1\n1,x\n", "line 3: 2 numbers are needed"),
+    "word": ("m.csv", "t,q1\n0,1\n1,x\n", "line 3: a number is needed in column 'q1'"),
     "nan": ("m.csv", "t,q1\n0,1\n1,nan\n", "line 3: a number is not finite, or larger than 1e+09"),
     "huge": ("m.csv", "t,q1\n0,1\n1,1e300\n", "line 3: a number is not finite, or larger than 1e+09"),
-    "many rows": ("m.csv", "t,q1\n" + "0,1\n" * 20_001, "20001 rows; at most 20000 are judged"),
+    "many rows": ("m.csv", "t,q1\n" + "0,1\n" * 20_001, "line 20002: more than 20000 rows"),
     "binary table": ("m.csv", b"\xff\xfe\x00\x81", "not a text file: invalid start byte at byte 0"),
     "binary yaml": ("m.yaml", "\0\1\2", "not YAML: ReaderError"),
     "no archive": ("m.npz", b"PK garbage", "is no NPZ of arrays of numbers: "),
@@ -240,7 +241,7 @@ WRONG: dict[str, tuple[str, str | bytes, str]] = {
         "trajectory.points[1].velocities: 2 numbers are needed, one for each of joint_names, not 1"),
     "a truth": ("m.json", second(velocities=[True, 0.0]),
         "points[1].velocities: a number of at most 1e+09 is needed, not True"),
-    "an underscore in a cell": ("m.csv", "t,q1\n0,1\n1_0,2\n", "line 3: 2 numbers are needed"),
+    "an underscore in a cell": ("m.csv", "t,q1\n0,1\n1_0,2\n", "line 3: a number is needed in column 't'"),
     "an underscore": ("m.yaml", yaml.safe_dump(message()).replace("- 0.4\n", "- 1_0\n"),
         "points[1].velocities: a number of at most 1e+09 is needed, not '1_0'"),
     "a word with an underscore": ("m.json", second(positions=["1_0", 0.0]),
@@ -281,10 +282,18 @@ def test_numbers_of_yaml_may_have_their_tags() -> None:
 
 
 def test_columns_are_brought_into_the_order_of_the_robot() -> None:
-    robot = ("a", "b", "c")
-    assert joint_order(["c", "a", "b"], iter([robot])) == [1, 2, 0]
-    assert joint_order(["joint 1", "joint 2"], iter([("j_1", "j_2"), ("joint 1", "joint 2")])) == [0, 1]
-    assert line_of(lambda: joint_order(["a", "b"], iter([robot]))) == "joint_names: 'c' is missing"
-    assert line_of(lambda: joint_order(["a", "b", "b"], iter([robot]))) == "joint_names: 'b' is there twice"
-    unknown = line_of(lambda: joint_order(["a", "b", "finger"], iter([robot])))
-    assert unknown == "joint_names: the robot has no joint 'finger'; it has a, b, c"
+    robot, rows = ("a", "b", "c"), np.array([[0.1, 0.2, 0.3, 0.04], [0.4, 0.5, 0.6, 0.0395]])
+
+    def order(*names: str, known: tuple[tuple[str, ...], ...] = (robot,), locked: float = 0.04) -> Any:
+        return joint_order([*names], known, rows[:, : len(names)], {"finger": locked})
+
+    assert order("c", "a", "b") == ([1, 2, 0], [])
+    assert order("joint 1", "joint 2", known=(("j_1", "j_2"), ("joint 1", "joint 2"))) == ([0, 1], [])
+    left_out = "joints that stay where they are locked are left out: finger"
+    assert order("a", "b", "c", "finger") == ([0, 1, 2], [left_out])
+    assert line_of(lambda: order("a", "b")) == "joint_names: 'c' is missing"
+    assert line_of(lambda: order("a", "b", "b")) == "joint_names: 'b' is there twice"
+    unknown = line_of(lambda: order("a", "b", "hand"))
+    assert unknown == "joint_names: the robot has no joint 'hand'; it has a, b, c"
+    moves = "joint_names: 'finger' goes from 0.0395 to 0.04 and is locked at 0; locked says where it is"
+    assert line_of(lambda: order("a", "b", "c", "finger", locked=0.0)) == moves

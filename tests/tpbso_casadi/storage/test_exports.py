@@ -117,7 +117,7 @@ def test_an_audit_reads_a_table_and_finds_a_changed_cell_and_it_is_a_path_to_be_
     path = write_motion(tmp_path / "trajectory.csv", whole, whole.times)
     check_table(path, whole)
     np.testing.assert_array_equal(
-        read_joint_rows(InputFolder(tmp_path), "trajectory.csv"), whole.trajectory.at(whole.times)
+        read_joint_rows(InputFolder(tmp_path), "trajectory.csv").positions, whole.trajectory.at(whole.times)
     )
     rewritten(path, slice(None), row=4, change=1e-3)
     with pytest.raises(Contradiction, match=rf"line 5: {last[-1]} = "):

@@ -21,6 +21,7 @@ from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.options import (
     add_payload,
     add_robot,
+    add_row_file,
     add_row_interpolation,
     defaulting,
     figure_formats,
@@ -28,6 +29,7 @@ from tpbso_casadi.cli.options import (
     path,
     positive_int,
     problem_group,
+    row_keys,
 )
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.display.console import OutputConsole, number, prose, table_of, word
@@ -61,6 +63,7 @@ def parser() -> OneLineParser:
         examples=[
             "plan.yaml --robot panda --scene cell.toml",
             "joint_trajectory.csv --robot arm.toml --interpolation linear --json",
+            "log.csv --robot ur5e --columns 'clock=t,axis*_deg=q*' --unit deg --time-unit ms",
             "runs/first --payload 2.0 --no-plots --out runs/with-payload",
         ],
     )
@@ -68,9 +71,9 @@ def parser() -> OneLineParser:
         "trajectory",
         type=path,
         metavar="TRAJECTORY|RUN_FOLDER|FOLDER",
-        help="rows as CSV (t,q1..qk,qd1..,qdd1.., or t and the names of joints) or NPZ; a JointTrajectory, "
-        "RobotTrajectory or DisplayTrajectory of ROS as YAML, JSON or in an MCAP bag (extra mcap); a run folder; or a "
-        "folder of such files",
+        help="rows as CSV (t,q1..qk,qd1..,qdd1.., t and the names of joints, or what --columns says) or NPZ; a "
+        "JointTrajectory, RobotTrajectory or DisplayTrajectory of ROS as YAML, JSON or in an MCAP bag (extra mcap), or "
+        "the JointStates in one; a run folder; or a folder of such files",
     )
     problem = problem_group(command_line)
     add_robot(problem, "the scene's, or the run's own")
@@ -101,12 +104,7 @@ def parser() -> OneLineParser:
             "none",
         ),
     )
-    problem.add_argument(
-        "--message",
-        type=positive_int,
-        metavar="N",
-        help=defaulting("which trajectory of a bag, from 1 on", "the only one"),
-    )
+    add_row_file(problem)
     problem.add_argument(
         "--repair",
         action="store_true",
@@ -171,7 +169,7 @@ def stated(trajectory: Path, options: argparse.Namespace) -> Scenario:
     task = {
         "interpolation": options.interpolation,
         "without": options.without or None,
-        "message": options.message,
+        **row_keys(options),
     }
     return certified_scenario(trajectory, options.robot, task, scene=options.scene, payload=options.payload)
 
@@ -187,7 +185,7 @@ def judge_folder(folder: Path, options: argparse.Namespace) -> int:
     files = [file for file in trajectory_files(folder) if file.resolve() != (place / TABLE).resolve()]
     if not files:
         raise ScenarioError(f"{folder}: holds no result.json, and no {in_words([f'*{ending}' for ending in READERS])}")
-    task = given_keys({"interpolation": options.interpolation, "without": options.without or None})
+    task = given_keys({"interpolation": options.interpolation, "without": options.without or None, **row_keys(options)})
     statement = Statement(surrounding_scenario(options.robot, options.scene, options.payload), task)
     table = CertificateTable(place / TABLE, statement)
     judged = table.judged(files, options.processes)

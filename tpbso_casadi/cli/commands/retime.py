@@ -13,10 +13,12 @@ from tpbso_casadi.cli.commands.solve import written
 from tpbso_casadi.cli.options import (
     add_payload,
     add_robot,
+    add_row_file,
     add_row_interpolation,
     defaulting,
     not_negative,
     problem_group,
+    row_keys,
 )
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.facade.retiming import retimed_scenario
@@ -44,8 +46,9 @@ def parser() -> OneLineParser:
     )
     command_line.add_argument(
         "path",
-        metavar="PATH.csv|RUN_FOLDER",
-        help="waypoints or a recording with the header q1..qk or t,q1..qk; or a run folder, for its motion's path",
+        metavar="PATH|RUN_FOLDER",
+        help="waypoints or a recording with the header q1..qk or t,q1..qk, or what --columns says; a file of another "
+        "kind that certify reads; or a run folder, for its motion's path",
     )
     problem = problem_group(command_line)
     add_robot(problem, "a run's own")
@@ -66,6 +69,7 @@ def parser() -> OneLineParser:
     problem.add_argument(
         "--goal-speed", type=not_negative, metavar="V", help=defaulting("the same at its end", "0, or the run's")
     )
+    add_row_file(problem, clock=False)
     add_output_options(command_line, "runs/PATH-retimed, none with --json")
     return command_line
 
@@ -85,13 +89,13 @@ def stated(path: Path, options: argparse.Namespace) -> Scenario:
     """The scenario of a run's path, with its own robot and obstacles unless others are stated, or of a CSV file."""
     interpolation, is_run = options.interpolation, is_folder(options.path)
     if is_run:
-        for option in ("interpolation", "blend"):
-            if getattr(options, option) is not None:
+        for option in ("interpolation", "blend", *row_keys(options)):
+            if getattr(options, option, None) is not None:
                 raise ScenarioError(f"--{option}: {path} is a run, whose path is complete")
     elif options.robot is None:
         raise ScenarioError(f"{path}: says nothing of a robot; say --robot ARM.toml")
     else:
         interpolation = interpolation or ("spline" if options.blend is None else "blend")
     speeds = {key: getattr(options, key) for key in ("start_speed", "goal_speed")}
-    task = {"interpolation": interpolation, "tolerance": options.blend, **speeds}
+    task = {"interpolation": interpolation, "tolerance": options.blend, **speeds, **row_keys(options)}
     return retimed_scenario(path, options.robot, task, payload=options.payload)

@@ -14,8 +14,8 @@ import numpy as np
 from problems.base import InvalidProblem
 from problems.robots import TrackingError, least_tracking_error
 from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
-from tpbso_casadi.cli.options import path, positive_number
-from tpbso_casadi.scenario import InputFolder, ScenarioError, TrackingLog, read_tracking_log
+from tpbso_casadi.cli.options import add_row_file, path, positive_number, row_keys
+from tpbso_casadi.scenario import InputFolder, ScenarioError, TrackingLog, read_tracking_log, reading_of
 
 LEAST = 1e-12  # rad, m, s or s^2: no robot follows as closely
 DIGITS = 4  # of what is printed, rounded up
@@ -32,11 +32,21 @@ def parser() -> OneLineParser:
         "tracking",
         "The least tracking_error that bounds how far joints were from where they were commanded, as a line for the "
         "[robot] table.",
-        examples=["log.csv", "monday.csv tuesday.csv --margin 1.2", "log.csv --constant"],
+        examples=[
+            "log.csv",
+            "monday.csv tuesday.csv --margin 1.2",
+            "log.csv --columns 'clock=t,ref_*=q*,pos_*=m*' --unit deg",
+        ],
     )
     command_line.add_argument(
-        "logs", nargs="+", type=path, metavar="LOG.csv", help="the header t,q1..qk,m1..mk: commanded, then measured"
+        "logs",
+        nargs="+",
+        type=path,
+        metavar="LOG.csv",
+        help="the header t,q1..qk,m1..mk: commanded, then measured; a recording of a UR with target_q and actual_q; or "
+        "what --columns says",
     )
+    add_row_file(command_line, bag=False, start=False)
     command_line.add_argument(
         "--margin",
         type=positive_number(100.0),
@@ -52,7 +62,8 @@ def parser() -> OneLineParser:
 
 def fit(options: argparse.Namespace) -> int:
     """Fit the bound, print it; returns the exit status."""
-    logs = [read_tracking_log(InputFolder(Path(), outside_allowed=True), str(name)) for name in options.logs]
+    reading, folder = reading_of(row_keys(options)), InputFolder(Path(), outside_allowed=True)
+    logs = [read_tracking_log(folder, str(name), reading, options.unit == "deg") for name in options.logs]
     joints = [log.errors.shape[1] for log in logs]
     for name, count in zip(options.logs, joints, strict=True):
         if count != joints[0]:
@@ -64,6 +75,10 @@ def fit(options: argparse.Namespace) -> int:
         raise ScenarioError(f"{options.logs[0]}: {error.reason}") from error
     used = (np.abs(log.errors) / np.maximum(found.at(log.speed, log.acceleration), np.finfo(float).tiny)).max()
     print(toml_line(found))
+    if logs[0].joint_names:
+        print(f"# of {', '.join(logs[0].joint_names)}, in this order")
+    for note in (note for log in logs for note in log.notes):
+        print(f"# {note}")
     most, mean = np.abs(log.errors).max(), np.abs(log.errors).mean()
     print(f"# {len(log.errors)} rows, {joints[0]} joints; largest error {most:.3g}, mean {mean:.3g}")
     print(f"# at most {used:.1%} of the bound is used; its mean is {found.at(log.speed, log.acceleration).mean():.3g}")
