@@ -59,21 +59,21 @@ class JointPath:
         return cls(trajectory.breakpoints, trajectory.coefficients)
 
     @classmethod
-    def through(cls, waypoints: FloatArray) -> Self:
-        """The spline of degree 5 through waypoints, over the length of their chords: four continuous derivatives.
+    def through(cls, waypoints: FloatArray, parameters: FloatArray | None = None) -> Self:
+        """The spline of degree 5 through waypoints: four continuous derivatives.
 
         Its third and fourth derivatives are zero at both ends, which bends it least.
 
         Args:
             waypoints: (n, k), rad.
+            parameters: at which they are passed, (n,), from 0 on; the lengths of their chords by default.
 
         Raises:
             InvalidProblem: fewer than two, or two in a row that are the same, or a number that is none.
         """
-        lengths = _chords(waypoints)
-        u = np.concatenate([[0.0], np.cumsum(lengths)])
+        u = np.concatenate([[0.0], np.cumsum(_chords(waypoints))]) if parameters is None else parameters
         if u.size < SPLINE_NEEDS:
-            return cls(u, np.stack([np.diff(waypoints, axis=0) / lengths[:, None], waypoints[:-1]]))
+            return cls(u, np.stack([np.diff(waypoints, axis=0) / np.diff(u)[:, None], waypoints[:-1]]))
         ends, none = np.full((2, SPLINE_DEGREE + 1), u[[0, -1], None]), np.zeros((2, waypoints.shape[1]))
         spline = BSpline.through(
             np.concatenate([ends[0], u[1:-1], ends[1]]),

@@ -1,6 +1,7 @@
 """Least durations of moves between postures and along given paths, exact and proven for all t."""
 
 from problems.timing.bound import least_along
+from problems.timing.fitting import distinct_rows, fitted_path
 from problems.timing.following import departure, deviation
 from problems.timing.free_space import (
     AccelerationPieces,
@@ -26,10 +27,12 @@ __all__ = [
     "apart",
     "departure",
     "deviation",
+    "distinct_rows",
     "fastest_duration",
     "fastest_move",
     "fastest_stop",
     "fastest_through",
+    "fitted_path",
     "least_along",
     "least_duration",
     "least_durations",

@@ -14,6 +14,7 @@ from tpbso_casadi.facade.surroundings import Content, scenario_around
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.scenario import ScenarioError, motion_table, pieces_table
 
+ACCURACY = 1e-4  # rad or m: how far a smooth path may be from lines between rows; a tenth of a millimetre at a metre
 LEAST_SLOWING = 1.0 + 1e-12  # relative: what is no slower is the same motion
 
 
@@ -40,11 +41,15 @@ class Repair:
     words: tuple[str, ...] = field(default=(), repr=False)
 
 
-def repair(checked: Plan) -> Repair:
+def repair(checked: Plan, accuracy: float = ACCURACY) -> Repair:
     """Make a motion that was judged hold, by running it slower or by timing its path anew; its path stays.
+
+    Where rows of positions alone make corners of it, the path is a smooth one within an accuracy of the lines between
+    the rows, if there is one; the distance is proven, and said.
 
     Args:
         checked: what :func:`certify` returned.
+        accuracy: of that, rad, or m where a joint slides.
 
     Raises:
         ScenarioError: it is no plan of one motion.
@@ -54,15 +59,40 @@ def repair(checked: Plan) -> Repair:
     if checked.certified:
         return Repair(checked, words=("nothing is to be repaired: all is proven",))
     with in_words_of_python():
-        slowed, factor, said = _slowed(checked)
-        retimed, also_said = _attempt(
-            "timed anew on its path", lambda: _planned(checked, pieces_table(JointPath.of(checked.trajectory)))
-        )
+        if has_corners(checked):
+            slowed, factor, said = None, 1.0, "slower all along: no factor helps, as speeds jump where rows are joined"
+            retimed, also_said = _smoothed(checked, accuracy)
+        else:
+            slowed, factor, said = _slowed(checked)
+            retimed, also_said = _along_its_path(checked)
     proven = [plan for plan in (slowed, retimed) if plan is not None and plan.certified]
     best = min(proven, key=lambda plan: plan.duration, default=None)
     tried = [plan for plan in (slowed, retimed) if plan is not None] or [checked]
     to_move = () if best is not None else _to_move(checked, min(tried, key=lambda plan: len(_failed(plan))))
     return Repair(best, slowed, factor, retimed, to_move, (said, also_said, *_conclusion(checked, best, to_move)))
+
+
+def has_corners(checked: Plan) -> bool:
+    """Whether a motion is straight lines between rows."""
+    pieces = checked.trajectory.coefficients
+    return len(pieces) == 2 and pieces.shape[1] > 1
+
+
+def _along_its_path(checked: Plan) -> tuple[Plan | None, str]:
+    return _attempt("timed anew on its path", lambda: _planned(checked, pieces_table(JointPath.of(checked.trajectory))))
+
+
+def _smoothed(checked: Plan, accuracy: float) -> tuple[Plan | None, str]:
+    """The rows on a smooth path near the lines between them; where there is none, the lines, with stops at corners."""
+    rows = checked.trajectory.at(checked.trajectory.breakpoints)
+    task = {"kind": "joint-path", "joints": rows.tolist(), "interpolation": "fit", "tolerance": accuracy}
+    what = f"timed anew on a smooth path near its rows, {accuracy:g} rad at most"
+    found, said = _attempt(what, lambda: _planned(checked, task))
+    if found is not None:
+        away = next(verdict.worst for verdict in found.verdicts if verdict.name == "lines")
+        return found, f"{said}; it is {abs(away):.3g} rad from the lines between them at most, proven"
+    lines, also_said = _along_its_path(checked)
+    return lines, f"{said}; another accuracy may do; {also_said}"
 
 
 def _slowed(checked: Plan) -> tuple[Plan | None, float, str]:

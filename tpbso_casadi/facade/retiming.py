@@ -64,8 +64,9 @@ def retime(
         robot: that moves, with k joints, as for :func:`plan`; or a TOML file with an [arm] or a [robot] table, whose
             obstacles and margin are judged too and whose unit is that of waypoints, tolerance and speeds. That of the
             plan, where the path is one; another one begins and ends at rest, unless speeds are stated.
-        interpolation: of waypoints: ``spline``, or ``blend``: straight lines with rounded corners.
-        tolerance: how far a blend may leave the lines, rad; with 0 the corners are stops.
+        interpolation: of waypoints: ``spline``; ``blend``, straight lines with rounded corners; or ``fit``, for
+            recordings, a smooth path through as few of them as keep it near the lines between all.
+        tolerance: how far a blend or a fitted path may leave the lines, rad; with 0 the corners of a blend are stops.
         start_speed: ``|dq/dt|`` at the start, along the path, rad/s; 0, or that of the plan.
         goal_speed: at the end.
         total_time: bounds of T, (shortest, longest), s.

@@ -26,11 +26,12 @@ from problems.families.traced import space_tracing, tracing
 from problems.motions import JointPath
 from problems.robots import SpatialArm
 from problems.tasks import Elbow, JointFollowing, PathTracing, SpaceTracing
+from problems.timing import distinct_rows, fitted_path
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
-from tpbso_casadi.scenario.recorded_rows import LARGEST_COEFFICIENT
-from tpbso_casadi.scenario.row_tasks import MOST_ROWS, RowFileTask, joint_table, read_joint_rows
+from tpbso_casadi.scenario.recorded_rows import LARGEST_COEFFICIENT, MOST_MOTION_ROWS
+from tpbso_casadi.scenario.row_tasks import RowFileTask, joint_table, read_joint_rows
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_JOINT_POINTS,
@@ -45,7 +46,7 @@ from tpbso_casadi.scenario.validation import (
     ScenarioError,
 )
 
-Interpolation = Literal["spline", "blend"]
+Interpolation = Literal["spline", "blend", "fit"]
 FIELDS = {
     "waypoints": "joints",
     "path": "joints",
@@ -101,7 +102,7 @@ class JointPathTask(RowFileTask, GivenPathTask):
         str
         | Annotated[
             list[Annotated[list[Number], Count(1, MOST_LINKS)]],
-            Count(1, MOST_ROWS),
+            Count(1, MOST_MOTION_ROWS),
         ],
         ANGULAR,
     ]
@@ -129,6 +130,11 @@ class JointPathTask(RowFileTask, GivenPathTask):
         joined = self.joined(robot, rows)
         first = [] if joined.start is None else [joined.start]
         waypoints = np.array([*first, *joined.of(rows)])
+        if self.interpolation == "fit":
+            waypoints = distinct_rows(waypoints)
+        elif len(waypoints) > MOST_ROWS:
+            reason = f"{len(waypoints)} rows, of at most {MOST_ROWS}; more are for interpolation = 'fit'"
+            raise InvalidProblem("joints", reason)
         path = PATHS[self.interpolation](waypoints, self.tolerance)
         return {"path": path, "waypoints": waypoints, "tolerance": self.tolerance, "notes": joined.notes}
 
@@ -147,7 +153,18 @@ def _blend(rows: FloatArray, tolerance: float | None) -> JointPath:
     return JointPath.blended(rows, tolerance)
 
 
-PATHS: dict[str, Callable[[FloatArray, float | None], JointPath]] = {"spline": _given_spline, "blend": _blend}
+def _fit(rows: FloatArray, tolerance: float | None) -> JointPath:
+    if tolerance is None:
+        raise InvalidProblem("tolerance", "missing key: how far a smooth path may leave the lines between rows, rad")
+    return fitted_path(rows, tolerance)
+
+
+PATHS: dict[str, Callable[[FloatArray, float | None], JointPath]] = {
+    "spline": _given_spline,
+    "blend": _blend,
+    "fit": _fit,
+}
+MOST_ROWS = 3_000  # that a path passes all of; its timing takes a minute
 
 
 class JointPiecesTask(GivenPathTask):

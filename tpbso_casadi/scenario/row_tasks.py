@@ -201,7 +201,6 @@ def millisecond_hints(times: FloatArray, positions: FloatArray, robot: Robot) ->
     return [f"times look like milliseconds ({looks}): time_unit ms reads them so"]
 
 
-MOST_ROWS = 3_000  # of a path; its timing takes a minute
 LARGEST_ANGLE = 1e6  # rad or degrees
 
 
@@ -223,8 +222,6 @@ def read_joint_rows(folder: InputFolder, name: str, reading: Reading = AS_IT_IS)
     moved = np.append(True, (np.diff(table, axis=0) != 0.0).any(axis=1))
     if not rows.times and not moved.all():
         raise ScenarioError(f"{place}: row {int(np.argmin(moved)) + 1}: the same joint angles as in the row before")
-    if np.count_nonzero(moved) > MOST_ROWS:
-        raise ScenarioError(f"{place}: more than {MOST_ROWS} rows")
     if np.count_nonzero(moved) < 2 and not reading.one_will_do:
         raise ScenarioError(f"{place}: 1 row of different joint angles; a path needs two at least")
     return replace(rows, positions=table[moved].tolist())

@@ -163,6 +163,15 @@ def test_corners_and_obstacles_are_no_matter_of_time() -> None:
     corners = tp.repair(tp.certify((TIMES, q), ARM))
     assert corners.slowed is None and corners.plan is corners.retimed is not None
     assert corners.plan.certified
+    times = np.linspace(0.0, 2.0, 401)  # as many rows are near a smooth path, which needs no stops
+    smooth = tp.repair(tp.certify((times, states(times=times)[0]), ARM))
+    assert smooth.plan is not None and smooth.plan.certified
+    assert smooth.plan.duration == pytest.approx(tp.retime(states()[0][[0, -1]], ARM).duration, rel=1e-3)
+    assert "rad from the lines between them at most, proven" in smooth.words[1]
+    bent = tp.certify(([0.0, 1.0, 2.0], [[0.0, 0.0], [0.5, 0.0], [0.5, 0.5]]), ARM)
+    stops, near = tp.repair(bent), tp.repair(bent, accuracy=0.2)
+    assert "another accuracy may do" in stops.words[1] and stops.plan is not None and near.plan is not None
+    assert near.plan.duration < stops.plan.duration
     blocked = tp.repair(tp.certify((TIMES, *states()), ARM, obstacles=[tp.Ellipse((0.6, 0.6), (0.1, 0.1))]))
     assert blocked.plan is None
     [line] = blocked.to_move

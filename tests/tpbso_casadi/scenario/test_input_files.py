@@ -11,6 +11,7 @@ import pytest
 from helpers.running import line_of
 from helpers.scenes import TWO_LINKS, toml
 
+import tpbso_casadi as tp
 from tpbso_casadi.scenario import (
     InputFolder,
     ScenarioError,
@@ -148,7 +149,9 @@ def test_waypoints_recordings_and_tables_of_runs_are_read(tmp_path: Path) -> Non
     assert read(tmp_path, table) == [[1, 2], [3, 4]]
 
 
-def test_more_rows_than_are_planned_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tpbso_casadi.scenario.row_tasks.MOST_ROWS", 3)
-    with pytest.raises(ScenarioError, match=r"path\.csv: more than 3 rows"):
-        read(tmp_path, "q1\n0\n1\n2\n3\n")
+def test_more_rows_than_are_passed_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tpbso_casadi.scenario.path_tasks.MOST_ROWS", 3)
+    rows, arm = [[0.1 * row] * 2 for row in range(4)], tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0))
+    with pytest.raises(ScenarioError, match="4 rows, of at most 3; more are for interpolation = 'fit'"):
+        tp.retime(rows, arm)
+    assert tp.retime(rows, arm, interpolation="fit", tolerance=1e-3).certified

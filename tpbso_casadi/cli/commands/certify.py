@@ -26,6 +26,7 @@ from tpbso_casadi.cli.options import (
     defaulting,
     figure_formats,
     machine_group,
+    not_negative,
     path,
     positive_int,
     problem_group,
@@ -36,7 +37,7 @@ from tpbso_casadi.display.console import OutputConsole, number, prose, table_of,
 from tpbso_casadi.facade.certifying import certified_scenario, surrounding_scenario
 from tpbso_casadi.facade.certifying_many import TABLE, Certificate, CertificateTable, Statement, trajectory_files
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.repairing import repair
+from tpbso_casadi.facade.repairing import ACCURACY, repair
 from tpbso_casadi.facade.surroundings import given_keys
 from tpbso_casadi.plain import as_json
 from tpbso_casadi.planning import plan
@@ -112,6 +113,13 @@ def parser() -> OneLineParser:
         "proven, as a run of its own beside the other, DIR-repaired; else what would have to move; exit status 0 then "
         "means that one of both is proven",
     )
+    problem.add_argument(
+        "--accuracy",
+        type=not_negative,
+        default=ACCURACY,
+        metavar="TOL",
+        help=defaulting("of --repair: how far a smooth path may be from lines between rows, rad", ACCURACY),
+    )
     machine_group(command_line).add_argument(
         "--processes",
         type=positive_int,
@@ -150,7 +158,7 @@ def beside(folder: Path) -> Path:
 
 def repaired(scenario: Scenario, place: Path, options: argparse.Namespace) -> int:
     """Repair a motion that is not proven, write and say what came of it; returns the exit status."""
-    found = repair(Plan(plan(scenario)))
+    found = repair(Plan(plan(scenario)), options.accuracy)
     console = OutputConsole(stderr=True, quiet=options.quiet)
     for line in found.words:
         console.say(line)

@@ -24,6 +24,8 @@ from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.facade.retiming import retimed_scenario
 from tpbso_casadi.scenario import Interpolation, Scenario, ScenarioError, is_folder, named
 
+TOLERANCES = ("blend", "fit")  # kinds of interpolation with a tolerance, which an option of their name states
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status."""
@@ -53,12 +55,22 @@ def parser() -> OneLineParser:
     problem = problem_group(command_line)
     add_robot(problem, "a run's own")
     add_payload(problem)
-    add_row_interpolation(problem, get_args(Interpolation), "spline, or blend with --blend")
+    add_row_interpolation(problem, get_args(Interpolation), "spline; blend with --blend, fit with --fit")
     problem.add_argument(
         "--blend",
         type=not_negative,
         metavar="TOL",
         help=defaulting("straight lines, their corners rounded by at most TOL, in the unit of the robot", "none"),
+    )
+    problem.add_argument(
+        "--fit",
+        type=not_negative,
+        metavar="TOL",
+        help=defaulting(
+            "for recordings: a smooth path through as few rows as keep it within TOL of the lines between all, in the "
+            "unit of the robot",
+            "none",
+        ),
     )
     problem.add_argument(
         "--start-speed",
@@ -89,13 +101,17 @@ def stated(path: Path, options: argparse.Namespace) -> Scenario:
     """The scenario of a run's path, with its own robot and obstacles unless others are stated, or of a CSV file."""
     interpolation, is_run = options.interpolation, is_folder(options.path)
     if is_run:
-        for option in ("interpolation", "blend", *row_keys(options)):
+        for option in ("interpolation", *TOLERANCES, *row_keys(options)):
             if getattr(options, option, None) is not None:
                 raise ScenarioError(f"--{option}: {path} is a run, whose path is complete")
     elif options.robot is None:
         raise ScenarioError(f"{path}: says nothing of a robot; say --robot ARM.toml")
     else:
-        interpolation = interpolation or ("spline" if options.blend is None else "blend")
+        stated = [kind for kind in TOLERANCES if getattr(options, kind) is not None]
+        if len(stated) > 1:
+            raise ScenarioError("--fit: a path is fitted or blended, not both")
+        interpolation = interpolation or (stated[0] if stated else "spline")
+    tolerance = next((value for kind in TOLERANCES if (value := getattr(options, kind)) is not None), None)
     speeds = {key: getattr(options, key) for key in ("start_speed", "goal_speed")}
-    task = {"interpolation": interpolation, "tolerance": options.blend, **speeds, **row_keys(options)}
+    task = {"interpolation": interpolation, "tolerance": tolerance, **speeds, **row_keys(options)}
     return retimed_scenario(path, options.robot, task, payload=options.payload)
