@@ -20,7 +20,7 @@ from problems.robots.inverse_kinematics import (
     tool_jacobian,
 )
 from problems.robots.joints import JointLimits, Joints
-from problems.robots.link_covers import LinkCover, MeshNote, covers_text, read_covers
+from problems.robots.link_covers import LinkCover, MeshNote, ReadFile, covers_text, read_covers
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
 from problems.robots.robot import Robot
@@ -36,7 +36,7 @@ from problems.robots.shapes import (
 from problems.robots.spatial_arm import GRAVITY, RANDOM_POSTURES, SpatialArm, largest_holding_torques
 from problems.robots.spheres import Ball, Sphere
 from problems.robots.spheres_file import read_spheres, written_spheres
-from problems.robots.srdf import read_srdf, srdf_chain
+from problems.robots.srdf import read_srdf
 from problems.robots.tool import ArmTool, Tool
 from problems.robots.tracking import TrackingError, least_tracking_error
 from problems.robots.transform import (
@@ -94,6 +94,7 @@ __all__ = [
     "Payload",
     "PlanarArm",
     "Point3",
+    "ReadFile",
     "RigidChain",
     "RigidJoint",
     "Robot",
@@ -126,7 +127,6 @@ __all__ = [
     "read_spheres",
     "read_srdf",
     "read_urdf",
-    "srdf_chain",
     "time_scales",
     "time_scales_of_arrays",
     "tool_jacobian",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from math import pi
 from typing import TypeAlias
 
@@ -23,7 +23,6 @@ from problems.robots.link_covers import (
     cover_link,
     searched_balls,
 )
-from problems.robots.own_pairs import LinkPairs
 from problems.robots.shapes import MeshShape, Shape
 from problems.robots.spatial_arm import GRAVITY, SpatialArm
 from problems.robots.spheres import Ball, Sphere
@@ -50,6 +49,7 @@ class RobotDescription:
         carried: names of the links that the tool holds.
         spheres: that hold the collision geometry, as far as it is known, for searches.
         disabled: names of links that may touch.
+        postures: of all joints, rad or m, by their names.
         title: what people call the robot; empty where it is not known.
         notes: what is missing or not planned with, a line each.
         unread: links with a file of their collision geometry that is not read.
@@ -70,6 +70,7 @@ class RobotDescription:
     carried: tuple[str, ...] = ()
     spheres: tuple[Sphere, ...] = ()
     disabled: tuple[tuple[str, str], ...] = ()
+    postures: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     title: str = ""
     notes: tuple[str, ...] = ()
     unread: tuple[tuple[str, str], ...] = ()
@@ -278,10 +279,6 @@ class RobotDescription:
     def with_appearances(self, appearances: Mapping[str, Parts]) -> RobotDescription:
         """The description with appearances of links, by their names."""
         return replace(self, appearances=placed_appearances(self.links, appearances))
-
-    def with_disabled(self, pairs: LinkPairs) -> RobotDescription:
-        """The description with more links that may touch."""
-        return replace(self, disabled=(*self.disabled, *pairs))
 
     @property
     def gaps(self) -> list[str]:

@@ -13,6 +13,7 @@ from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffCh
 from problems.robots.description import RobotDescription
 from problems.robots.inertia import Inertia, combined, inertia_fault, moved_inertia
 from problems.robots.spheres_file import read_spheres
+from problems.robots.srdf import Srdf
 from problems.robots.transform import FixedFrame
 from problems.robots.urdf_elements import (
     MOVING,
@@ -26,26 +27,39 @@ MOST_JOINTS = 50
 
 
 def read_urdf(
-    text: str, base_link: str | None = None, tip_link: str | None = None, locked: Mapping[str, float] | None = None
+    text: str,
+    base_link: str | None = None,
+    tip_link: str | None = None,
+    locked: Mapping[str, float] | None = None,
+    srdf: Srdf | None = None,
+    group: str | None = None,
 ) -> RobotDescription:
     """The arm that a URDF describes.
 
     Args:
         text: of the file.
         base_link: what stands still; the root by default.
-        tip_link: the end of the chain; by default the tool's frame before fingers, where there is one arm alone.
+        tip_link: the end of the chain; by default that of the group, or else the tool's frame before fingers, where
+            there is one arm alone.
         locked: joints that are held at values, rad or m, by their names; those that mimic them follow.
+        srdf: what states groups, named postures, and links that may touch.
+        group: that is planned, of the SRDF; the only chain without a hand by default.
 
     Returns:
         Its chain, the spheres that hold its collision shapes, and notes: a line for each thing that the file
         does not state or that is not planned with.
 
     Raises:
-        InvalidProblem: ``urdf``, ``base_link``, ``tip_link`` or ``locked`` is impossible, with the reason in one line.
+        InvalidProblem: ``urdf``, ``base_link``, ``tip_link``, ``locked`` or ``group`` is impossible, with the reason in
+            one line.
     """
     robot = document(text)
     stated = Tree.of(robot)
     tree = stated.locked(locked or {})
+    group = None if srdf is None else srdf.group_of(tree, group)
+    if srdf is not None and group is not None and tip_link is None:
+        base, tip_link = srdf.ends(tree, group)
+        base_link = base_link or base
     base, joints, notes = tree.chain(base_link, tip_link)
     moving = [joint for joint in joints if joint.kind != "fixed"]
     _check(moving, base)
@@ -84,7 +98,9 @@ def read_urdf(
         apart=apart,
         visuals=tuple((name, tree.links[name].visuals) for name in frames if tree.links[name].visuals),
         unseen=tuple((name, tree.links[name].unseen) for name in frames if tree.links[name].unseen),
-        notes=tuple(notes),
+        notes=(*notes, *(() if srdf is None else srdf.notes)),
+        disabled=() if srdf is None else srdf.may_touch(frames),
+        postures={} if srdf is None else srdf.postures([joint.name for joint in moving], group),
     )
     return description.with_covers({})
 

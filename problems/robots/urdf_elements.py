@@ -63,7 +63,7 @@ def document(text: str) -> ET.Element:
     return robot
 
 
-XACRO = "a xacro file: expand it to a URDF first (xacro FILE > robot.urdf)"
+XACRO = "a xacro file: let its name end with .xacro, or expand it first (xacro FILE > robot.urdf)"
 
 
 def _is_of_xacro(element: ET.Element) -> bool:

@@ -119,6 +119,20 @@ class Tree:
             yield joint
             waiting += self.children[joint.child]
 
+    def way(self, link: str) -> Iterator[UrdfJoint]:
+        """The joints that carry a link, from its own to that on the root."""
+        while link in self.above:
+            yield self.above[link]
+            link = self.above[link].parent
+
+    def fixed_root(self, link: str) -> str:
+        """The link nearest to the root to which one is fixed; itself where it is fixed to none."""
+        for joint in self.way(link):
+            if joint.kind != "fixed":
+                break
+            link = joint.parent
+        return link
+
     def chain(self, base_link: str | None, tip_link: str | None) -> tuple[str, list[UrdfJoint], list[str]]:
         """The base, the joints from it to the tip, fixed ones included, and notes on what was not stated.
 

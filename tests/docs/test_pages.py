@@ -92,7 +92,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def write_files(blocks: list[Block], folder: Path) -> None:
     for block in blocks:
         if block.caption:
-            (folder / block.caption).write_text(block.body)
+            file = folder / block.caption
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.body)
 
 
 @pytest.mark.parametrize("page", pages_with("python"))

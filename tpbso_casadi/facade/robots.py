@@ -23,6 +23,7 @@ from tpbso_casadi.scenario import (
     ScenarioError,
     SpatialRobotSection,
     arm_table,
+    is_folder,
     plain,
     read_table,
     settings_table,
@@ -86,11 +87,12 @@ AnyRobot: TypeAlias = StatedRobot | Robot | str | Path | Sequence[float] | Float
 
 
 def robot(model: AnyRobot, **keys: Any) -> StatedRobot:
-    """A robot: built in, of a URDF, or in the plane.
+    """A robot: built in, of a URDF or of a configuration of MoveIt, or in the plane.
 
     Args:
-        model: ``"panda"``, ``"ur5e"`` or ``"iiwa14"``; the path of a URDF file; the link lengths (k,) of a planar arm
-            in m; a :class:`PlanarArm` or a robot of any other class, as an object; or a robot that :func:`robot` made.
+        model: ``"panda"``, ``"ur5e"`` or ``"iiwa14"``; the path of a URDF file, or of the folder of a configuration of
+            MoveIt; the link lengths (k,) of a planar arm in m; a :class:`PlanarArm` or a robot of any other class, as
+            an object; or a robot that :func:`robot` made.
         keys: of the [robot] table, or of [arm] for link lengths, such as ``max_speed`` (one number or one a joint,
             rad/s), ``max_acceleration`` (rad/s^2), ``max_jerk`` (rad/s^3), ``joint_limits`` (k pairs, rad),
             ``max_torque`` (N m), ``spheres``, ``payload``.
@@ -109,20 +111,22 @@ def _robot(model: AnyRobot, keys: dict[str, Any]) -> StatedRobot:
         return model if isinstance(model, StatedRobot) else _stated(model)
     if isinstance(model, str | Path):
         check_keywords(keys, SpatialRobotSection.schema())
-        section = read_table(SpatialRobotSection, "robot", plain(_description(str(model)) | keys))
+        section = read_table(SpatialRobotSection, "robot", plain(robot_key(str(model)) | keys))
         return StatedRobot(section.with_files(InputFolder(Path(), outside_allowed=True)))
     check_keywords(keys, ArmSection.schema())
     return StatedRobot(read_table(ArmSection, "arm", {"link_lengths": plain(model), **plain(keys)}))
 
 
-def _description(model: str) -> dict[str, Any]:
+def robot_key(model: str) -> dict[str, Any]:
     """The key that names a robot in space.
 
     Raises:
-        ScenarioError: it is neither built in nor a file.
+        ScenarioError: it is neither built in nor a file nor a folder.
     """
     if model in BUILT_IN:
         return {"model": model}
+    if is_folder(model):
+        return {"moveit_config": model}
     if not Path(model).suffix:
         known = [*BUILT_IN, *TITLES]
         reason = "is no robot, no scenario and no file; built in are the robots"

@@ -232,8 +232,9 @@ def place_of(place: Any, dof: int, dim: int, name: str) -> Any:
     """A place that an argument states.
 
     Args:
-        place: :class:`Joints`, :class:`Position`, :class:`Pose`, a table, a homogeneous matrix (4, 4), or numbers: a
-            point where there are as many as the space has dimensions, joint values where there are as many as joints.
+        place: :class:`Joints`, :class:`Position`, :class:`Pose`, a table, the name of a posture, a homogeneous matrix
+            (4, 4), or numbers: a point where there are as many as the space has dimensions, joint values where there
+            are as many as joints.
         dof: how many joints the robot has.
         dim: of its space.
         name: of the argument, for messages.
@@ -241,7 +242,7 @@ def place_of(place: Any, dof: int, dim: int, name: str) -> Any:
     Raises:
         ScenarioError: it is none of these.
     """
-    if isinstance(place, Place):
+    if isinstance(place, Place | str):
         return place
     given = plain(place)
     if isinstance(given, dict):

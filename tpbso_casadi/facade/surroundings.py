@@ -29,6 +29,7 @@ ROBOTS = ("arm", "robot")  # tables that state a robot
 AROUND = ("obstacles", "carried", "may_touch")
 OF_A_FILE = ("unit", *ROBOTS, *AROUND, "scene", "constraints", "model")  # which a file says of any motion
 MODEL_KEYS = ("limits", "margin", "self_collision", "constraints")  # of [model], that say something of any motion
+OF_ONE_ROBOT = (".urdf", ".xacro")  # endings of files that state a robot and nothing around it
 SCENE = ".scene"  # the ending of MoveIt's files
 ANY_ROBOT = {"robot": {"model": "panda"}}  # beside which the tables of a scene are read that states none
 
@@ -115,7 +116,7 @@ def surroundings(robot: AnyRobot | None, around: Scenario | None, task: Content 
 def file_of(robot: AnyRobot | None) -> Path | None:
     """The file that states a robot and what is around it; None where no file does."""
     file = Path(robot) if isinstance(robot, str | Path) else None
-    is_one = file is not None and (file.suffix == ".toml" or (file.exists() and file.suffix != ".urdf"))
+    is_one = file is not None and (file.suffix == ".toml" or (file.is_file() and file.suffix not in OF_ONE_ROBOT))
     return file if is_one else None
 
 

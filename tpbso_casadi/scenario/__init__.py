@@ -16,7 +16,7 @@ from tpbso_casadi.scenario.motion_files import READERS, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.named_solvers import NamedSolver, each_of, named_solver
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
-from tpbso_casadi.scenario.packages import UrdfFiles
+from tpbso_casadi.scenario.packages import RobotFiles
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection
 from tpbso_casadi.scenario.recorded_rows import RecordedRows
@@ -117,6 +117,7 @@ __all__ = [
     "PointsTask",
     "Positive",
     "RecordedRows",
+    "RobotFiles",
     "RobotSection",
     "RowFileTask",
     "Scenario",
@@ -130,7 +131,6 @@ __all__ = [
     "StageSection",
     "TaskSection",
     "TrackingLog",
-    "UrdfFiles",
     "arm_table",
     "as_scenario_errors",
     "best_known",

@@ -51,7 +51,7 @@ def overridden(
                 tables["model"] = scenario.model.with_keys(model)
         stated = scenario.with_keys(tables) if tables else scenario
         with at("solver"):
-            changed = stated.replaced(solver=_solver(stated, solver))
+            changed = stated.replaced(solver=_solver(stated, solver)).with_postures()
         changed.check()
     return with_files_read(changed, InputFolder(Path(), outside_allowed=True)) if around else changed
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from problems import InvalidProblem
-from problems.robots import MeshShape
+from problems.robots import MeshShape, ReadFile
 from tpbso_casadi.scenario.input_files import LARGEST_MESH, InputFolder, is_file, is_folder, read_bytes
 from tpbso_casadi.scenario.validation import ScenarioError
 
@@ -22,73 +22,93 @@ LARGEST_MANIFEST = 100_000  # bytes
 
 
 @dataclass(frozen=True)
-class UrdfFiles:
-    """The files that a URDF names.
+class RobotFiles:
+    """The files of a robot in the folder of a scenario and in packages of ROS, and those that its URDF names.
 
     Attributes:
         folder: of the scenario, which says what may be read.
-        urdf: name of the URDF's file, in that folder.
         packages: folders of packages, by their names.
+        near: a folder in that one, in and above which packages are looked for too.
     """
 
     folder: InputFolder
-    urdf: str
     packages: Mapping[str, str] = field(default_factory=dict)
+    near: str = ""
 
-    @property
-    def beside(self) -> Path:
-        """The folder of the URDF."""
-        return (self.folder.path / self.urdf).absolute().parent
-
-    def mesh(self, shape: MeshShape) -> bytes:
-        """The content of the file of a mesh.
-
-        Raises:
-            InvalidProblem: ``mesh`` is not there, lies outside the folder and in no package that the environment names,
-                or cannot be read.
-        """
-        try:
-            return read_bytes(self.find(shape.file), LARGEST_MESH)
-        except ScenarioError as error:
-            raise InvalidProblem("mesh", str(error)) from error
-
-    def find(self, name: str) -> Path:
-        """The path of a file.
+    def path(self, name: str) -> Path:
+        """The path of a file that the scenario names, which may be read.
 
         Args:
-            name: as the URDF has it: a path from there, or a URL.
+            name: a path from the folder of the scenario, or a URL.
+
+        Raises:
+            ScenarioError: its package is nowhere, or it may not be read.
+        """
+        if name.startswith(SCHEMES):
+            return self._find(name, self.folder.path)
+        return self.folder.checked(self.folder.path / name)
+
+    def meshes(self, urdf: str) -> ReadFile:
+        """The reader of the meshes that a URDF names; an error is that of ``mesh``.
+
+        Args:
+            urdf: name of its file.
+
+        Raises:
+            ScenarioError: as :meth:`path`.
+        """
+        beside = self.path(urdf).absolute().parent
+
+        def read(shape: MeshShape) -> bytes:
+            try:
+                return read_bytes(self._find(shape.file, beside), LARGEST_MESH)
+            except ScenarioError as error:
+                raise InvalidProblem("mesh", str(error)) from error
+
+        return read
+
+    def _find(self, name: str, beside: Path) -> Path:
+        """The path of a file that may be read.
+
+        Args:
+            name: a path from a folder, or a URL.
+            beside: that folder, in and above which packages are looked for too.
 
         Raises:
             ScenarioError: there is none, or it may not be read.
         """
         scheme = next((scheme for scheme in SCHEMES if name.startswith(scheme)), None)
         if scheme is None:
-            path = self.beside / name.removeprefix("file://")
+            path = beside / name.removeprefix("file://")
             if not is_file(path):
                 raise ScenarioError("there is no such file")
             return self.folder.checked(path)
         package, _, rest = name.removeprefix(scheme).partition("/")
-        places = list(self._places(package))
+        places = list(self._places(package, beside))
         for place, trusted in places:
             if is_file(place / rest):
                 return place / rest if trusted else self.folder.checked(place / rest)
         if not places:
-            raise self._not_found(package)
+            raise self._not_found(package, beside)
         cure = f"; {_cure(package)}" if package and package not in self.packages else ""
         raise ScenarioError(f"there is no such file in {places[0][0]}{cure}")
 
-    def package(self, name: str) -> Path:
+    def package(self, name: str, beside: Path) -> Path:
         """The folder of a package.
+
+        Args:
+            name: of the package.
+            beside: a folder, in and above which it is looked for too.
 
         Raises:
             ScenarioError: it is nowhere, with the places that were searched, or may not be read.
         """
-        for place, trusted in self._places(name):
+        for place, trusted in self._places(name, beside):
             if is_folder(place):
                 return place if trusted else self.folder.checked(place)
-        raise self._not_found(name)
+        raise self._not_found(name, beside)
 
-    def _places(self, package: str) -> Iterator[tuple[Path, bool]]:
+    def _places(self, package: str, beside: Path) -> Iterator[tuple[Path, bool]]:
         """Folders that are a package, the likeliest first, and whether the user's environment vouches for them."""
         if package in self.packages:
             yield self.folder.path / self.packages[package], False
@@ -98,15 +118,21 @@ class UrdfFiles:
             yield from ((place, True) for place in _places_in(root / inner, package, DEEPEST))
             if inner and _is_package(root, package):
                 yield root, True
-        for above in (self.beside, *self.beside.parents):
+        for above in self._above(beside):
             yield from ((place, False) for place in (_places_in(above, package, 1) if package else (above,)))
 
-    def _not_found(self, package: str) -> ScenarioError:
+    def _above(self, beside: Path) -> list[Path]:
+        """The folders in which packages are looked for, from two on upwards, each once."""
+        starts = [beside.absolute(), (self.folder.path / self.near).absolute()]
+        return list(dict.fromkeys(above for start in starts for above in (start, *start.parents)))
+
+    def _not_found(self, package: str, beside: Path) -> ScenarioError:
         """The error of a package that is nowhere."""
         if package in self.packages:
             return ScenarioError(f"package {package!r}: there is no folder {self.packages[package]}")
         variables = [f"{variable} ({os.environ.get(variable) or 'not set'})" for variable in PACKAGE_PATHS]
-        where = f"neither in {', '.join(variables)}, nor in or above {self.beside}"
+        starts = " or ".join(dict.fromkeys(str(start.absolute()) for start in (beside, self.folder.path / self.near)))
+        where = f"neither in {', '.join(variables)}, nor in or above {starts}"
         return ScenarioError(f"package {package!r} is {where}; {_cure(package)}")
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from problems import InvalidProblem, Joints, Place, Position
-from problems.base import Count, InvalidTable, Range, ReadBy, at, reader, shown_value
+from problems import InvalidProblem, Joints, Obstacle, Place, Position, Robot
+from problems.base import Angle, Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.tasks import Pose
 from tpbso_casadi.scenario.validation import (
     MOST_EVALUATIONS,
@@ -21,6 +23,55 @@ from tpbso_casadi.scenario.validation import (
 
 MOST_PLACES = 100  # goals, or vias
 FORMS = "[x, y], { joints = [...] } or { position = [...] }"
+
+
+@dataclass(frozen=True)
+class NamedPosture(Joints):
+    """A posture by its name in an SRDF, in whose place the joints stand once the robot's files are read."""
+
+    values: tuple[Angle, ...] = ()
+    name: str = field(kw_only=True)
+
+    def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
+        """Refuse it: no file of the robot states postures.
+
+        Raises:
+            InvalidProblem: always.
+        """
+        raise InvalidProblem(field, f"{name}no posture {self.name!r}: an srdf or a moveit_config names postures")
+
+    def table(self) -> Any:
+        return self.name
+
+
+def with_postures(value: Any, postures: Mapping[str, tuple[float, ...]]) -> Any:
+    """A value of a table with joints in place of named postures.
+
+    Args:
+        value: a table, a place, a list of them, or anything else, which is returned as it is.
+        postures: values of all joints by their names, rad or m.
+
+    Raises:
+        InvalidTable: there is no posture of a name.
+    """
+    if isinstance(value, NamedPosture):
+        if value.name not in postures:
+            known = f"there are {', '.join(postures)}" if postures else "the robot's files state none of all its joints"
+            raise InvalidTable(f"no posture {value.name!r}; {known}")
+        return Joints(postures[value.name])
+    if isinstance(value, list):
+        places = []
+        for index, place in enumerate(value):
+            with at(index):
+                places.append(with_postures(place, postures))
+        return places
+    if not isinstance(value, Section):
+        return value
+    found = {}
+    for key, before in value.values().items():
+        with at(key):
+            found[key] = with_postures(before, postures)
+    return value.replaced(**{key: after for key, after in found.items() if after != getattr(value, key)})
 
 
 class JointsTable(Section):
@@ -58,7 +109,7 @@ class PoseTable(Section):
 
 
 def read_place(value: Any) -> Place:
-    """The place of a point, of a table with the one key that says what it is, or of a place from Python.
+    """The place that a point, a name, a table with one key that says what it is, or Python states.
 
     Raises:
         ValueError: it is neither.
@@ -68,6 +119,8 @@ def read_place(value: Any) -> Place:
             value = value.table()
         except InvalidProblem as error:
             raise ValueError(error.reason) from error
+    if isinstance(value, str):
+        return NamedPosture(name=value)
     kinds = [key for key in ("joints", "position") if isinstance(value, dict) and key in value]
     if not isinstance(value, list | tuple) and len(kinds) != 1:
         raise ValueError(f"{FORMS} is needed, not {shown_value(value)}")
@@ -107,7 +160,7 @@ def read_places(value: Any) -> list[Place]:
 
 def read_goals(value: Any) -> Place | list[Place]:
     """A place, or a list of places of which any will do: a list that begins with a table or a list is one."""
-    several = isinstance(value, list) and bool(value) and not isinstance(value[0], int | float | str | bool)
+    several = isinstance(value, list) and bool(value) and not isinstance(value[0], int | float | bool)
     return read_places(value) if several else read_place(value)
 
 

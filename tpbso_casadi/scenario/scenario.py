@@ -42,7 +42,7 @@ from tpbso_casadi.scenario.expressions import check_names
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.model import ModelSection, with_motion
 from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_files
-from tpbso_casadi.scenario.places import SimulationSection
+from tpbso_casadi.scenario.places import SimulationSection, with_postures
 from tpbso_casadi.scenario.robots import AnyRobot, ArmSection, RobotSection, check_numbers
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
@@ -59,6 +59,7 @@ from tpbso_casadi.scenario.validation import (
     ScenarioError,
     Section,
     Word,
+    as_scenario_errors,
     named,
 )
 
@@ -238,6 +239,26 @@ class Scenario(FileSection):
             own = check_names([*model.constraints, *self.constraints])
         return self.replaced(model=model.replaced(constraints=own), constraints=[])
 
+    def with_postures(self) -> Self:
+        """The scenario, which is in rad, with joints in place of postures that the robot's files name.
+
+        Raises:
+            InvalidTable: they name none of these.
+        """
+        table = self.robot_table
+        if not isinstance(table, SpatialRobotSection) or table.srdf_text is None:
+            return self
+        try:
+            postures = table.description().postures
+        except InvalidProblem:  # said when it is built
+            return self
+        parts = {"task": self.task, "simulation": self.simulation}
+        found = {}
+        for key, part in parts.items():
+            with at(key):
+                found[key] = with_postures(part, postures)
+        return self.replaced(**{key: part for key, part in found.items() if part != parts[key]})
+
     @property
     def robot_table(self) -> ArmSection | RobotSection | SpatialRobotSection:
         """The table that states the robot."""
@@ -400,7 +421,9 @@ def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -
         ScenarioError: naming the first wrong key.
     """
     scenario = _validated(content)
-    return (scenario if folder is None else with_files_read(scenario, folder)).normalised()
+    scenario = (scenario if folder is None else with_files_read(scenario, folder)).normalised()
+    with as_scenario_errors():
+        return scenario.with_postures()
 
 
 def with_files_read(scenario: Scenario, folder: InputFolder) -> Scenario:

@@ -17,6 +17,7 @@ from problems.robots import (
     MASSLESS,
     Carried,
     Payload,
+    ReadFile,
     RobotDescription,
     SpatialArm,
     Transform,
@@ -31,11 +32,11 @@ from problems.robots import (
     read_spheres,
     read_srdf,
     read_urdf,
-    srdf_chain,
 )
-from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.input_files import InputFolder, read_text
 from tpbso_casadi.scenario.joint_limits_file import JointLimitsFile
-from tpbso_casadi.scenario.packages import UrdfFiles
+from tpbso_casadi.scenario.moveit_config import ASSISTANT, moveit_keys
+from tpbso_casadi.scenario.packages import RobotFiles
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_LINKS,
@@ -48,7 +49,10 @@ from tpbso_casadi.scenario.validation import (
     Section,
     SpacePoint,
     Word,
+    named,
 )
+from tpbso_casadi.scenario.xacro_files import ENDING as XACRO
+from tpbso_casadi.scenario.xacro_files import expanded
 
 LOG = logging.getLogger(__name__)
 Rows: TypeAlias = tuple[SpacePoint, SpacePoint, SpacePoint]
@@ -113,8 +117,9 @@ class PoseTable(Section):
 class SpatialRobotSection(Section):
     """[robot] in space: a built-in model or a URDF, and what is to be different; m, rad, s.
 
-    ``urdf``, ``spheres`` and ``srdf`` name files beside the scenario. Once they are read, their texts stand beside the
-    names, so that a result is complete without them.
+    ``urdf``, ``spheres``, ``srdf`` and ``limits`` name files beside the scenario, or in packages of ROS;
+    ``moveit_config`` names a folder that says which. Once they are read, their texts stand beside the names, so that a
+    result is complete without them.
     """
 
     prefix: ClassVar[str] = "robot."
@@ -124,8 +129,10 @@ class SpatialRobotSection(Section):
     usual_solver: ClassVar[str] = "direct"
 
     model: Word | None = None
+    moveit_config: FileName | None = None
     urdf: FileName | None = None
     urdf_text: FileText | None = None
+    xacro_arguments: dict[Word, bool | int | float | Word] = field(default_factory=dict)
     base_link: Word | None = None
     tip_link: Word | None = None
     group: Word | None = None
@@ -160,13 +167,13 @@ class SpatialRobotSection(Section):
 
     @property
     def title(self) -> str:
-        """The name of its model, or of its file."""
-        return self.model or self.urdf or "robot"
+        """The name of its model, of its folder or of its file."""
+        return self.model or self.moveit_config or self.urdf or "robot"
 
     def check(self) -> None:
-        described = self.urdf is not None or self.urdf_text is not None
+        described = any(each is not None for each in (self.moveit_config, self.urdf, self.urdf_text))
         if described == (self.model is not None):
-            raise InvalidTable("one of model and urdf is needed, not both", "model")
+            raise InvalidTable("one of model, moveit_config and urdf is needed, and no model beside another", "model")
 
     def with_files(self, folder: InputFolder) -> Self:
         """The table with the texts of the files that it names.
@@ -174,12 +181,39 @@ class SpatialRobotSection(Section):
         Raises:
             ScenarioError: a file cannot be read.
         """
-        texts: dict[str, str] = {}
-        for key in FILES:
-            name = getattr(self, key)
-            if name is not None and getattr(self, key + TEXT) is None:
-                texts[key + TEXT] = self._read(folder, key, name)
-        return self.replaced(**texts)._with_covers(folder)._with_looks(folder)
+        return self.with_texts(folder)._with_covers(folder)._with_looks(folder)
+
+    def with_texts(self, folder: InputFolder) -> Self:
+        """The table with the texts of the files that it names, without what is made of meshes.
+
+        Raises:
+            ScenarioError: a file cannot be read.
+        """
+        table = self._with_moveit_files(folder)
+        unread = [key for key in FILES if getattr(table, key) is not None and getattr(table, key + TEXT) is None]
+        return table.replaced(**{key + TEXT: table._read(folder, key) for key in unread})
+
+    def _with_moveit_files(self, folder: InputFolder) -> Self:
+        """The table with the keys that its configuration of MoveIt states, where it does not state them itself."""
+        if self.moveit_config is None or self.urdf_text is not None:
+            return self
+        with named("robot.moveit_config"):
+            table = self.replaced(**moveit_keys(folder, self.moveit_config, self.stated_keys))
+            if table.urdf is None:
+                raise ScenarioError(f'no URDF: {ASSISTANT} names none, nor is one in config; urdf = "FILE" says which')
+        return table
+
+    def _files(self, folder: InputFolder) -> RobotFiles:
+        return RobotFiles(folder, self.packages, self.moveit_config or "")
+
+    def meshes(self, folder: InputFolder) -> ReadFile:
+        """The reader of the meshes that its URDF names.
+
+        Raises:
+            ScenarioError: there is no such URDF, or it may not be read.
+        """
+        assert self.urdf is not None
+        return self._files(folder).meshes(self.urdf)
 
     def _with_covers(self, folder: InputFolder) -> Self:
         """The table with covers of the URDF's links, made of their meshes, where no spheres are stated.
@@ -191,9 +225,9 @@ class SpatialRobotSection(Section):
             return self
         try:
             with self._named():
-                files, ignored = UrdfFiles(folder, self.urdf, self.packages), self.ignore_geometry or ()
+                read, ignored = self.meshes(folder), self.ignore_geometry or ()
                 overhangs = (self.cover_overhang, self.fine_overhang)
-                covers, notes = self.description().new_covers(files.mesh, *overhangs, ignored)
+                covers, notes = self.description().new_covers(read, *overhangs, ignored)
         except InvalidProblem as error:
             raise ScenarioError(f"robot.{error.field}: {error.reason}") from error
         for note in notes:
@@ -208,19 +242,21 @@ class SpatialRobotSection(Section):
             description = self.description()
         except InvalidProblem:  # said when it is built
             return self
-        appearances, notes = description.new_appearances(UrdfFiles(folder, self.urdf, self.packages).mesh)
+        appearances, notes = description.new_appearances(self.meshes(folder))
         if notes:
             each = "; ".join(f"{note.link!r}: {note.file and f'mesh {note.file}: '}{note.note}" for note in notes)
             LOG.warning("robot.urdf: not all links are drawn as the URDF shows them: %s", each)
         return self.replaced(looks_text=appearance_text(appearances)) if appearances else self
 
-    def _read(self, folder: InputFolder, key: str, name: str) -> str:
-        try:
-            text = folder.read_text(name)
-        except ScenarioError as error:
-            raise ScenarioError(f"robot.{key}: {error}") from error
-        if len(text) > LARGEST_TEXT:
-            raise ScenarioError(f"robot.{key}: {folder.path / name}: longer than {LARGEST_TEXT} characters")
+    def _read(self, folder: InputFolder, key: str) -> str:
+        """The text of the file that a key names."""
+        with named(f"robot.{key}"):
+            files = self._files(folder)
+            path = files.path(getattr(self, key))
+            is_xacro, arguments = path.suffix == XACRO, self.xacro_arguments
+            text = expanded(path, arguments, files, all_known=key == "urdf") if is_xacro else read_text(path)
+            if len(text) > LARGEST_TEXT:
+                raise ScenarioError(f"{path}: longer than {LARGEST_TEXT} characters")
         return text
 
     @property
@@ -266,8 +302,6 @@ class SpatialRobotSection(Section):
                 base=self._pose("base"),
                 tool=self._pose("tool"),
             )
-            if self.srdf_text is not None:
-                description = description.with_disabled(read_srdf(self.srdf_text))
             may_touch = (*(self.disabled_pairs or ()), *disabled)
             complete = complete_arm(description, arm, may_touch, self.kept_pairs or (), self.ignore_geometry or ())
             weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
@@ -320,21 +354,13 @@ class SpatialRobotSection(Section):
                 raise InvalidProblem("base_link", "a robot that is built in has its own")
             return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
-            raise InvalidProblem("urdf", f"{self.urdf!r} has not been read; only a scenario file can name one")
-        locked = tuple(sorted((self.locked or {}).items()))
-        return _described_between(self.urdf_text, self._ends, locked, self.looks_text, self.covers_text)
-
-    @property
-    def _ends(self) -> tuple[str | None, str | None]:
-        """Base and tip, as far as they are stated here or in the SRDF.
-
-        Raises:
-            InvalidProblem: ``group`` has no chain there, or there is no SRDF.
-        """
+            name = self.urdf or self.moveit_config
+            raise InvalidProblem("urdf", f"{name!r} has not been read; only a scenario file can name one")
         if self.group is not None and self.srdf_text is None:
             raise InvalidProblem("group", "of what? a group is one of an srdf")
-        chain = None if self.srdf_text is None or self.tip_link is not None else srdf_chain(self.srdf_text, self.group)
-        return (self.base_link, self.tip_link) if chain is None else (self.base_link or chain[0], chain[1])
+        locked = tuple(sorted((self.locked or {}).items()))
+        ends, group = (self.base_link, self.tip_link), (self.srdf_text, self.group)
+        return _described_between(self.urdf_text, ends, locked, group, self.looks_text, self.covers_text)
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -358,11 +384,13 @@ def _described_between(
     urdf: str,
     ends: tuple[str | None, str | None],
     locked: tuple[tuple[str, float], ...],
+    group: tuple[str | None, str | None],
     appearances: str | None,
     covers: str | None,
 ) -> RobotDescription:
-    """The description of a robot between two links, as texts state it."""
-    description = read_urdf(urdf, *ends, dict(locked))
+    """The description of a robot between two links, or of a group of an SRDF, as texts state it."""
+    srdf = None if group[0] is None else read_srdf(group[0])
+    description = read_urdf(urdf, *ends, dict(locked), srdf, group[1])
     if appearances is not None:
         description = description.with_appearances(read_appearances(appearances))
     return description if covers is None else description.with_covers(read_covers(covers))

@@ -200,7 +200,7 @@ def test_what_cannot_be_is_named(old: str, new: str, message: str) -> None:
         ("<robot>", "no XML: no element found"),
         ("<sdf/>", "its root is <sdf>, not <robot>"),
         ("<robot/>", "no links"),
-        ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro/></robot>', "a xacro file: expand it"),
+        ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro/></robot>', "a xacro file: let its name end"),
         ("<robot name='\ud800'/>", "no XML: 'utf-8' codec can't encode"),
         (f"<robot>{' ' * 10_000_000}</robot>", "10000015 characters, of at most 10000000"),
         ("<robot>" + '<link name="a"/>' * 1_001 + "</robot>", "more than 1000 links"),

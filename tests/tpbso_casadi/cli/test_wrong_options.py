@@ -176,8 +176,9 @@ REFUSED: dict[str, dict[str, str]] = {
         "others --robot arm.toml --out others": "others/certificates.csv: is no table of certificates; --out says",
     },
     "robots": {
-        "show puma.urdf": "puma.urdf: cannot be read: No such file or directory",
-        "show .": ".: cannot be read: it is a folder",
+        "show puma.urdf": "robot.urdf: puma.urdf: cannot be read: No such file or directory",
+        "show .": "robot.moveit_config: .: no configuration of MoveIt: it has no folder config",
+        "show arm.urdf --xacro-argument name": "--xacro-argument name: NAME=VALUE is needed",
         "show spheres.toml": "spheres.toml: urdf: no XML: syntax error: line 1, column 0",
         "show arm.urdf --tip-link hook": "arm.urdf: tip_link: no link 'hook' in the URDF; there are world",
         "show panda --base-link panda_link1": "panda: base_link: a robot that is built in has its own",

@@ -11,7 +11,7 @@ from problems import InvalidProblem
 from problems.robots import MeshShape
 from problems.robots.transform import UNMOVED
 from tpbso_casadi import ScenarioError
-from tpbso_casadi.scenario import InputFolder, UrdfFiles
+from tpbso_casadi.scenario import InputFolder, RobotFiles
 
 MESH = "package://arm_description/meshes/a.stl"
 PLACES = {  # of the package by what names its folder; in a folder of its name, or with a manifest
@@ -43,9 +43,14 @@ def package_at(path: Path) -> Path:
     return folder
 
 
-def files(folder: Path, outside_allowed: bool = False, **packages: str) -> UrdfFiles:
+def files(folder: Path, outside_allowed: bool = False, **packages: str) -> RobotFiles:
     (folder / "src" / "config").mkdir(parents=True, exist_ok=True)
-    return UrdfFiles(InputFolder(folder, outside_allowed), "src/config/arm.urdf", packages)
+    return RobotFiles(InputFolder(folder, outside_allowed), packages, near="src/config")
+
+
+def content(found: RobotFiles, name: str) -> bytes:
+    """The content of a mesh that a URDF names."""
+    return found.meshes("src/config/arm.urdf")(MeshShape(UNMOVED, file=name))
 
 
 @pytest.mark.parametrize("where", PLACES)
@@ -58,37 +63,39 @@ def test_packages_are_found(where: str, tmp_path: Path, monkeypatch: pytest.Monk
         monkeypatch.setenv(where.partition(",")[0], f"/nowhere:{tmp_path / 'away'}")
     stated = {"arm_description": "away/elsewhere"} if where == "packages" else {}
     found = files(tmp_path, **stated)
-    assert found.package("arm_description") == place
-    assert found.find(MESH) == place / "meshes" / "a.stl"
-    assert found.mesh(MeshShape(UNMOVED, file=MESH)) == b"solid"
+    assert found.package("arm_description", tmp_path) == place
+    assert found.path(MESH) == place / "meshes" / "a.stl"
+    assert content(found, MESH) == b"solid"
 
 
 @pytest.mark.parametrize("name", ["package:///meshes/a.stl", "../meshes/a.stl", "file://{}/src/meshes/a.stl"])
 def test_files_beside_the_urdf_are_found(name: str, tmp_path: Path) -> None:
     package_at(tmp_path / "src")
-    assert files(tmp_path).find(name.format(tmp_path)).read_bytes() == b"solid"
+    assert content(files(tmp_path), name.format(tmp_path)) == b"solid"
 
 
 def test_what_is_nowhere_is_said_with_what_was_searched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", "/nowhere")
     beside = re.escape(str(tmp_path / "src" / "config"))
-    searched = rf"neither in ROS_PACKAGE_PATH \(/nowhere\), AMENT_PREFIX_PATH \(not set\), nor in or above {beside}"
+    searched = r"neither in ROS_PACKAGE_PATH \(/nowhere\), AMENT_PREFIX_PATH \(not set\), nor in or above (\S+ or )?"
     cure = r"; packages = \{ arm_description = \"FOLDER\" \} says where$"
-    for call in (lambda: files(tmp_path).find(MESH), lambda: files(tmp_path).package("arm_description")):
-        with pytest.raises(ScenarioError, match=f"^package 'arm_description' is {searched}{cure}"):
-            call()
-    with pytest.raises(ScenarioError, match=f"^there is no such file in {beside}$"):
-        files(tmp_path).find("package:///a.stl")
+    line = f"package 'arm_description' is {searched}{beside}{cure}"
+    with pytest.raises(ScenarioError, match=f"^{line}"):
+        files(tmp_path).path(MESH)
+    with pytest.raises(InvalidProblem, match=f"^mesh: {line}"):
+        content(files(tmp_path), MESH)
+    with pytest.raises(InvalidProblem, match=f"^mesh: there is no such file in {beside}$"):
+        content(files(tmp_path), "package:///a.stl")
     with pytest.raises(ScenarioError, match=r"^there is no such file in \S+/gone$"):
-        files(tmp_path, arm_description="gone").find(MESH)
+        files(tmp_path, arm_description="gone").path(MESH)
     with pytest.raises(ScenarioError, match=r"^package 'arm_description': there is no folder gone$"):
-        files(tmp_path, arm_description="gone").package("arm_description")
+        files(tmp_path, arm_description="gone").package("arm_description", tmp_path)
     (package_at(tmp_path / "arm_description") / "meshes" / "a.stl").unlink()
     with pytest.raises(InvalidProblem, match=rf"^mesh: there is no such file in \S+/arm_description{cure}"):
-        files(tmp_path).mesh(MeshShape(UNMOVED, file=MESH))
+        content(files(tmp_path), MESH)
     (tmp_path / "src" / "arm_description").mkdir()
     (tmp_path / "src" / "arm_description" / "package.xml").write_bytes(b"\xff<name>\xff</name>")
-    assert files(tmp_path).package("arm_description") == tmp_path / "arm_description"
+    assert files(tmp_path).package("arm_description", tmp_path) == tmp_path / "arm_description"
 
 
 def test_packages_outside_the_scenarios_folder_need_leave_unless_the_environment_names_them(
@@ -98,9 +105,9 @@ def test_packages_outside_the_scenarios_folder_need_leave_unless_the_environment
     inner = tmp_path / "scenario"
     inner.mkdir()
     with pytest.raises(ScenarioError, match="lies outside the scenario's folder; --allow-outside-files"):
-        files(inner).find(MESH)
+        files(inner).path(MESH)
     with pytest.raises(ScenarioError, match="lies outside the scenario's folder; --allow-outside-files"):
-        files(inner).package("arm_description")
-    assert files(inner, outside_allowed=True).package("arm_description") == place
+        files(inner).package("arm_description", tmp_path)
+    assert files(inner, outside_allowed=True).package("arm_description", tmp_path) == place
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
-    assert files(inner).find(MESH) == place / "meshes" / "a.stl"
+    assert files(inner).path(MESH) == place / "meshes" / "a.stl"

@@ -22,22 +22,24 @@ from problems.robots import (
     built_in,
     largest_holding_torques,
     read_spheres,
-    read_urdf,
     written_spheres,
 )
 from tpbso_casadi.cli.command import Exit, OneLineParser, add_verbose, command_parser, run_command
 from tpbso_casadi.cli.options import defaulting, listed, path, positive_number
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
+from tpbso_casadi.facade.robots import robot_key
 from tpbso_casadi.figures.palette import FORMATS
 from tpbso_casadi.scenario import (
     InputFolder,
     ScenarioError,
-    UrdfFiles,
+    SpatialRobotSection,
+    read_table,
     read_text,
 )
 from tpbso_casadi.storage import OutputError, check_file, check_writable, write_text, writing
 
 NOT_STATED = "-"
+FOLDER = InputFolder(Path(), outside_allowed=True)
 
 
 def print_list(robots: Sequence[tuple[str, RobotDescription]], console: OutputConsole) -> None:
@@ -73,6 +75,9 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     if robot.covers:
         console.say("")
         print_covers(robot, console)
+    if robot.postures:
+        console.say("")
+        console.print_table("named postures, rad or m", _postures(robot))
     for link, file in robot.unread:
         console.say(f"note: link {link!r}: its mesh {file} is not read")
     for note in (*robot.notes, *robot.gaps):
@@ -147,6 +152,13 @@ def _motors(robot: RobotDescription) -> Table:
     return table
 
 
+def _postures(robot: RobotDescription) -> Table:
+    table = table_of(word("name"), *(number(joint.name) for joint in robot.chain.joints))
+    for name, values in robot.postures.items():
+        table.add_row(name, *map(_shown, values))
+    return table
+
+
 def _spheres(spheres: Sequence[Sphere]) -> Table:
     table = table_of(word("link"), number("spheres"), number("smallest radius"), number("largest radius"))
     for link in dict.fromkeys(sphere.name for sphere in spheres):
@@ -185,12 +197,19 @@ def parser() -> OneLineParser:
     )
     for command in (listing, shown, covering):
         add_verbose(command, default=argparse.SUPPRESS)
-    shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{listed(BUILT_IN)}, or a file")
-    covering.add_argument("robot", metavar="FILE.urdf", help="a file")
+    files = "a URDF, or the folder of a configuration of MoveIt"
+    shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{listed(BUILT_IN)}, {files}")
+    covering.add_argument("robot", metavar="FILE.urdf", help=files)
     for command in (shown, covering):
         command.add_argument("--base-link", metavar="LINK", help=defaulting("what stands still", "the root"))
         command.add_argument(
             "--tip-link", metavar="LINK", help=defaulting("the end of the chain", "a robot's usual one")
+        )
+        command.add_argument(
+            "--group", metavar="NAME", help=defaulting("the group of a configuration of MoveIt", "its only arm")
+        )
+        command.add_argument(
+            "--limits", metavar="FILE", help=defaulting("limits of joints, a joint_limits.yaml", "those of the robot")
         )
         command.add_argument(
             "--package",
@@ -200,6 +219,13 @@ def parser() -> OneLineParser:
             help=defaulting(
                 "where package://NAME/ is", "what ROS_PACKAGE_PATH and AMENT_PREFIX_PATH say, or above the file"
             ),
+        )
+        command.add_argument(
+            "--xacro-argument",
+            action="append",
+            default=[],
+            metavar="NAME=VALUE",
+            help=defaulting("an argument of a file of xacro", "that of the file"),
         )
         command.add_argument(
             "--overhang",
@@ -279,37 +305,39 @@ def described(options: argparse.Namespace) -> RobotDescription:
         InvalidProblem: it cannot be.
         ScenarioError: a file cannot be read.
     """
-    if options.robot in BUILT_IN:
-        if options.base_link is not None:
-            raise InvalidProblem("base_link", "a robot that is built in has its own")
-        description = built_in(options.robot, options.tip_link)
-    else:
-        description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
+    table = robot_table(options)
+    description = table.description()
     if options.spheres is None:
-        return description if options.robot in BUILT_IN else with_covers(description, options)
+        return description if table.urdf is None else with_covers(description, table, options)
     try:
         return description.with_spheres(read_spheres(read_text(options.spheres), description.links))
     except InvalidProblem as error:
         raise ScenarioError(f"{options.spheres}: {error}") from error
 
 
-def with_covers(description: RobotDescription, options: argparse.Namespace) -> RobotDescription:
-    """A robot with covers of its links; without, and a note that says why, where a mesh is not read.
+def robot_table(options: argparse.Namespace) -> SpatialRobotSection:
+    """The table of the robot of the options, with the texts of its files.
 
     Raises:
-        ScenarioError: ``--package`` names no folder.
+        ScenarioError: it cannot be, or a file cannot be read.
     """
+    keys = {key: getattr(options, key) for key in ("base_link", "tip_link", "group", "limits")}
+    stated = {key: value for key, value in keys.items() if value is not None}
+    stated |= {"packages": pairs_of("--package", options.package, "FOLDER")}
+    stated |= {"xacro_arguments": pairs_of("--xacro-argument", options.xacro_argument, "VALUE")}
+    return read_table(SpatialRobotSection, "robot", robot_key(options.robot) | stated).with_texts(FOLDER)
+
+
+def with_covers(
+    description: RobotDescription, table: SpatialRobotSection, options: argparse.Namespace
+) -> RobotDescription:
+    """A robot with covers of its links; without, and a note that says why, where a mesh is not read."""
     try:
-        covers, notes = description.new_covers(files(options).mesh, *overhangs(options))
+        covers, notes = description.new_covers(table.meshes(FOLDER), *overhangs(options))
     except InvalidProblem as error:
         return replace(description, notes=(*description.notes, error.reason))
     more = (f"link {note.link!r}: mesh {note.file} {note.note}" for note in notes)
     return replace(description.with_covers(covers), notes=(*description.notes, *more))
-
-
-def files(options: argparse.Namespace) -> UrdfFiles:
-    """The files that the URDF of the options names."""
-    return UrdfFiles(InputFolder(Path(), outside_allowed=True), options.robot, packages(options))
 
 
 def overhangs(options: argparse.Namespace) -> tuple[float | None, float | None]:
@@ -317,17 +345,22 @@ def overhangs(options: argparse.Namespace) -> tuple[float | None, float | None]:
     return options.overhang, options.fine_overhang
 
 
-def packages(options: argparse.Namespace) -> dict[str, str]:
-    """The folders of packages, by their names.
+def pairs_of(option: str, stated: Sequence[str], value: str) -> dict[str, str]:
+    """Split the words NAME=VALUE of an option that may be repeated.
+
+    Args:
+        option: its name.
+        stated: what follows it, each time.
+        value: what it states of a name, in a word.
 
     Raises:
-        ScenarioError: one is not stated as NAME=FOLDER.
+        ScenarioError: one is not stated as NAME=VALUE.
     """
-    pairs = [stated.partition("=") for stated in options.package]
-    wrong = next((stated for stated, pair in zip(options.package, pairs, strict=True) if not all(pair)), None)
+    pairs = [each.partition("=") for each in stated]
+    wrong = next((each for each, pair in zip(stated, pairs, strict=True) if not all(pair)), None)
     if wrong is not None:
-        raise ScenarioError(f"--package {wrong}: NAME=FOLDER is needed")
-    return {name: folder for name, _, folder in pairs}
+        raise ScenarioError(f"{option} {wrong}: NAME={value} is needed")
+    return {name: meant for name, _, meant in pairs}
 
 
 def spheres(options: argparse.Namespace) -> int:
@@ -336,8 +369,9 @@ def spheres(options: argparse.Namespace) -> int:
         check_file(options.out)
         check_writable(options.out.parent)
     try:
-        description = read_urdf(read_text(Path(options.robot)), options.base_link, options.tip_link)
-        covers, _ = description.new_covers(files(options).mesh, *overhangs(options))
+        table = robot_table(options)
+        description = table.description()
+        covers, _ = description.new_covers(table.meshes(FOLDER), *overhangs(options))
         description = description.with_covers(covers)
     except InvalidProblem as error:
         raise ScenarioError(f"{options.robot}: {error}") from error
