@@ -56,7 +56,8 @@ def read_urdf(
     robot = document(text)
     stated = Tree.of(robot)
     tree = stated.locked(locked or {})
-    group = None if srdf is None else srdf.group_of(tree, group)
+    if srdf is not None and (group is not None or tip_link is None):
+        group = srdf.group_of(tree, group)
     if srdf is not None and group is not None and tip_link is None:
         base, tip_link = srdf.ends(tree, group)
         base_link = base_link or base

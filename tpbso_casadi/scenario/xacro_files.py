@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Lock
 from types import ModuleType
-from typing import Any
-from unittest.mock import patch
 
 from tpbso_casadi.plain import one_line
 from tpbso_casadi.scenario.packages import RobotFiles
@@ -59,7 +58,7 @@ def expanded(path: Path, arguments: Mapping[str, str | float | bool], files: Rob
         packages.append(files.package(name, packages[0]).absolute())
         return str(packages[-1])
 
-    with ONE_AT_A_TIME, patch.dict(sys.modules, _index(find)):
+    with ONE_AT_A_TIME, _index(find):
         xacro.all_includes.clear()
         try:
             text = str(xacro.process_file(str(path.absolute()), mappings=given, verbosity=0).toxml())
@@ -81,9 +80,20 @@ def _word(value: str | float | bool) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _index(find: Any) -> dict[str, ModuleType]:
-    """The modules of ROS in which xacro looks for packages, which find them in our way."""
+@contextmanager
+def _index(find: Callable[[str], str]) -> Iterator[None]:
+    """Let the modules of ROS in which xacro looks for packages find them in our way.
+
+    What is imported meanwhile stays: a second copy of a module has other classes.
+    """
     index, packages = ModuleType("ament_index_python"), ModuleType("ament_index_python.packages")
     packages.get_package_share_directory = find  # type: ignore[attr-defined]
-    index.packages = packages  # type: ignore[attr-defined]
-    return {index.__name__: index, packages.__name__: packages}
+    ours = {module.__name__: module for module in (index, packages)}
+    theirs = {name: sys.modules[name] for name in ours if name in sys.modules}
+    sys.modules.update(ours)
+    try:
+        yield
+    finally:
+        for name in ours:
+            del sys.modules[name]
+        sys.modules.update(theirs)

@@ -65,6 +65,12 @@ def test_what_a_group_plans(srdf: str, of: str | None, ends: str, joints: str) -
     assert " ".join(joint.name for joint in chain.joints) == joints
 
 
+def test_a_tip_needs_no_group() -> None:
+    srdf = group() + group('<joint name="slide"/>', "short") + state("up", turn=1, slide=0.3)
+    description = read_urdf(ARM, tip_link="jib", srdf=read_srdf(f"<robot>{srdf}</robot>"))
+    assert description.chain.tip_link == "jib" and description.postures == {"up": (1.0, 0.3)}
+
+
 def test_joints_between_those_of_a_group_may_be_locked() -> None:
     chain = read(group('<joint name="turn"/><joint name="grip"/>'), slide=0.4).chain
     assert [joint.name for joint in chain.joints] == ["turn", "grip"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from helpers.running import status
 import tpbso_casadi as tp
 from tpbso_casadi import ScenarioError, parse_scenario, read_scenario
 from tpbso_casadi.cli.commands import robots
+from tpbso_casadi.scenario import RobotFiles
 
 LIMITS = "joint_limits: {turn: {max_acceleration: 4.0}, lift: {max_acceleration: 3.0}}"
 SRDF = """<robot name="short"><group name="arm"><chain base_link="foot" tip_link="hand"/></group>
@@ -95,6 +97,16 @@ def test_the_same_in_python_in_degrees_and_of_a_urdf_with_an_srdf() -> None:
     task = read_scenario("deg.toml").table()["task"]
     assert task["start"] == {"joints": [0.1, -0.2]} and task["goal"][1]["joints"] == pytest.approx(np.deg2rad([30, 10]))
     assert tp.retime([[0.1, -0.2], [0.5, 0.5]], CONFIG).certified
+
+
+def test_postures_stand_in_stages_and_simulations_too() -> None:
+    stages = '[task]\nkind = "sequence"\nstart = "ready"\nstages = [{ kind = "move", goal = "home", via = ["ready"] }]'
+    write("stages.toml", SCENARIO.partition("[task]")[0] + stages)
+    task = read_scenario("stages.toml").table()["task"]
+    assert task["start"] == task["stages"][0]["via"][0] == {"joints": [0.1, -0.2]}
+    assert task["stages"][0]["goal"] == {"joints": [1.0, 0.5]}
+    write("moving.toml", SCENARIO + '[simulation]\ngoals = ["home", "ready"]\n')
+    assert read_scenario("moving.toml").table()["simulation"]["goals"][0] == {"joints": [1.0, 0.5]}
 
 
 def test_files_are_those_of_the_folder_unless_keys_or_the_assistant_name_others() -> None:
@@ -194,6 +206,21 @@ def test_xacro_of_a_configuration_has_its_arguments() -> None:
     tips = [np.asarray(robot.model.skeleton(np.zeros((1, 2))))[0, -1] for robot in robots]
     assert tips[0] == pytest.approx([0.5, 0.0, 1.4]) and tips[1] == pytest.approx([0.5, 0.0, 0.4])
     assert tp.plan(robots[0], **ENDS).certified
+
+
+def test_what_is_imported_while_xacro_expands_stays_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a module is there twice, and the classes of one are none of the other's."""
+    pytest.importorskip("xacro")
+    before = RobotFiles.package
+
+    def package(files: RobotFiles, name: str, beside: Path) -> Path:
+        import_module("colorsys")
+        return before(files, name, beside)
+
+    monkeypatch.delitem(sys.modules, "colorsys", raising=False)
+    monkeypatch.setattr(RobotFiles, "package", package)
+    expand()
+    assert "colorsys" in sys.modules and "ament_index_python" not in sys.modules
 
 
 @pytest.mark.parametrize(
