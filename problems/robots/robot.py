@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import (
+    ANGLES,
     COORDINATES,
     FloatArray,
     InvalidProblem,
@@ -29,6 +30,8 @@ from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Payload
 from problems.robots.joints import JointLimits, Joints
 from problems.robots.tool import LastFrame, Tool
+
+RANGE_ROUNDING = 1e-9  # of the range of a joint without ends
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,6 +108,15 @@ class Robot(Parametric, ABC):
             identifiers=tuple(f"joint_{joint}" for joint in numbers),
             units=("rad",) * self.dof,
         )
+
+    @property
+    def endless(self) -> tuple[bool, ...]:
+        """Whether each joint turns without end: values a whole turn apart are one posture."""
+        ranges = self.limits.position or (ANGLES,) * self.dof
+        errors = self.joint_errors or (0.0,) * self.dof
+        reach = (high - low + 2.0 * error for (low, high), error in zip(ranges, errors, strict=True))
+        whole = (1.0 - RANGE_ROUNDING) * (ANGLES[1] - ANGLES[0])
+        return tuple(unit == "rad" and each >= whole for unit, each in zip(self.joints.units, reach, strict=True))
 
     @property
     def base(self) -> tuple[float, ...]:

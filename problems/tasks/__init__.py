@@ -20,13 +20,24 @@ from problems.tasks.path_following import (
     ToolTracing,
     times_at,
 )
-from problems.tasks.place import ANGLE_TOLERANCE, Choice, Elbow, Joints, Place, Position, elbow_signs, narrow_elbow
+from problems.tasks.place import (
+    ANGLE_TOLERANCE,
+    Choice,
+    Elbow,
+    Joints,
+    Place,
+    Position,
+    Turns,
+    elbow_signs,
+    narrow_elbow,
+)
 from problems.tasks.point_to_point import PointToPoint
 from problems.tasks.pose import Pose
 from problems.tasks.recorded import RecordedMotion
 from problems.tasks.sequence import Sequence
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
 from problems.tasks.tool_path import Arc, Corners, StraightLine, ToolCurve, ToolPath
+from problems.tasks.turns import ShortTurns
 
 __all__ = [
     "ANGLE_TOLERANCE",
@@ -54,6 +65,7 @@ __all__ = [
     "ProgressMeasure",
     "RecordedMotion",
     "Sequence",
+    "ShortTurns",
     "SpaceTracing",
     "StraightLine",
     "Surroundings",
@@ -61,6 +73,7 @@ __all__ = [
     "ToolCurve",
     "ToolPath",
     "ToolTracing",
+    "Turns",
     "check_at_least",
     "check_choice",
     "check_obstacles",

@@ -120,6 +120,7 @@ class Move(Task):
         goal_acceleration: of the joints at t = T, likewise.
         total_time: bounds of T in s; None where nothing is promised.
         stay: how long after T the robot, which stands then, has to stay clear of obstacles that move, s.
+        notes: on how the statement was read, a line each.
 
     Raises:
         InvalidProblem: a place cannot be reached, or a field is not one of the above.
@@ -134,6 +135,7 @@ class Move(Task):
         "stay",
     )
     zero_is_structure: ClassVar[tuple[str, ...]] = ("stay",)
+    inert: ClassVar[tuple[str, ...]] = ("notes",)
 
     robot: Robot
     start: Place
@@ -147,6 +149,7 @@ class Move(Task):
     start_acceleration: tuple[float, ...] = ()
     goal_acceleration: tuple[float, ...] = ()
     stay: float = 0.0
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)

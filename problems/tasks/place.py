@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,7 @@ from problems.scene import Obstacle
 from problems.tasks.checks import check_holding, check_point, check_posture
 
 Elbow: TypeAlias = Literal["up", "down", "free"]
+Turns: TypeAlias = Literal["nearest", "exact"]
 
 
 def check_elbow(robot: Robot, elbow: Elbow) -> None:
@@ -254,13 +255,18 @@ class Joints(Place):
     Args:
         values: joint angles, dof of them, rad.
         within: how far from them a motion may pass, rad, of all joints together.
+        turns: which of the values a whole turn apart a scenario's move takes: ``exact`` those that are stated,
+            ``nearest`` those nearest to the posture before, within the ranges; None for the nearest of joints that turn
+            without end, and the stated ones of others.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("values",)
+    inert: ClassVar[tuple[str, ...]] = ("turns",)
     chosen_by_inverse_kinematics: ClassVar[bool] = False
 
     values: tuple[Angle, ...]
     within: float = 0.0
+    turns: Turns | None = None
 
     @property
     def unit(self) -> str:
@@ -268,6 +274,8 @@ class Joints(Place):
 
     def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
         """Check that there are as many angles as joints, within their limits, and that the posture is clear."""
+        if self.turns not in (None, *get_args(Turns)):
+            raise InvalidProblem(field, f"{name}turns: {self.turns!r} is not one of {', '.join(get_args(Turns))}")
         if len(self.values) != robot.dof:
             raise InvalidProblem(field, f"{name}{len(self.values)} joints for a robot of {robot.dof}")
         check_within(field, self.values, ANGLES, "rad", name)
@@ -301,7 +309,8 @@ class Joints(Place):
         return as_array(robot.tool.position(ca.DM([self.values]))).ravel()
 
     def table(self) -> dict[str, Any]:
-        return self._with_tolerance({"joints": [*map(float, self.values)]})
+        turns = {} if self.turns is None else {"turns": self.turns}
+        return self._with_tolerance({"joints": [*map(float, self.values)], **turns})
 
 
 @dataclass(frozen=True)

@@ -164,7 +164,8 @@ class Cell:
         scenario, robot = self.scenario, self.robot
         goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)))
         start = Joints(tuple(map(float, posture)))
-        task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias)
+        stated = {"goal": in_their_turns(goals), "via": in_their_turns(stage.vias)}
+        task = PointToPointTask(kind="point-to-point", start=start, **stated)
         further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
         margin = scenario.model.margin if stage.margin is None else stage.margin
         key = "arm" if scenario.arm is not None else "robot"
@@ -185,6 +186,13 @@ class Cell:
     def _concerns(self, pair: Sequence[str]) -> bool:
         """Whether a contact is one of the robot, as long as what it names stands around or is carried."""
         return sum(name in [obstacle.name for obstacle in self.obstacles] for name in pair) < 2
+
+
+def in_their_turns(places: Any) -> Any:
+    """Places of a sequence, whose joints have the values that are stated: stages before may end in several turns."""
+    if isinstance(places, list):
+        return [in_their_turns(place) for place in places]
+    return replace(places, turns="exact") if isinstance(places, Joints) else places
 
 
 def _posed(body: ObstacleSection, pose: Any) -> ObstacleSection:

@@ -24,7 +24,7 @@ from problems.assembly import Criteria, objective_named
 from problems.base import Count, InvalidTable
 from problems.families.via_times import INTERPOLATIONS, via_times
 from problems.limits import limits_of
-from problems.tasks import Elbow
+from problems.tasks import Elbow, ShortTurns
 from tpbso_casadi.scenario.catalogues import find_objective
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces
@@ -115,12 +115,14 @@ def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...
 
 def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Move:
     """Ours: places, any of several goals, vias, velocities at the ends."""
-    goals = table.goal if isinstance(table.goal, list) else [table.goal]
+    turns = ShortTurns(robot, table.start)
+    vias = turns.passed(table.via or ())
+    goals = turns.reached(table.goal if isinstance(table.goal, list) else [table.goal])
     return Move(
         robot,
         table.start,
-        tuple(goals),
-        tuple(table.via or ()),
+        goals,
+        vias,
         table.elbow,
         obstacles,
         tuple(table.start_velocity or ()),
@@ -129,6 +131,7 @@ def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]
         tuple(table.start_acceleration or ()),
         tuple(table.goal_acceleration or ()),
         table.stay or 0.0,
+        tuple(turns.notes),
     )
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from problems import InvalidProblem, Joints, Obstacle, Place, Position, Robot
 from problems.base import Angle, Count, InvalidTable, Range, ReadBy, at, reader, shown_value
-from problems.tasks import Pose
+from problems.tasks import Pose, Turns
 from tpbso_casadi.scenario.validation import (
     MOST_EVALUATIONS,
     MOST_LINKS,
@@ -79,10 +79,11 @@ class JointsTable(Section):
 
     joints: Annotated[list[Number], Count(1, MOST_LINKS)]
     within: NotNegative = 0.0
+    turns: Turns | None = None
 
     def built(self) -> Joints:
         """The posture that the table states."""
-        return Joints(tuple(self.joints), self.within)
+        return Joints(tuple(self.joints), self.within, self.turns)
 
 
 class PositionTable(Section):

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, TypeAlias,
 import casadi as ca
 import numpy as np
 
-from problems import InvalidProblem, Place, Robot
+from problems import InvalidProblem, Joints, Place, Robot
 from problems.base import Count, FloatArray, InvalidTable, Range, ReadBy, as_array, did_you_mean, flat, in_words
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, StraightLine, ToolCurve, ToolPath
@@ -133,6 +133,12 @@ class MoveStage(MovingStage):
     goal: AnyGoals
     via: AnyPlaces | None = None
     blend: Positive | None = None
+
+    def check(self) -> None:
+        for key, places in (("goal", self.goal), ("via", self.via or [])):
+            listed = places if isinstance(places, list) else [places]
+            if any(isinstance(place, Joints) and place.turns == "nearest" for place in listed):
+                raise InvalidTable("in a sequence joints have the values that are stated; leave turns out", key)
 
     def unlike(self, behind: Sequence[StageSection]) -> str | None:
         """Why it cannot be blended with the first of the stages behind it; None where it can."""
