@@ -95,7 +95,7 @@ def robot(model: AnyRobot, **keys: Any) -> StatedRobot:
             an object; or a robot that :func:`robot` made.
         keys: of the [robot] table, or of [arm] for link lengths, such as ``max_speed`` (one number or one a joint,
             rad/s), ``max_acceleration`` (rad/s^2), ``max_jerk`` (rad/s^3), ``joint_limits`` (k pairs, rad),
-            ``max_torque`` (N m), ``spheres``, ``payload``.
+            ``max_torque`` (N m), ``limits`` (a joint_limits.yaml), ``group``, ``spheres``, ``payload``.
 
     Raises:
         ScenarioError: naming the first wrong key, or a file that cannot be read.

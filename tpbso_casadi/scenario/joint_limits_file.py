@@ -42,7 +42,7 @@ class StatedLimits(Section):
     angle_wraparound: bool | None = None
 
     def check(self) -> None:
-        for kind in ("velocity", "acceleration", "jerk", "effort"):
+        for kind in ("velocity", "acceleration", "deceleration", "jerk", "effort"):
             key = f"max_{kind}"
             switch, value = getattr(self, f"has_{kind}_limits"), getattr(self, key)
             if switch and value is None:

@@ -74,6 +74,7 @@ def test_what_is_built_in_is_replaced_in_part() -> None:
         ("has_position_limits: false", "", "joint_limits: missing: none are known for joint 'turn'"),
         ("has_jerk_limits: true", "", "limits: joint_limits.turn.max_jerk: missing key; has_jerk_limits says"),
         ("max_velocity: 0.0", "", "limits: joint_limits.turn.max_velocity: 0, so it never moves"),
+        ("max_deceleration: 0", "", "limits: joint_limits.turn.max_deceleration: 0, so it never moves"),
         ("min_position: 3.0", "", "limits: joint_limits.turn.max_position: the range from 3 to 2 is empty"),
         ("max_velocty: 1.0", "", "limits: joint_limits.turn.max_velocty: unknown key; did you mean max_velocity?"),
         ("max_velocity: fast", "", "limits: joint_limits.turn.max_velocity: a number is needed, not 'fast'"),

@@ -75,9 +75,8 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     if robot.covers:
         console.say("")
         print_covers(robot, console)
-    if robot.postures:
-        console.say("")
-        console.print_table("named postures, rad or m", _postures(robot))
+    for name, values in robot.postures.items():
+        console.say(f"posture {name!r}: {', '.join(map(_shown, values))}")
     for link, file in robot.unread:
         console.say(f"note: link {link!r}: its mesh {file} is not read")
     for note in (*robot.notes, *robot.gaps):
@@ -149,13 +148,6 @@ def _motors(robot: RobotDescription) -> Table:
         part = NOT_STATED if most is None or joint.effort is None else f"{most / joint.effort:.0%}"
         values = (_shown(value) for value in (joint.effort, most))
         table.add_row(joint.name, *values, part, _shown(joint.damping), _shown(joint.friction))
-    return table
-
-
-def _postures(robot: RobotDescription) -> Table:
-    table = table_of(word("name"), *(number(joint.name) for joint in robot.chain.joints))
-    for name, values in robot.postures.items():
-        table.add_row(name, *map(_shown, values))
     return table
 
 
