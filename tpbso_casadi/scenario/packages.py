@@ -82,16 +82,16 @@ class RobotFiles:
             path = beside / name.removeprefix("file://")
             if not is_file(path):
                 raise ScenarioError("there is no such file")
-            return self.folder.checked(path)
+            return self.checked(path)
         package, _, rest = name.removeprefix(scheme).partition("/")
         places = list(self._places(package, beside))
-        for place, trusted in places:
+        for place in places:
             if is_file(place / rest):
-                return place / rest if trusted else self.folder.checked(place / rest)
+                return self.checked(place / rest)
         if not places:
             raise self._not_found(package, beside)
         cure = f"; {_cure(package)}" if package and package not in self.packages else ""
-        raise ScenarioError(f"there is no such file in {places[0][0]}{cure}")
+        raise ScenarioError(f"there is no such file in {places[0]}{cure}")
 
     def package(self, name: str, beside: Path) -> Path:
         """The folder of a package.
@@ -103,23 +103,35 @@ class RobotFiles:
         Raises:
             ScenarioError: it is nowhere, with the places that were searched, or may not be read.
         """
-        for place, trusted in self._places(name, beside):
+        for place in self._places(name, beside):
             if is_folder(place):
-                return place if trusted else self.folder.checked(place)
+                return self.checked(place)
         raise self._not_found(name, beside)
 
-    def _places(self, package: str, beside: Path) -> Iterator[tuple[Path, bool]]:
-        """Folders that are a package, the likeliest first, and whether the user's environment vouches for them."""
+    def checked(self, path: Path) -> Path:
+        """A path that may be read: in the folder of the scenario, or where the user's environment keeps packages.
+
+        Raises:
+            ScenarioError: it lies elsewhere.
+        """
+        place = Path(os.path.normpath(path.absolute()))
+        trusted = any(place.is_relative_to(root.absolute()) for root, _ in _roots())
+        return path if trusted else self.folder.checked(path)
+
+    def _places(self, package: str, beside: Path) -> Iterator[Path]:
+        """Folders that are a package, the likeliest first; for no name all in which the rest of a URL is looked for."""
         if package in self.packages:
-            yield self.folder.path / self.packages[package], False
+            yield self.folder.path / self.packages[package]
             return
-        roots = [(Path(root), inner) for variable, inner in PACKAGE_PATHS.items() for root in _folders_in(variable)]
-        for root, inner in roots if package else ():
-            yield from ((place, True) for place in _places_in(root / inner, package, DEEPEST))
+        if not package:
+            yield from self._above(beside)
+            return
+        for root, inner in _roots():
+            yield from _places_in(root / inner, package, DEEPEST)
             if inner and _is_package(root, package):
-                yield root, True
+                yield root
         for above in self._above(beside):
-            yield from ((place, False) for place in (_places_in(above, package, 1) if package else (above,)))
+            yield from _places_in(above, package, 1)
 
     def _above(self, beside: Path) -> list[Path]:
         """The folders in which packages are looked for, from two on upwards, each once."""
@@ -140,8 +152,10 @@ def _cure(package: str) -> str:
     return f'packages = {{ {package} = "FOLDER" }} says where'
 
 
-def _folders_in(variable: str) -> list[str]:
-    return list(filter(None, os.environ.get(variable, "").split(os.pathsep)))
+def _roots() -> list[tuple[Path, str]]:
+    """The folders in which the user's environment keeps packages, and where in them."""
+    names = ((os.environ.get(variable, ""), inner) for variable, inner in PACKAGE_PATHS.items())
+    return [(Path(name), inner) for listed, inner in names for name in listed.split(os.pathsep) if name]
 
 
 def _places_in(root: Path, package: str, deepest: int) -> Iterator[Path]:

@@ -52,11 +52,9 @@ def expanded(path: Path, arguments: Mapping[str, str | float | bool], files: Rob
     except ImportError as error:
         raise ScenarioError(f"{path}: {MISSING}") from error
     given = _Arguments({name: _word(value) for name, value in arguments.items()})
-    packages = [path.absolute().parent]
 
     def find(name: str) -> str:
-        packages.append(files.package(name, packages[0]).absolute())
-        return str(packages[-1])
+        return str(files.package(name, path.parent).absolute())
 
     with ONE_AT_A_TIME, _index(find):
         xacro.all_includes.clear()
@@ -66,10 +64,9 @@ def expanded(path: Path, arguments: Mapping[str, str | float | bool], files: Rob
             raise ScenarioError(
                 f"{path}: cannot be expanded: {one_line(str(error)) or type(error).__name__}"
             ) from error
-        included = [Path(name).resolve() for name in xacro.all_includes]
+        included = [Path(name) for name in xacro.all_includes]
     for file in included:
-        if not any(file.is_relative_to(package.resolve()) for package in packages):
-            files.folder.checked(file)
+        files.checked(file)
     if given.unused and all_known:
         known = ", ".join(name for name in given if name not in given.unused) or "none"
         raise ScenarioError(f"{path}: has no argument {min(given.unused)!r}; there are {known}")

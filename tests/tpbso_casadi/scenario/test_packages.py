@@ -111,3 +111,15 @@ def test_packages_outside_the_scenarios_folder_need_leave_unless_the_environment
     assert files(inner, outside_allowed=True).package("arm_description", tmp_path) == place
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     assert files(inner).path(MESH) == place / "meshes" / "a.stl"
+
+
+def test_a_path_that_leaves_the_packages_of_the_environment_needs_leave(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package_at(tmp_path / "packages" / "arm_description")
+    (tmp_path / "secret").write_text("none of theirs")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "packages"))
+    found = files(tmp_path / "scenario")
+    assert found.path("package://arm_description/../arm_description/meshes/a.stl").exists()
+    with pytest.raises(ScenarioError, match="lies outside the scenario's folder; --allow-outside-files"):
+        found.path("package://arm_description/../../secret")
