@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
-from problems import InvalidProblem, Joints, Obstacle, Place, Position, Robot
+from problems import InvalidProblem, Joints, Place, Position
 from problems.base import Angle, Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.tasks import Pose, Turns
 from tpbso_casadi.scenario.validation import (
@@ -32,14 +32,6 @@ class NamedPosture(Joints):
     values: tuple[Angle, ...] = ()
     name: str = field(kw_only=True)
 
-    def check(self, robot: Robot, obstacles: Sequence[Obstacle], field: str, name: str = "") -> None:
-        """Refuse it: no file of the robot states postures.
-
-        Raises:
-            InvalidProblem: always.
-        """
-        raise InvalidProblem(field, f"{name}no posture {self.name!r}: an srdf or a moveit_config names postures")
-
     def table(self) -> Any:
         return self.name
 
@@ -56,8 +48,8 @@ def with_postures(value: Any, postures: Mapping[str, tuple[float, ...]]) -> Any:
     """
     if isinstance(value, NamedPosture):
         if value.name not in postures:
-            known = f"there are {', '.join(postures)}" if postures else "the robot's files state none of all its joints"
-            raise InvalidTable(f"no posture {value.name!r}; {known}")
+            known = f"; there are {', '.join(postures)}" if postures else ": an srdf or a moveit_config names postures"
+            raise InvalidTable(f"no posture {value.name!r}{known}")
         return Joints(postures[value.name])
     if isinstance(value, list):
         places = []

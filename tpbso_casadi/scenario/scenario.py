@@ -9,7 +9,7 @@ import logging
 import os
 import pathlib
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
@@ -245,19 +245,23 @@ class Scenario(FileSection):
         Raises:
             InvalidTable: they name none of these.
         """
-        table = self.robot_table
-        if not isinstance(table, SpatialRobotSection) or table.srdf_text is None:
-            return self
         try:
-            postures = table.description().postures
-        except InvalidProblem:  # said when it is built
+            postures = self._postures
+        except InvalidProblem:  # said when the robot is built
             return self
-        parts = {"task": self.task, "simulation": self.simulation}
-        found = {}
+        parts, found = {"task": self.task, "simulation": self.simulation}, {}
         for key, part in parts.items():
             with at(key):
                 found[key] = with_postures(part, postures)
         return self.replaced(**{key: part for key, part in found.items() if part != parts[key]})
+
+    @property
+    def _postures(self) -> Mapping[str, tuple[float, ...]]:
+        """The postures that the robot's files name, of all joints, rad or m."""
+        table = self.robot_table
+        if not isinstance(table, SpatialRobotSection) or table.srdf_text is None:
+            return {}
+        return table.description().postures
 
     @property
     def robot_table(self) -> ArmSection | RobotSection | SpatialRobotSection:
