@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import pi
+from typing import TypeGuard
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class ShortTurns:
 
     def __init__(self, robot: Robot, start: Place) -> None:
         self._robot = robot
-        self._before = np.array(start.values) if isinstance(start, Joints) else None
+        self._before = np.array(start.values) if self._is_posture(start) else None
         self.notes: list[str] = []
 
     def passed(self, vias: Sequence[Place]) -> tuple[Place, ...]:
@@ -40,7 +41,7 @@ class ShortTurns:
         found: list[Place] = []
         for number, via in enumerate(vias):
             found.append(self._turned(via, f"via[{number}]"))
-            if isinstance(found[-1], Joints):
+            if self._is_posture(found[-1]):
                 self._before = np.array(found[-1].values)
         return tuple(found)
 
@@ -50,8 +51,12 @@ class ShortTurns:
             self._turned(goal, f"goal[{number}]" if len(goals) > 1 else "goal") for number, goal in enumerate(goals)
         )
 
+    def _is_posture(self, place: Place) -> TypeGuard[Joints]:
+        """Whether a place states as many joints as there are; others are refused by the move."""
+        return isinstance(place, Joints) and len(place.values) == self._robot.dof
+
     def _turned(self, place: Place, name: str) -> Place:
-        if not isinstance(place, Joints) or self._before is None or len(place.values) != self._robot.dof:
+        if self._before is None or not self._is_posture(place):
             return place
         stated, nearest = np.array(place.values), self._nearest(np.array(place.values))
         endless = np.array(self._robot.endless)

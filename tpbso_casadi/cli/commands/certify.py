@@ -63,7 +63,6 @@ def parser() -> OneLineParser:
         "2: bad input.",
         examples=[
             "plan.yaml --robot panda --scene cell.toml",
-            "joint_trajectory.csv --robot arm.toml --interpolation linear --json",
             "log.csv --robot ur5e --columns 'clock=t,axis*_deg=q*' --unit deg --time-unit ms",
             "runs/first --payload 2.0 --no-plots --out runs/with-payload",
         ],
