@@ -215,18 +215,41 @@ class BSpline:
             orders: of the derivatives that are given, (N,); zero by default.
         """
         order = np.zeros(parameters.size, dtype=np.intp) if orders is None else np.array(orders)
-        last = np.clip(np.searchsorted(t, parameters, side="right") - 1, degree, t.size - degree - 2)
+        last = _last_functions(t, parameters, degree)
         rows = np.empty((parameters.size, degree + 1))
         for each in np.unique(order):
             chosen = order == each
             rows[chosen] = basis_functions(t, parameters[chosen], degree, last[chosen], int(each)).T
-        return cls(t, _banded_solution(last - degree, rows, values), degree)
+        largest = np.abs(rows).max(axis=1, keepdims=True)  # reflections round by the largest of all: derivatives are
+        return cls(t, _banded_solution(last - degree, rows / largest, values / largest, parameters.size), degree)
+
+    @classmethod
+    def near(cls, t: FloatArray, parameters: FloatArray, values: FloatArray, degree: int) -> BSpline:
+        """The spline nearest to values at parameters in the least squares, exactly at the first and at the last.
+
+        Args:
+            t: knots, the first and the last of them ``degree + 1`` times, with parameters between any two others.
+            parameters: increasing, from the first to the last knot.
+            values: at these, (n, k).
+            degree: of the spline.
+        """
+        last, count = _last_functions(t, parameters, degree), t.size - degree - 1
+        rows, right = basis_functions(t, parameters, degree, last, 0).T, values.copy()
+        ends = np.zeros((2, degree + 1))
+        ends[0, 0] = ends[1, -1] = 1.0
+        rows[[0, -1]], places = ends, last[:, None] - degree + np.arange(degree + 1)
+        for column, value in ((0, values[0]), (count - 1, values[-1])):  # coefficients that are known
+            held = np.where(places == column, rows, 0.0)
+            held[[0, -1]] = 0.0
+            right -= held.sum(axis=1, keepdims=True) * value
+            rows -= held
+        return cls(t, _banded_solution(last - degree, rows, right, count), degree)
 
     def __call__(self, at: ArrayLike, derivative: int = 0) -> FloatArray:
         """Values or derivatives at parameters of any shape s: (*s, ...)."""
         places = np.asarray(at, dtype=np.float64)
         flat = places.ravel()
-        last = np.clip(np.searchsorted(self.t, flat, side="right") - 1, self.k, self.t.size - self.k - 2)
+        last = _last_functions(self.t, flat, self.k)
         functions = basis_functions(self.t, flat, self.k, last, derivative)
         value = np.zeros((flat.size, *self.c.shape[1:]))
         for number, each in enumerate(functions):
@@ -243,17 +266,21 @@ class BSpline:
         return BSpline(t, c, k)
 
 
-def _banded_solution(first: NDArray[np.intp], rows: FloatArray, right: FloatArray) -> FloatArray:
-    """The unknowns (N, k) of N equations, block by block of unknowns, by reflections.
+def _last_functions(t: FloatArray, parameters: FloatArray, degree: int) -> NDArray[np.intp]:
+    """The number of the last B-spline that is not zero at each parameter."""
+    return np.clip(np.searchsorted(t, parameters, side="right") - 1, degree, t.size - degree - 2)
+
+
+def _banded_solution(first: NDArray[np.intp], rows: FloatArray, right: FloatArray, count: int) -> FloatArray:
+    """The unknowns (N, k) of equations, in the least squares, block by block of unknowns, by reflections.
 
     Args:
-        first: number of the first unknown in each equation, not decreasing, (N,).
-        rows: coefficients of that and the next unknowns, (N, w).
-        right: sides, (N, k).
+        first: number of the first unknown in each equation, not decreasing, (n,).
+        rows: coefficients of that and the next unknowns, (n, w).
+        right: sides, (n, k).
+        count: of the unknowns.
     """
-    largest = np.abs(rows).max(axis=1, keepdims=True)  # reflections round by the largest of all: derivatives are larger
-    rows, right = rows / largest, right / largest
-    (count, width), k = rows.shape, right.shape[1]
+    width, k = rows.shape[1], right.shape[1]
     carried, known, triangles = np.empty((0, width - 1 + k)), 0, []
     for begin in range(0, count, BLOCK):
         size = min(BLOCK, count - begin)

@@ -1,17 +1,20 @@
-"""A smooth path through as few rows of a recording as keep it near the lines between them all."""
+"""A smooth path near the rows of a recording, proven to be near the lines between them all."""
 
 from __future__ import annotations
 
+from contextlib import suppress
 from itertools import pairwise
 
 import numpy as np
 
-from problems.base import FloatArray, InvalidProblem
+from problems.base import BSpline, FloatArray, InvalidProblem, taylor_coefficients
 from problems.motions import JointPath
 from problems.timing.following import deviation
 
 SAME_ROW = 1e-9  # of the whole length: rows that are no farther apart are one
 ROW_SHARE = 0.5  # of the tolerance, that the path may be from rows; the rest is for what is between them
+SPLINE_DEGREE = 5
+LEAST_ROWS = 8  # between two knots, of a spline in the least squares
 LEAST_SHARE = 1e-3  # of it, below which no more rows are tried
 
 
@@ -28,10 +31,10 @@ def distinct_rows(rows: FloatArray) -> FloatArray:
 
 
 def fitted_path(rows: FloatArray, tolerance: float) -> JointPath:
-    """The spline of degree 5 through some of the rows, proven to be within a tolerance of the lines between them all.
+    """A spline of degree 5, proven to be within a tolerance of the lines between all rows; it begins and ends on them.
 
-    Rows where it is farthest away are added, one between each two that it passes, until it is near all of them. Its
-    parameter is the length along the lines.
+    It is the nearest in the least squares, which evens out noise, with as few knots as do; where none is near enough,
+    it runs through some of the rows. Its parameter is the length along the lines.
 
     Args:
         rows: (n, k), rad, each elsewhere than the one before.
@@ -43,6 +46,33 @@ def fitted_path(rows: FloatArray, tolerance: float) -> JointPath:
     if not 0.0 < tolerance < np.inf:
         raise InvalidProblem("tolerance", f"{tolerance:g} is not a positive number, in rad")
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows, axis=0), axis=1))])
+    line = JointPath.through(rows[[0, -1]], lengths[[0, -1]])
+    if deviation(line, rows) <= tolerance:
+        return line
+    with suppress(np.linalg.LinAlgError):  # rows too near each other to say anything between two knots
+        even = _evened(rows, lengths, tolerance)
+        if even is not None:
+            return even
+    return _through_some(rows, lengths, tolerance)
+
+
+def _evened(rows: FloatArray, lengths: FloatArray, tolerance: float) -> JointPath | None:
+    """The spline in the least squares, whose intervals are halved where it is far away; None where none is near."""
+    chosen = np.array([0, len(rows) - 1])
+    while (np.diff(chosen) >= LEAST_ROWS).all():
+        knots = lengths[chosen]
+        spline = BSpline.near(np.pad(knots, SPLINE_DEGREE, mode="edge"), lengths, rows, SPLINE_DEGREE)
+        path = JointPath(knots, taylor_coefficients(spline, knots[:-1], SPLINE_DEGREE))
+        far = np.flatnonzero(np.abs(path.at(lengths) - rows).max(axis=1) > ROW_SHARE * tolerance)
+        if not far.size:
+            return path if deviation(path, rows) <= tolerance else None
+        intervals = np.unique(np.clip(np.searchsorted(chosen, far, side="right") - 1, 0, len(chosen) - 2))
+        chosen = np.union1d(chosen, (chosen[intervals] + chosen[intervals + 1]) // 2)
+    return None
+
+
+def _through_some(rows: FloatArray, lengths: FloatArray, tolerance: float) -> JointPath:
+    """The spline through rows, of which those where it is farthest away are added until it is near all of them."""
     chosen, share = np.array([0, len(rows) - 1]), ROW_SHARE
     while True:
         path = JointPath.through(rows[chosen], lengths[chosen])

@@ -65,7 +65,7 @@ def retime(
             obstacles and margin are judged too and whose unit is that of waypoints, tolerance and speeds. That of the
             plan, where the path is one; another one begins and ends at rest, unless speeds are stated.
         interpolation: of waypoints: ``spline``; ``blend``, straight lines with rounded corners; or ``fit``, for
-            recordings, a smooth path through as few of them as keep it near the lines between all.
+            recordings, a smooth path near the lines between them, in which noise is evened out.
         tolerance: how far a blend or a fitted path may leave the lines, rad; with 0 the corners of a blend are stops.
         start_speed: ``|dq/dt|`` at the start, along the path, rad/s; 0, or that of the plan.
         goal_speed: at the end.

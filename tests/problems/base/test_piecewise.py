@@ -130,3 +130,16 @@ def test_the_least_value_is_found_as_by_scipy(seed: int) -> None:
 
     known = minimize_scalar(function, bounds=(low, high), method="bounded", options={"xatol": resolution})
     assert bounded_minimum(function, low, high, resolution) == (float(known.x), float(known.fun))
+
+
+def test_splines_in_the_least_squares_are_those_of_dense_equations() -> None:
+    rng, degree = np.random.default_rng(3), 5
+    inner = np.sort(rng.uniform(0.1, 0.9, 30))
+    t = np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
+    at, values = np.linspace(0.0, 1.0, 700), rng.standard_normal((700, 2))
+    design = SciPySpline.design_matrix(at, t, degree).toarray()
+    right = values[1:-1] - design[1:-1, [0]] * values[0] - design[1:-1, [-1]] * values[-1]
+    expected = np.linalg.lstsq(design[1:-1, 1:-1], right, rcond=None)[0]
+    ours = BSpline.near(t, at, values, degree)
+    np.testing.assert_allclose(ours.c, np.vstack([values[0], expected, values[-1]]), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(ours(np.array([0.0, 1.0])), values[[0, -1]], atol=1e-14)

@@ -32,6 +32,16 @@ def test_a_fitted_path_is_near_the_lines_between_all_rows(seed: int, tolerance: 
     assert np.abs(path.at(u) - lines).max() <= tolerance
 
 
+def test_noise_is_evened_out() -> None:
+    exact = recording(0, 3_000)
+    noisy = exact + 1e-4 * np.random.default_rng(0).standard_normal(exact.shape)
+    path = fitted_path(noisy, 1e-3)
+    assert path.breakpoints.size < 80  # a spline through rows needs several hundred
+    knots = path.at(path.breakpoints)
+    nearest = np.abs(knots[:, None] - exact[None]).max(axis=2).min(axis=1)
+    assert nearest[1:-1].max() < 3e-4
+
+
 def test_rows_that_no_smooth_path_is_near_are_refused() -> None:
     corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     with pytest.raises(

@@ -67,8 +67,8 @@ def parser() -> OneLineParser:
         type=not_negative,
         metavar="TOL",
         help=defaulting(
-            "for recordings: a smooth path through as few rows as keep it within TOL of the lines between all, in the "
-            "unit of the robot",
+            "for recordings: a smooth path within TOL of the lines between all rows, noise evened out, in the unit of "
+            "the robot",
             "none",
         ),
     )
