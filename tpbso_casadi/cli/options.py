@@ -304,7 +304,10 @@ def add_row_file(group: Group, *, clock: bool = True, bag: bool = True, start: b
             "--start",
             type=numbers,
             metavar="Q1,Q2,...",
-            help=defaulting("where the joints stand before the first row, in the unit of the rows", "in the first row"),
+            help=defaulting(
+                "where the joints stand before the first row, in the unit of the rows; --start=-1,... with a minus",
+                "in the first row",
+            ),
         )
     if bag:
         group.add_argument("--topic", metavar="NAME", help=defaulting("of a bag: the one that is read", "the only one"))
