@@ -27,14 +27,15 @@ class LinkCoverSettings:
         coarse_overhang: overhang, m, of the balls for searches.
         coarse_share: the same as a share of the reach, where that is less.
         fine_overhang: overhang, m, of the balls for proofs.
-        standing_share: overhang as a share of the size of what no joint moves, if that is more, as mobile bases
-            are large.
+        usual_size: m: of a larger link that a joint moves, overhangs are larger in proportion, and so is the arm.
+        standing_size: the same of what no joint moves, as mobile bases are large.
     """
 
     coarse_overhang: float = 0.02
     coarse_share: float = 0.03
     fine_overhang: float = 0.002
-    standing_share: float = 0.01
+    usual_size: float = 1.0
+    standing_size: float = 0.2
 
 
 SETTINGS = LinkCoverSettings()
@@ -97,9 +98,9 @@ def cover_link(
         link: its name.
         shapes: of its collision geometry.
         read: the content of a mesh's file.
-        overhang: of the coarse balls, m.
-        fine_overhang: of the fine balls, m.
-        stands: whether no joint moves it: if it is large too, so are its balls.
+        overhang: of the coarse balls, m; more of a large link.
+        fine_overhang: of the fine balls, m; more of a large link.
+        stands: whether no joint moves it, so that a smaller link counts as large.
 
     Raises:
         InvalidProblem: ``urdf`` names a mesh that cannot be read or covered, with the reason in one line.
@@ -120,9 +121,9 @@ def cover_link(
     return LinkCover(link, overhang, coarse, fine), notes
 
 
-def _overhang(triangles: FloatArray, least: float, stands: bool) -> float:
+def _overhang(triangles: FloatArray, usual: float, stands: bool) -> float:
     size = float(np.linalg.norm(np.ptp(triangles, axis=(0, 1))))
-    return max(least, SETTINGS.standing_share * least / SETTINGS.fine_overhang * size) if stands else least
+    return usual * max(1.0, size / (SETTINGS.standing_size if stands else SETTINGS.usual_size))
 
 
 @contextmanager

@@ -26,7 +26,7 @@ int core_cover(int count, const double* corners, double overhang, const double* 
     using namespace core::covers;
     try {
         Settings own;
-        static_assert(sizeof own == 10 * sizeof(double), "an array of numbers is settings");
+        static_assert(sizeof own == 11 * sizeof(double), "an array of numbers is settings");
         std::memcpy(&own, settings, sizeof own);
         const std::vector<Triangle> triangles = triangles_of(count, corners);
         const std::optional<Cover> cover = Body(triangles, overhang, own).cover();

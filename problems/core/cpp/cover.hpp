@@ -15,8 +15,8 @@ namespace core::covers {
 
 // As `CoverSettings` in Python, which says what they are.
 struct Settings {
-    double quantum, largest_voxel, most_voxels, aligned_share, thinning, sample_depth, coarseness, most_rounds, most_balls,
-        directions;
+    double quantum, usual_voxel, voxel_share, most_voxels, aligned_share, thinning, sample_depth, coarseness, most_rounds,
+        most_balls, directions;
 };
 
 struct Cover {
@@ -89,7 +89,7 @@ private:
         Bounds bounds = Bounds::none();
         for (const Triangle& triangle : triangles)
             for (const Place& corner : triangle.corner) bounds.include(corner);
-        double voxel = std::min(overhang, settings.largest_voxel);
+        double voxel = std::min(overhang, std::max(settings.usual_voxel, settings.voxel_share * overhang));
         const auto count = [&] {
             double product = 1.0;
             for (int axis = 0; axis < 3; ++axis) product *= (bounds.high[axis] - bounds.low[axis]) / voxel + 6.0;
@@ -226,7 +226,7 @@ private:
 // The volume of balls and body over that of the body, by points of a lattice: bits of those in balls, and which of them the
 // body encloses.
 inline double Body::volume_ratio(const std::vector<Ball>& balls) const {
-    const double step = std::max(lattice.voxel, settings.largest_voxel);
+    const double step = std::max(lattice.voxel, settings.usual_voxel);
     Bounds bounds = Bounds::none();
     for (const Ball& own : balls) bounds.include(own.bounds());
     long shape[3];

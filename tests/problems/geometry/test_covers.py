@@ -68,6 +68,13 @@ def test_what_is_inside_counts_as_solid() -> None:
     assert cover.balls.radii.max() > 0.03
 
 
+def test_a_body_of_more_points_than_are_counted_for_each_ball_is_held() -> None:
+    large = 1.5 * BOX
+    cover = new_cover_of(large, 0.004)
+    assert not len(unheld(large, cover.balls)) and len(cover.balls) < 600
+    assert cover.largest_overhang <= 0.004 + QUANTUM
+
+
 def test_a_hole_of_a_hundredth_of_a_millimetre_is_found() -> None:
     """Two balls that meet on a segment, then not any more."""
     line = np.array([[[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 1e-9, 0.0]]])

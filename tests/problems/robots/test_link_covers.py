@@ -9,6 +9,8 @@ import pytest
 from problems.base import InvalidProblem
 from problems.geometry import box_corners, cover_of
 from problems.robots import LinkCover, covers_text, read_covers
+from problems.robots.link_covers import cover_link
+from problems.robots.shapes import BoxShape
 
 COVER = cover_of(box_corners((0.06, 0.06, 0.1)), 0.02)
 TEXT = covers_text([LinkCover("one", 0.02, None, COVER), LinkCover("two", 0.01, COVER, COVER)])
@@ -34,3 +36,12 @@ def test_anything_else_is_refused_in_one_line(text: str) -> None:
     with pytest.raises(InvalidProblem, match=r"^covers?: ") as error:
         read_covers(text)
     assert "\n" not in str(error.value)
+
+
+def test_spheres_of_large_links_stick_out_in_proportion() -> None:
+    """Of a bar of 2 m twice as far as of one up to 1 m; of one that stands, ten times."""
+    for length, stands, share in ((0.9, False, 1.0), (2.0, False, 2.0), (2.0, True, 10.0)):
+        bar = BoxShape(sizes=(0.1, 0.1, length))
+        fine = cover_link("bar", [bar], lambda mesh: b"", 0.02, 0.01, stands)[0].fine
+        assert fine is not None
+        assert 0.009 * share < fine.largest_overhang <= 0.01 * share * 1.01
