@@ -3,6 +3,7 @@
 from problems.tasks.checks import (
     Surroundings,
     check_at_least,
+    check_bodies,
     check_choice,
     check_obstacles,
     least_clearances,
@@ -75,6 +76,7 @@ __all__ = [
     "ToolTracing",
     "Turns",
     "check_at_least",
+    "check_bodies",
     "check_choice",
     "check_obstacles",
     "closed_curve",

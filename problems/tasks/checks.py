@@ -50,6 +50,17 @@ def check_at_least(field: str, value: int | None, least: int, what: str = "") ->
         raise InvalidProblem(field, f"{value} is fewer than {least}{what}")
 
 
+def check_bodies(robot: Robot) -> None:
+    """Check that a body of the robot moves, which obstacles could touch.
+
+    Raises:
+        InvalidProblem: ``obstacles`` could touch nothing of the robot.
+    """
+    if not robot.bodies.levers.any():
+        reason = "no collision geometry of a link that moves is known, so that nothing could be kept clear of them"
+        raise InvalidProblem("obstacles", f"{reason}; state spheres of the robot, or leave them out")
+
+
 def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
     """Check that obstacles and robot are all in the plane or in space, and that a fixed base is clear.
 
@@ -58,9 +69,8 @@ def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
     Raises:
         InvalidProblem: one is of another dimension, or encloses the base; or nothing of the robot could touch any.
     """
-    if obstacles and not robot.bodies.levers.any():
-        reason = "no collision geometry of a link that moves is known, so that nothing could be kept clear of them"
-        raise InvalidProblem("obstacles", f"{reason}; state spheres of the robot, or leave them out")
+    if obstacles:
+        check_bodies(robot)
     for number, obstacle in enumerate(obstacles, start=1):
         if obstacle.dim != robot.dim:
             name = f"obstacle {number}, {type(obstacle.unmoved).__name__} at {obstacle.place}"

@@ -23,9 +23,9 @@ BARE = """<robot><link name="a"/><link name="b"/><joint name="j" type="revolute"
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 
-def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[str]:
-    """The lines of a command that succeeds."""
-    assert status(main, *arguments) == 0
+def printed(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> list[str]:
+    """The lines of a command with this exit status."""
+    assert status(main, *arguments) == code
     return capsys.readouterr().out.splitlines()
 
 
@@ -60,13 +60,14 @@ def test_a_urdf_with_spheres_of_its_own_or_of_another_file(capsys: pytest.Captur
     assert lines[-1][:3] == ["note:", "joint", "'grip'"]
     lines = cells(printed(capsys, "show", "arm.urdf", "--tip-link", "tool0", "--spheres", "spheres.toml"))
     assert ["mast", "1", "0.05", "0.05"] in lines
-    assert ["j", "20", "9.81", "49%", "0", "0"] in cells(printed(capsys, "show", "rod.urdf"))
+    assert ["j", "20", "9.81", "49%", "0", "0"] in cells(printed(capsys, "show", "rod.urdf", code=1))
 
 
 def test_what_nothing_is_known_of_is_shown_all_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     Path("bare.urdf").write_text(BARE.format(origin='<origin xyz="0 0 1"/>'))
-    out = "\n".join(printed(capsys, "show", "bare.urdf", "--tip-link", "b", "--figure", "bare.png"))
+    out = "\n".join(printed(capsys, "show", "bare.urdf", "--tip-link", "b", "--figure", "bare.png", code=1))
     assert "no collision spheres: nothing is kept clear" in out
+    assert "a plan among obstacles is refused: no collision geometry of a link that moves is known" in out
     assert "note: no position limits stated for j" in out
     assert "note: no masses stated for b: torques are unknown" in out
     assert Path("bare.png").stat().st_size > 1_000
@@ -97,8 +98,9 @@ def test_meshes_have_covers_and_spheres_that_are_listed_and_written(
     shown = "\n".join(printed(capsys, "show", str(urdf.with_name("touching.urdf")), "--pairs"))
     assert 'disabled_pairs = [["lower", "upper"]]' in shown
     (tmp_path / "bars" / "meshes" / "upper.stl").unlink()
-    shown = " ".join(" ".join(printed(capsys, "show", str(urdf))).split())
+    shown = " ".join(" ".join(printed(capsys, "show", str(urdf), code=1)).split())
     assert "note: link 'upper': its mesh package://bars/meshes/upper.stl is not read" in shown
+    assert "a plan among obstacles is refused: link 'lower': its mesh package://bars/meshes/lower.stl" in shown
     assert "there is no such file in " in shown and "; packages = { bars = " in shown
     assert main(["spheres", str(urdf)]) == 2
     assert capsys.readouterr().err.startswith(f"error: {urdf}: urdf: link 'upper': its mesh ")

@@ -20,10 +20,12 @@ from problems.robots import (
     RobotDescription,
     Sphere,
     built_in,
+    complete_arm,
     largest_holding_torques,
     read_spheres,
     written_spheres,
 )
+from problems.tasks import check_bodies
 from tpbso_casadi.cli.command import Exit, OneLineParser, add_verbose, command_parser, run_command
 from tpbso_casadi.cli.options import defaulting, listed, path, positive_number
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
@@ -258,7 +260,7 @@ def robots(options: argparse.Namespace) -> int:
 
 
 def show(options: argparse.Namespace) -> int:
-    """Print a robot, and draw it if that is wished; returns the exit status."""
+    """Print a robot, and draw it if that is wished; returns the exit status: 1 if obstacles are refused for it."""
     if options.figure is not None:
         check_figure(options.figure)
     try:
@@ -268,6 +270,9 @@ def show(options: argparse.Namespace) -> int:
             print_pairs(description, OutputConsole())
     except InvalidProblem as error:
         raise ScenarioError(f"{options.robot}: {error}") from error
+    reason = refusal(description)
+    if reason is not None:
+        OutputConsole().say(f"a plan among obstacles is refused: {reason}")
     if options.figure is not None:
         if not description.spheres and description.reach == 0.0:
             raise ScenarioError(f"{options.robot}: there is nothing to draw: all of it is in one point")
@@ -275,7 +280,16 @@ def show(options: argparse.Namespace) -> int:
 
         with writing(options.figure.parent):
             draw_robot(options.figure, description)
-    return Exit.FEASIBLE
+    return Exit.FEASIBLE if reason is None else Exit.INFEASIBLE
+
+
+def refusal(description: RobotDescription) -> str | None:
+    """The reason why no plan among obstacles is made for the robot as it is; None where there is none."""
+    try:
+        check_bodies(complete_arm(description, description.drawn))
+    except InvalidProblem as error:
+        return error.reason
+    return None
 
 
 def check_figure(file: Path) -> None:
