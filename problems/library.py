@@ -101,7 +101,7 @@ SIGNATURES = {
     ),
     "core_through": (
         COUNT,
-        (COUNT, COUNT, COUNT, *(POINTER,) * 4, COUNT, NUMBER, NUMBER, COUNT, *(POINTER,) * 7),
+        (COUNT, COUNT, COUNT, *(POINTER,) * 4, COUNT, NUMBER, COUNT, *(POINTER,) * 5, COUNT, *(POINTER,) * 8),
     ),
 }
 

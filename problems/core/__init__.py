@@ -18,7 +18,7 @@ from problems.core.interface import ClosestPair, ClosestPairs, Nearby, PathSearc
 from problems.core.linear_program import LinearProgram
 from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
-from problems.core.segments import SegmentCells, SegmentMotion, Stops
+from problems.core.segments import Guards, SegmentCells, SegmentMotion, Stops
 from problems.core.trust_region import Step, TrustRegion
 from problems.core.world import CONNECT, MOST_ITEMS, CompiledWorld, known_robot
 
@@ -31,6 +31,7 @@ __all__ = [
     "CompiledWorld",
     "CoreExpression",
     "Dynamics",
+    "Guards",
     "LinearProgram",
     "MotionNumbers",
     "Nearby",

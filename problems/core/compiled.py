@@ -17,7 +17,7 @@ from problems.core.asked import AskedSolids
 from problems.core.description import RobotNumbers, described
 from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofRequest, ProofResult, Separation
 from problems.core.rows import ProgramData, WholeRows
-from problems.core.segments import SegmentCells, SegmentMotion, Stops
+from problems.core.segments import Guards, SegmentCells, SegmentMotion, Stops
 from problems.library import IS_CLEAR, loaded_core, needed_core
 from problems.robots import Bounds, SpatialArm
 
@@ -89,19 +89,25 @@ class Core:
         answers.check()
         return path[: count if count <= MOST_STOPS else 0].copy()
 
-    def pass_through(self, stops: Stops, cells: SegmentCells, start: SegmentMotion) -> tuple[SegmentMotion, bool]:
+    def pass_through(
+        self, stops: Stops, cells: SegmentCells, guards: Guards, start: SegmentMotion
+    ) -> tuple[SegmentMotion, bool]:
         """The motion of least time through places, from another one, and whether it is a solution."""
         segments, joints = len(stops.places) - 1, stops.places.shape[1]
-        given = _numbers(stops.places, stops.middles, stops.limits, stops.ends)
+        given = _numbers(stops.places, stops.limits, stops.ends, stops.turns)
         rows: list[NDArray[Any]] = [
             *_whole_numbers(cells.orders, cells.first),
-            *_numbers(cells.weights, cells.bends),
+            *_numbers(cells.weights, cells.bends, cells.ranges),
+        ]
+        guarded: list[NDArray[Any]] = [
+            *_whole_numbers(guards.segments, guards.first),
+            *_numbers(guards.slopes, guards.by_log_duration, guards.least),
         ]
         found = SegmentMotion(*(np.array(part, dtype=np.float64, order="C") for part in start))
         solved = self.library.core_through(
-            len(stops.limits) - 1, segments, joints, *(part.ctypes.data for part in given), cells.count, stops.price,
-            stops.range_share, len(cells.orders), *(part.ctypes.data for part in rows),
-            *(part.ctypes.data for part in found),
+            len(stops.limits), segments, joints, *(part.ctypes.data for part in given), cells.count, stops.price,
+            len(cells.orders), *(part.ctypes.data for part in rows), len(guards.least),
+            *(part.ctypes.data for part in guarded), *(part.ctypes.data for part in found),
         )  # fmt: skip
         return found, bool(solved)
 

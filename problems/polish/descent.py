@@ -367,7 +367,8 @@ class DeviationPolish:
         n, k = shares.shape
         slopes = self.torques.slopes(state).reshape(n * k, -1, k)
         sample, values = np.repeat(np.arange(n), k), shares.ravel()
-        weights, by_time = slopes_of(states, sample, slopes, state, around.duration)
+        chosen_weights, durations = [part.weights[sample] for part in states], np.full(sample.size, around.duration)
+        weights, by_time = slopes_of(chosen_weights, slopes, state[sample], durations)
         reach = np.abs(weights).sum(axis=(1, 2)) * trust
         parts = []
         for sign in (1.0, -1.0):
@@ -389,7 +390,10 @@ class DeviationPolish:
         by_angles = np.abs(slopes[:, :, 0]).sum(axis=2) * trust
         reach = np.where(self.expressions.is_static, by_angles, self.settings.expression_threshold)
         sample, row = np.nonzero(-around.expressions < reach)
-        weights, by_time = slopes_of(states, sample, slopes[sample, row], state, around.duration)
+        weights, by_time = slopes_of(
+            [part.weights[sample] for part in states], slopes[sample, row], state[sample],
+            np.full(sample.size, around.duration),
+        )  # fmt: skip
         first = states[0].first[sample] - self.motions.fixed
         price = np.full(sample.size, self.settings.expression_price)
         return WholeRows(first, weights, by_time, -around.expressions[sample, row], price)

@@ -16,10 +16,11 @@ from problems.motions import Trajectory
 from problems.polish.descent import DeviationPolish, Iterate
 from problems.polish.deviation import JUST_BEFORE, Deviations, direct_motion
 from problems.polish.expression_limits import ExpressionLimits
+from problems.polish.guarded import Draft
 from problems.polish.objective import PolishObjective
 from problems.polish.passages import Passages
 from problems.polish.samples import PolishSamples
-from problems.polish.settings import DEFAULT_REFINEMENT, RefinementSettings
+from problems.polish.settings import DEFAULT_GUARDED, DEFAULT_REFINEMENT, GuardedSettings, RefinementSettings
 from problems.polish.spline import PIECES
 from problems.polish.torques import JointTorques
 from problems.robots import JointLimits, Robot
@@ -201,6 +202,16 @@ class PathRefinement:
         """The known motion, or that which all others deviate from, polished; None where the result is not proven."""
         refined = self._refined(next(self._initial_motions(0)), np.inf)
         return None if refined is None else self._trajectory(refined)
+
+    def drafts(self, seed: int, settings: GuardedSettings = DEFAULT_GUARDED) -> Iterator[Draft]:
+        """Drafts of motions with a duration for each segment: near the known one, then along paths that are found."""
+        if self.known is not None:
+            pieces = (self.known.breakpoints.size - 1) // (len(self._stops) - 1)
+            yield Draft.of_motion(self.known, self.known.breakpoints[::pieces])
+        for number in range(settings.ways):
+            parts = self._connected_parts(settings.ways * seed + number, TimeWindow(0.0, self.motions.direct.duration))
+            if parts is not None:
+                yield Draft.along(parts, self.motions.limits)
 
     # One motion: polished, repaired, proven
 
@@ -400,6 +411,11 @@ class PathRefinement:
 
     def _connected(self, seed: int, window: TimeWindow) -> FloatArray | None:
         """A path through all stops, (m, dof), rad; None where none is found."""
+        parts = self._connected_parts(seed, window)
+        return None if parts is None else np.concatenate(parts)
+
+    def _connected_parts(self, seed: int, window: TimeWindow) -> list[FloatArray] | None:
+        """Paths (m, dof) from each stop to the next one, rad; None where one is not found."""
         lengths = np.linalg.norm(np.diff(self._stops, axis=0), axis=1)
         shares = np.append(0.0, np.cumsum(lengths)) / max(lengths.sum(), np.finfo(float).tiny)
         times = window.begin + shares * (window.end - window.begin)
@@ -409,4 +425,4 @@ class PathRefinement:
             if part is None:
                 return None
             parts.append(part)
-        return np.concatenate(parts)
+        return parts

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.limits import stay_shares
@@ -121,21 +120,20 @@ def state_of(states: Sequence[PostureRows], padded: FloatArray, duration: float)
 
 
 def slopes_of(
-    states: Sequence[PostureRows], sample: NDArray[np.intp], slopes: FloatArray, state: FloatArray, duration: float
+    weights: Sequence[FloatArray], slopes: FloatArray, state: FloatArray, durations: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Slopes by control points, (m, 4, k), and by the duration, (m,), of values with slopes (m, 3, k) by the state.
+    """Slopes by control points, (m, w, k), and by the duration, (m,), of values with slopes (m, 3, k) by the state.
 
     Args:
-        states: postures and their derivatives.
-        sample: in which of the postures, (m,).
+        weights: of control points in angles and their derivatives by the parameter, (m, w) each.
         slopes: by angles, velocities and accelerations.
-        state: of all postures, (n, 3 k).
-        duration: of the motion, s.
+        state: angles, velocities and accelerations, (m, 3 k).
+        durations: of that of which the parameter is the share, (m,), s.
     """
     k = slopes.shape[2]
-    by_points, by_time = np.zeros((len(sample), 4, k)), np.zeros(len(sample))
-    for order, part in enumerate(states):
-        by_points += part.weights[sample][:, :, None] * (slopes[:, order] / duration**order)[:, None, :]
-        change = -order / duration * state[sample, order * k : (order + 1) * k]
+    by_points, by_time = np.zeros((*weights[0].shape, k)), np.zeros(len(slopes))
+    for order, own in enumerate(weights):
+        by_points += own[:, :, None] * (slopes[:, order] / durations[:, None] ** order)[:, None, :]
+        change = -order / durations[:, None] * state[:, order * k : (order + 1) * k]
         by_time += np.einsum("mk,mk->m", slopes[:, order], change)
     return by_points, by_time

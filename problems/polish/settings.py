@@ -9,7 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from problems.core import TrustRegion
+from problems.timing import ThroughSettings
 
+AMONG_OBSTACLES = ThroughSettings(first_cells=16, levels=3)
 CONTROL_POINT_REGION = TrustRegion(
     first=0.25, least=2e-3, largest=0.4, growth=2.0, shrinkage=0.35, rejection=0.35, good=0.6, poor=0.15,
     patience=2, least_gain=3e-4, least_promise=3e-5,
@@ -286,20 +288,64 @@ class RephasingSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PinnedSettings:
-    """Settings of the fastest motions through a few postures of a known one.
+class GuardedSettings:
+    """Settings of the fastest motions past obstacles near a known one.
 
     Args:
-        rough_levels: of the search for the postures.
-        most_pins: motions that are tried, each through one posture more.
-        samples: postures between two that are passed, of which one is chosen.
-        shortest: share of the known duration between two postures where no other one is put.
+        through: settings of motions through postures; cells are as many as distances need.
+        margin: clearance on top of the margins, m.
+        share_at_places: of what places have, where that is less.
+        margin_growth: of that clearance, where a motion is not proven.
+        attempts: with more clearance each.
+        programs: in a row on one grid.
+        radius: by which angles may change in the first of them, rad.
+        later_radius: the same on a finer grid, and where more samples have joined, rad.
+        shrinking: of that radius, after a program that made things worse.
+        least_radius: below which the search ends, rad.
+        most_asked: share of what angles can change in an excess, by which a program is asked to make it smaller.
+        torque_share: of their limits that torques keep at samples.
+        near: share of a limit below it from which programs know torques and expressions.
+        samples_per_cell: in which distances, torques and expressions are kept.
+        proof_samples_per_cell: in which they are examined at last; where they are broken, samples join the others.
+        allowed_share: of a margin that may be lacking there.
+        least_range: of an angle, rad.
+        reach: clearance of the pairs that programs know, and that which counts as much as all of a limit, m.
+        most_guards: rows of distances, the nearest of all.
+        price: shares of the duration that so much too little clearance costs.
+        most_lacking: share of the reach that is lacking on the first grid, above which a draft is given up.
+        worthwhile: share of the duration that a program has to gain so that another one follows.
+        draft_samples: postures of each segment of a draft.
+        ways: paths past obstacles that are tried, besides the fastest motion without obstacles.
+        near_bound: times the duration of that, below which no other path is tried.
+        good_enough: times that duration, below which the polish is not tried as well.
     """
 
-    rough_levels: int = 2
-    most_pins: int = 16
-    samples: int = 50
-    shortest: float = 0.01
+    through: ThroughSettings = AMONG_OBSTACLES
+    margin: float = 2e-3
+    share_at_places: float = 0.5
+    margin_growth: float = 2.0
+    attempts: int = 2
+    programs: int = 16
+    radius: float = 0.2
+    later_radius: float = 0.05
+    shrinking: float = 0.35
+    least_radius: float = 1e-3
+    most_asked: float = 0.5
+    torque_share: float = 0.995
+    near: float = 0.25
+    samples_per_cell: int = 2
+    proof_samples_per_cell: int = 8
+    allowed_share: float = 0.5
+    least_range: float = 1e-6
+    reach: float = 0.05
+    most_guards: int = 150
+    price: float = 0.5
+    most_lacking: float = 0.1
+    worthwhile: float = 3e-4
+    draft_samples: int = 100
+    ways: int = 2
+    near_bound: float = 1.02
+    good_enough: float = 1.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -328,4 +374,4 @@ DEFAULT_REFINEMENT = RefinementSettings()
 DEFAULT_NEARBY = NearbySettings()
 DEFAULT_REPHASING = RephasingSettings()
 DEFAULT_FREE_ENDS = FreeEndsSettings()
-DEFAULT_PINNED = PinnedSettings()
+DEFAULT_GUARDED = GuardedSettings()

@@ -13,15 +13,18 @@ from problems.timing.free_space import (
 )
 from problems.timing.from_motion import MotionState, fastest_duration, fastest_move, fastest_stop, least_duration
 from problems.timing.retime import retime
+from problems.timing.segment_grid import SegmentGrid
 from problems.timing.settings import ThroughSettings
 from problems.timing.speed_profile import SpeedProfile
-from problems.timing.through import apart, fastest_through, peak_shares
+from problems.timing.through import Passing, apart, fastest_through, peak_shares
 from problems.timing.through_bound import least_through
 
 __all__ = [
     "AccelerationPieces",
     "MotionState",
+    "Passing",
     "Phasing",
+    "SegmentGrid",
     "SpeedProfile",
     "ThroughSettings",
     "apart",

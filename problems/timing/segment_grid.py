@@ -112,23 +112,43 @@ class SegmentGrid:
         flat = found.reshape(self.segments, self.points, -1)
         return np.ascontiguousarray(self.smoothed(flat).reshape(found.shape).transpose(0, 2, 3, 1))
 
-    def limited(self, speed_shares: tuple[float, ...], ranges: bool) -> SegmentCells:
-        """The rows at which limits are kept, and ranges of joints where these matter.
+    def cells_of(self, segment: NDArray[np.intp], u: FloatArray) -> NDArray[np.intp]:
+        """The cells in which parameters (n,) of segments (n,) lie, (n,)."""
+        return np.asarray((self.knots[segment, 1:-1] <= u[:, None]).sum(axis=1))
+
+    def weights_at(self, segment: NDArray[np.intp], u: FloatArray, order: int) -> FloatArray:
+        """Weights of a cell's control points in a derivative by u at parameters (n,) of segments, (n, degree + 1)."""
+        last = segment * self._all_knots.shape[1] + self.cells_of(segment, u) + self.degree
+        return np.asarray(basis_functions(self._all_knots.ravel(), u, self.degree, last, order).T)
+
+    def at_angles(self) -> tuple[FloatArray, NDArray[np.intp]]:
+        """Weights where angles are limited, (segments, rows, degree + 1), and first points: middles, ends of cells."""
+        weights = [self.at_shares(0.5, 0), self.at_shares(0.0, 0)[:, 1:]]
+        return np.concatenate(weights, axis=1), np.concatenate([np.arange(self.cells), np.arange(1, self.cells)])
+
+    def limited(self, speed_shares: tuple[float, ...], ranges: FloatArray | None = None) -> SegmentCells:
+        """The rows at which limits are kept.
 
         Args:
             speed_shares: shares of a cell where speeds are, besides the end of the last.
-            ranges: whether angles are limited, at the inner ends and in the middles of cells.
+            ranges: middles of angles where these are examined, and half their ranges, (segments, rows, 2, k), rad, or
+                the same for all, (2, k); None where angles are not limited.
         """
         d, n, every = self.degree, self.cells, np.arange(self.cells)
         sampled = [(d, 0.5, every), *((1, share, every) for share in speed_shares), (1, 1.0, every[-1:])]
         if d == 3:
             sampled += [(2, 0.0, every), (2, 1.0, every[-1:])]
-        if ranges:
-            sampled += [(0, 0.5, every), (0, 0.0, every[1:])]
         weights = [self.at_shares(share, order)[:, cells] for order, share, cells in sampled]
         orders = np.concatenate([np.full(cells.size, order) for order, _, cells in sampled])
         first = np.concatenate([cells for _, _, cells in sampled])
-        return SegmentCells(n, orders, first, np.concatenate(weights, axis=1), self.bends)
+        if ranges is None:
+            return SegmentCells(n, orders, first, np.concatenate(weights, axis=1), self.bends, np.empty(0))
+        angles, own = self.at_angles()
+        every_range = np.broadcast_to(ranges, (*angles.shape[:2], *ranges.shape[-2:]))
+        return SegmentCells(
+            n, np.append(orders, np.zeros_like(own)), np.append(first, own),
+            np.concatenate([*weights, angles], axis=1), self.bends, every_range,
+        )  # fmt: skip
 
     def refined(self, knots: FloatArray) -> tuple[SegmentGrid, FloatArray]:
         """The grid with more knots, (segments, cells + 1), and the matrix (segments, new points, points) to it."""
@@ -156,6 +176,19 @@ class SegmentGrid:
         chosen = np.argsort(-score, axis=1, kind="stable")[:, :count]
         middles = np.take_along_axis((self.knots[:, :-1] + self.knots[:, 1:]) / 2.0, chosen, axis=1)
         return np.sort(np.concatenate([self.knots, middles], axis=1), axis=1)
+
+    def fitted(self, points: FloatArray, u: FloatArray, values: FloatArray) -> FloatArray:
+        """Control points (segments, points, k), of which those between the ends are replaced: nearest to values.
+
+        Args:
+            points: of which as many at either end are kept as the degree.
+            u: parameters, (n,), more than there are control points.
+            values: at these, (segments, n, k).
+        """
+        d, rows = self.degree, self._values(np.tile(u, (self.segments, 1)))
+        rest = values - rows[..., :d] @ points[:, :d] - rows[..., -d:] @ points[:, -d:]
+        inner = np.stack([np.linalg.lstsq(row[:, d:-d], own)[0] for row, own in zip(rows, rest, strict=True)])
+        return np.concatenate([points[:, :d], inner, points[:, -d:]], axis=1)
 
     def _of_cells(self, points: FloatArray) -> FloatArray:
         """The control points of each cell, (segments, cells, degree + 1, k)."""

@@ -185,6 +185,7 @@ class ThroughSettings:
         corrections: motions that are tried until one keeps its limits, where no longer duration mends an excess.
         reserve: times an excess by which the next of them keeps more of a limit.
         least_reserve: share of a limit that the next of them keeps more, at least.
+        reserve_rises: share of a segment, next to a place at the end of a range, in which the reserve rises.
     """
 
     first_cells: int = 8
@@ -201,6 +202,7 @@ class ThroughSettings:
     corrections: int = 5
     reserve: float = 1.5
     least_reserve: float = 2e-4
+    reserve_rises: float = 0.25
 
 
 DEFAULT_THROUGH = ThroughSettings()

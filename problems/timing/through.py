@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from problems.base import FloatArray
-from problems.core import SegmentMotion, Stops, found_core
+from problems.core import Guards, SegmentMotion, Stops, found_core
 from problems.motions import Trajectory
 from problems.robots import JointLimits
 from problems.timing.free_space import least_durations
@@ -21,6 +21,7 @@ from problems.timing.segment_grid import SegmentGrid
 from problems.timing.settings import DEFAULT_THROUGH, ThroughSettings
 
 TIME_ROUNDING = 1e-9  # of a share of a limit
+AT_THE_END = 1e-12  # of half a range
 ANGLE_ROUNDING = 1e-10  # rad, of all joints together
 
 
@@ -127,7 +128,7 @@ class Passing:
 
     def motion(self) -> Trajectory | None:
         """The motion on the finest grid that keeps all limits; with ends in motion, or ranges, by keeping a reserve."""
-        settings, grid, start = self.settings, *self._stopping()
+        settings, grid, start = self.settings, *self._begun()
         start, is_solved = self._solved(grid, start)
         for _ in range(1, settings.levels):
             if self.segments * (grid.cells + settings.halved_cells) > settings.most_cells:
@@ -173,16 +174,35 @@ class Passing:
 
     @property
     def _stops(self) -> Stops:
-        position, k = self.limits.position, self.limits.dof
-        limits, middles = np.full((self.degree + 1, k), np.inf), np.zeros(k)
-        limits[1:] = self.limit_share * np.array(self.limits.by_order[: self.degree])
-        if position is not None and self.range_share is not None:
-            low, high = np.array(position).T
-            middles, limits[0] = (low + high) / 2.0, (high - low) / 2.0
-        price = self.settings.price if self.at_rest else self.settings.moving_price
-        return Stops(self.postures, middles, limits, self.ends, price, self.range_share or 1.0)
+        limits = self.limit_share * np.array(self.limits.by_order[: self.degree])
+        price, (middles, half) = self.settings.price if self.at_rest else self.settings.moving_price, self._ranges
+        beside = self.postures - middles
+        turns = np.where(np.abs(beside) >= (1.0 - AT_THE_END) * half, np.sign(beside), 0.0)
+        return Stops(self.postures, limits, self.ends, turns, price)
 
-    def _stopping(self) -> tuple[SegmentGrid, SegmentMotion]:
+    @property
+    def _ranges(self) -> FloatArray:
+        """The middles of the joints' ranges, and half of these, infinite where they do not matter, (2, k), rad."""
+        if self.limits.position is None or self.range_share is None:
+            return np.stack([np.zeros(self.limits.dof), np.full(self.limits.dof, np.inf)])
+        low, high = np.array(self.limits.position).T
+        return np.stack([(low + high) / 2.0, (high - low) / 2.0])
+
+    def angle_ranges(self, grid: SegmentGrid) -> FloatArray:
+        """The middles and halves of the ranges that angles keep in the rows of a grid, (segments, rows, 2, k), rad.
+
+        It is a share of the joints' ranges. Next to places beyond it the rest is less, as a joint leaves them at rest.
+        """
+        (middles, half), share, rises = self._ranges, self.range_share or 1.0, self.settings.reserve_rises
+        beyond, (weights, first) = np.abs(self.postures - middles) >= share * half, grid.at_angles()
+        point = (first + weights @ np.arange(self.degree + 1)) / (grid.points - 1)
+        kept = np.ones((*point.shape, self.limits.dof))
+        for there, passed in ((beyond[:-1], point), (beyond[1:], 1.0 - point)):
+            kept = np.minimum(kept, np.where(there[:, None], (passed[:, :, None] / rises) ** 2, 1.0))
+        kept_half = (1.0 - (1.0 - share) * kept) * half
+        return np.stack([np.broadcast_to(middles, kept_half.shape), kept_half], axis=2)
+
+    def _begun(self) -> tuple[SegmentGrid, SegmentMotion]:
         """A motion that stops at every posture, somewhat slower than it might be, on the first grid."""
         settings, d = self.settings, self.degree
         grid = SegmentGrid.even(self.segments, settings.first_cells, d)
@@ -190,7 +210,7 @@ class Passing:
         share[:, -d:] = 1.0
         share = SegmentGrid.even(1, settings.first_cells, d).smoothed(share)
         distances = np.diff(self.postures, axis=0)
-        cells, duration = grid.limited(settings.speed_shares, ranges=False), np.zeros(self.segments)
+        cells, duration = grid.limited(settings.speed_shares), np.zeros(self.segments)
         values = np.einsum("ma,ma->m", cells.weights[0], share[0, cells.first[:, None] + np.arange(d + 1), 0])
         for order, limit in enumerate(self.limits.by_order[:d], start=1):
             most = np.abs(values[cells.orders == order]).max()
@@ -202,10 +222,10 @@ class Passing:
     def _solved(self, grid: SegmentGrid, start: SegmentMotion) -> tuple[SegmentMotion, bool]:
         core = found_core()
         assert core is not None
-        cells = grid.limited(self.settings.speed_shares, self.range_share is not None)
-        return core.pass_through(self._stops, cells, start)
+        cells = grid.limited(self.settings.speed_shares, None if self.range_share is None else self.angle_ranges(grid))
+        return core.pass_through(self._stops, cells, Guards.none(self.degree, self.limits.dof), start)
 
-    def _points(self, grid: SegmentGrid, motion: SegmentMotion) -> FloatArray:
+    def points(self, grid: SegmentGrid, motion: SegmentMotion) -> FloatArray:
         """The control points of a motion, from the first posture of each segment, (segments, points, k), rad."""
         d, rates = self.degree, np.concatenate([self.ends[:1], motion.rates, self.ends[1:]])
         powers = motion.durations[:, None, None] ** np.arange(1, d)[:, None]
@@ -217,7 +237,7 @@ class Passing:
 
     def _finer(self, grid: SegmentGrid, motion: SegmentMotion) -> tuple[SegmentGrid, SegmentMotion]:
         """The motion on a grid with more cells, a little slower, so that a program begins inside its limits."""
-        points, d, slower = self._points(grid, motion), self.degree, self.settings.slower_again
+        points, d, slower = self.points(grid, motion), self.degree, self.settings.slower_again
         units = self.limits.by_order[d - 1] * motion.durations[:, None] ** d
         fine, matrix = grid.refined(grid.halved(points, units, self.settings.halved_cells))
         rates = motion.rates / slower ** np.arange(1, d)[:, None]
@@ -225,5 +245,5 @@ class Passing:
 
     def _trajectory(self, grid: SegmentGrid, motion: SegmentMotion) -> Trajectory:
         """The motion, from rest to rest as fast as limits allow."""
-        found = grid.trajectory(self.postures[:-1], self._points(grid, motion), motion.durations)
+        found = grid.trajectory(self.postures[:-1], self.points(grid, motion), motion.durations)
         return found.time_scaled(self.limits.time_scale(peak_shares(found, self.limits))) if self.at_rest else found

@@ -14,6 +14,7 @@ from problems import Trajectory
 from problems.core import (
     CoreExpression,
     Dynamics,
+    Guards,
     MotionNumbers,
     SegmentMotion,
     Separation,
@@ -82,8 +83,12 @@ def passing(core: Core, degree: int, joints: int, rng: np.random.Generator) -> b
     between = np.linspace(0.0, 1.0, grid.points)[degree:-degree, None]
     inner = places[:-1, None] + between * np.diff(places, axis=0)[:, None]
     start = SegmentMotion(np.zeros((2, degree - 1, joints)), inner, np.full(3, 5.0))
-    cells = grid.limited((0.0, 0.5), ranges=True)
-    return bits(*core.pass_through(Stops(places, np.zeros(joints), limits, ends, 50.0), cells, start)[0])
+    cells = grid.limited((0.0, 0.5), np.stack([np.zeros(joints), limits[0]]))
+    slopes = rng.uniform(-1.0, 1.0, (2, degree + 1, joints))
+    guards = Guards(np.array([0, 2]), np.array([3, 5]), slopes, np.array([0.1, -0.1]), np.full(2, -1.0))
+    return bits(
+        *core.pass_through(Stops(places, limits[1:], ends, np.zeros_like(places), 50.0), cells, guards, start)[0]
+    )
 
 
 def bits(*parts: np.ndarray) -> bytes:

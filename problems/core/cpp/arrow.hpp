@@ -1,5 +1,6 @@
 // A symmetric matrix in the shape of an arrow, and equations of it: one band for each joint, a border of columns that all
-// joints share, and a corner. Joints are lanes: those of one group take the same steps.
+// joints share, and a corner. Joints are lanes: those of one group take the same steps. The corner of the first columns
+// is negative definite: they are multipliers of rows in which joints come together.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -18,10 +19,10 @@ public:
     std::vector<double> corner, last;  // (columns, columns), of which what lies above the diagonal is not read; (columns,)
 
     // Entries of a row reach `reach` columns back. A border column is zero before the row where it begins.
-    Arrow(int size, int reach, int groups, std::vector<int> begins)
+    Arrow(int size, int reach, int groups, int negative, std::vector<int> begins)
         : right(size * groups), corner(begins.size() * begins.size()), last(begins.size()), size(size), reach(reach),
-          groups(groups), columns((int)begins.size()), begins(std::move(begins)), bands(size * (reach + 1) * groups),
-          border(columns * size * groups), inverse(size * groups) {}
+          groups(groups), negative(negative), columns((int)begins.size()), begins(std::move(begins)),
+          bands(size * (reach + 1) * groups), border(columns * size * groups), inverse(size * groups) {}
 
     void clear() {
         for (Vector* each : {&bands, &border, &right}) std::fill(each->begin(), each->end(), Lanes{});
@@ -42,7 +43,7 @@ public:
         for (int b = 0; b < columns; ++b) side(b, unknown, g) *= moves;
     }
 
-    // Whether there is a solution; the corner is shifted, but for its last column, until it is positive.
+    // Whether there is a solution; the rest of the corner is shifted, but for its last column, until it is positive.
     bool solve() {
         factor();
         for (int b = 0; b < columns; ++b) forward(&border[b * size * groups], begins[b]);
@@ -60,7 +61,7 @@ public:
     }
 
 private:
-    const int size, reach, groups, columns;
+    const int size, reach, groups, negative, columns;
     const std::vector<int> begins;
     Vector bands, border, inverse;  // the last of the pivots
 
@@ -116,6 +117,7 @@ private:
             for (int c = 0; c < b; ++c) last[b] -= l[b * columns + c] * last[c];
             last[b] /= l[b * columns + b];
         }
+        for (int b = 0; b < negative; ++b) last[b] = -last[b];
         for (int b = columns - 1; b >= 0; --b) {
             for (int c = b + 1; c < columns; ++c) last[b] -= l[c * columns + b] * last[c];
             last[b] /= l[b * columns + b];
@@ -123,15 +125,17 @@ private:
         return true;
     }
 
-    // The Cholesky factor of a matrix in its place; whether it has one.
+    // The factor L of L diag(-1, .., 1, ..) L' of a matrix in its place; whether it has one.
     bool factored(std::vector<double>& l, double shift) const {
         for (int b = 0; b < columns; ++b)
             for (int c = 0; c <= b; ++c) {
-                double& value = l[b * columns + c];
+                double &value = l[b * columns + c], *one = &l[b * columns], *other = &l[c * columns];
                 const double before = std::abs(value);
-                if (b == c && b < columns - 1) value += shift;
-                for (int d = 0; d < c; ++d) value -= l[b * columns + d] * l[c * columns + d];
-                if (b > c) value /= l[c * columns + c];
+                if (b == c && b >= negative && b < columns - 1) value += shift;
+                for (int d = 0; d < std::min(c, negative); ++d) value += one[d] * other[d];
+                for (int d = negative; d < c; ++d) value -= one[d] * other[d];
+                if (c < negative) value = -value;
+                if (b > c) value /= other[c];
                 else if (value > NO_PIVOT * before && std::isfinite(value)) value = std::sqrt(value);
                 else return false;
             }

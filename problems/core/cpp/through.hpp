@@ -18,8 +18,14 @@
 //
 // Where a place is at the end of a joint's range, the joint can only turn back there: its speed stays zero. Rows keep the
 // angles next to it within the range; an acceleration of a solution that leads out of it stays zero from then on.
+//
+// A guard is a row of all joints and the duration of a segment, h = a'c + b (tau - log T_0) >= l - sigma: what a distance
+// or a torque is to the first order. It would fill the bands. Its part D h'h'^T of the equations is instead a border
+// column, h'^T d - lambda / D = 0, that adds lambda h'.
 #pragma once
+#include <algorithm>
 #include <array>
+#include <numeric>
 
 #include "arrow.hpp"
 
@@ -30,20 +36,31 @@ struct PointRow {
     int order, first;
 };
 
-// Places (S + 1, k), middles of the ranges (k,), half of these and limits (D + 1, k) and derivatives at both ends
-// (2, D - 1, k). A limit that is not finite is none.
+// Places (S + 1, k), limits of the derivatives (D, k), derivatives at both ends (2, D - 1, k), and whether a joint is at
+// the upper end of its range at a place, 1, at the lower, -1, or at none, 0, (S + 1, k). A limit that is not finite is none.
 struct Stops {
     int segments, joints;
-    const double *places, *middles, *limits, *ends;
+    const double *places, *limits, *ends, *turns;
 };
 
-// Rows (m), their weights (S, m, D + 1), and phi_e of all K = N + D control points, (S, 2 ends, D - 1, K). Angles keep a
-// share of the ranges, but less of it next to places that are beyond it.
+// Rows (m), those of angles last, their weights (S, m, D + 1), phi_e of all K = N + D control points, (S, 2 ends, D - 1,
+// K), and the middles and halves of the ranges of angles, (S, rows of angles, 2, k).
 struct Cells {
     int count;
-    double price, range_share;
+    double price;
     std::vector<PointRow> rows;
-    const double *weights, *bends;
+    const double *weights, *bends, *ranges;
+
+    int angles() const {
+        return (int)std::count_if(rows.begin(), rows.end(), [](const PointRow& row) { return row.order == 0; });
+    }
+};
+
+// Guards (count,): segments, first control points, slopes by D + 1 of these (count, D + 1, k), slopes by tau, least h.
+struct Guards {
+    int count;
+    const int *segments, *first;
+    const double *slopes, *by_tau, *least;
 };
 
 // Most take less than 150; past 40 places near a line, some of them near each other, more than 1,000.
@@ -51,8 +68,6 @@ constexpr int THROUGH_ITERATIONS = 400, SEGMENT_ITERATIONS = 80;
 constexpr double FIRST_PRODUCTS = 0.03, LAST_PRODUCTS = 3e-4;  // sums of s z
 constexpr double STATIONARITY = 3e-3, VIOLATION = 1e-3;
 constexpr double CENTERING = 0.1, TO_BOUNDARY = 0.99;
-constexpr double AT_THE_END = 1e-12;  // of half a range: rounding
-constexpr double RESERVE_RISES = 0.25;  // share of a segment, next to a place at the end of a range
 constexpr double LARGEST_TAU = 0.4, LEAST_SLACK = 1e-3;
 constexpr double ENOUGH_DESCENT = 1e-4, SHORTEST_STEP = 1e-8, MOST_MISSED = 1e3;
 
@@ -61,14 +76,15 @@ class Through {
 public:
     static constexpr int E = D - 1, REACH = 2 * D - 2;  // rates of a place; how far unknowns of a row are apart
 
-    Through(const Stops& stops, const Cells& cells)
-        : stops(stops), cells(cells), N(cells.count), K(N + D), S(stops.segments), G(eights(stops.joints)),
-          m((int)cells.rows.size()), n(S * (N - 1) + E), slots(S * m * G), middles(G), places((S + 1) * G),
-          mask(slots), scale(slots), value(slots), now(empty()), trial(empty()), z{value, value}, ds(z), dz(z),
-          dual(n * G), unit(n * G), moves(n * G), system(n, REACH, G, begins()) {
+    Through(const Stops& stops, const Cells& cells, const Guards& guards)
+        : stops(stops), cells(cells), guards(guards), N(cells.count), K(N + D), S(stops.segments),
+          G(eights(stops.joints)), m((int)cells.rows.size()), A(cells.angles()), n(S * (N - 1) + E), slots(S * m * G),
+          C(guards.count), places((S + 1) * G), slopes(C * (D + 1) * G), mask(slots), scale(slots), value(slots), held(C),
+          now(empty()), trial(empty()), z{value, value}, ds(z), dz(z), zc(C), dsc(C), dzc(C), dual(n * G), unit(n * G),
+          moves(n * G), system(n, REACH, G, C, begins()) {
         for (int lane = 0; lane < stops.joints; ++lane) {
-            at(middles, lane) = stops.middles[lane];
             for (int i = 0; i <= S; ++i) at(places, i * G * LANES + lane) = stops.places[i * stops.joints + lane];
+            for (int j = 0; j < C * (D + 1); ++j) at(slopes, j * G * LANES + lane) = guards.slopes[j * stops.joints + lane];
         }
     }
 
@@ -107,16 +123,20 @@ private:
         double sigma;
         Sides s;
         std::vector<double> bounds;  // b of each order, (S, D + 1)
+        std::vector<double> sc;      // slacks of guards
     };
 
     const Stops& stops;
     const Cells& cells;
-    const int N, K, S, G, m, n, slots;  // a slot is a row of a segment and a group of joints
-    Vector middles, places;
+    const Guards& guards;
+    const int N, K, S, G, m, A, n, slots, C;  // A rows of angles; a slot is a row of a segment and a group; C guards
+    Vector places, slopes;
     Vector mask, scale;                 // 1 where there is a limit, else 0; 1 / (limit T_ref^r)
     Vector value;                       // of the rows of the state that was evaluated last, as shares of limits
+    std::vector<double> held;           // h of its guards
     State now, trial;
     Sides z, ds, dz;
+    std::vector<double> zc, dsc, dzc;   // of guards
     Vector dual, unit;                  // f' + G'z; what divides it
     Vector moves;                       // 1 where an unknown may change, else 0, (n, G)
     Arrow system;
@@ -125,13 +145,16 @@ private:
 
     static double& at(Vector& values, int number) { return ((double*)values.data())[number]; }
     State empty() const {
-        return {Vector(n * G), std::vector<double>(S), 0.0, {Vector(slots), Vector(slots)}, std::vector<double>(S * (D + 1))};
+        return {Vector(n * G), std::vector<double>(S), 0.0, {Vector(slots), Vector(slots)},
+                std::vector<double>(S * (D + 1)), std::vector<double>(C)};
     }
 
-    // Where border columns begin: that of a duration with its segment, that of sigma at once.
+    // Border columns are those of guards, of durations, and of sigma. All but the last begin with their segments.
+    int column_of(int segment) const { return C + segment; }
     std::vector<int> begins() const {
-        std::vector<int> found(S + 1);
-        for (int i = 0; i < S; ++i) found[i] = base(i);
+        std::vector<int> found(C + S + 1);
+        for (int j = 0; j < C; ++j) found[j] = base(guards.segments[j]);
+        for (int i = 0; i < S; ++i) found[column_of(i)] = base(i);
         return found;
     }
 
@@ -149,6 +172,14 @@ private:
                 for (int g = 0; g < G; ++g) visit(slot_of(i, r, g), i, cells.rows[r].order);
     }
 
+    // Calls with each guard of a segment, the control points that it knows, and its slope by these.
+    template <class Visit>
+    void each_guard_point(int segment, int g, Visit&& visit) const {
+        for (int j = 0; j < C; ++j)
+            for (int a = 0; a <= D && guards.segments[j] == segment; ++a)
+                visit(j, guards.first[j] + a, slopes[(j * (D + 1) + a) * G + g]);
+    }
+
     double bend(int segment, int end, int e, int point) const {
         return cells.bends[((segment * 2 + end) * E + e - 1) * K + point];
     }
@@ -162,6 +193,8 @@ private:
     Lanes missed(int slot, int side, double bound, const State& state) const {
         return mask[slot] * (excess(slot, side, bound, state) + state.s[side][slot]);
     }
+    double guard_excess(int j, const State& state) const { return guards.least[j] - held[j] - state.sigma; }
+    double guard_missed(int j, const State& state) const { return guard_excess(j, state) + state.sc[j]; }
 
     // The unknowns of a control point: number, factor, and by which power of T the factor grows.
     template <class Visit>
@@ -189,31 +222,16 @@ private:
             }
     }
 
-    // Whether a place is beyond a share of half the range of a joint.
-    bool is_beyond(int place, int joint, double share) const {
-        return std::abs(stops.places[place * stops.joints + joint] - stops.middles[joint]) >= share * stops.limits[joint];
-    }
-
-    // The part of the reserve that a row of angles keeps: less next to places beyond it, as a joint leaves them at rest.
-    double kept_reserve(int segment, int row, int joint) const {
-        double point = cells.rows[row].first, kept = 1.0;
-        for (int a = 1; a <= D; ++a) point += a * weights(segment, row)[a];
-        for (int end : {0, 1})
-            if (is_beyond(segment + end, joint, cells.range_share))
-                kept = std::min(kept, std::pow((end ? K - 1 - point : point) / (RESERVE_RISES * (K - 1)), 2));
-        return kept;
-    }
-
     // What may change: neither the rates at both ends, nor the speed of a joint at the end of its range.
     void find_what_moves() {
         for (int u = 0; u < n; ++u)
             for (int g = 0; g < G; ++g) moves[u * G + g] = all(u < E || u >= n - E ? 0.0 : 1.0);
         for (int i = 1; i < S; ++i)
-            for (int joint = 0; joint < stops.joints; ++joint) {
-                if (!is_beyond(i, joint, 1.0 - AT_THE_END)) continue;
-                hold(i, 0, joint);
-            }
+            for (int joint = 0; joint < stops.joints; ++joint)
+                if (turn_of(i, joint) != 0.0) hold(i, 0, joint);
     }
+
+    double turn_of(int place, int joint) const { return stops.turns[place * stops.joints + joint]; }
 
     void hold(int place, int rate, int joint) {
         const int unknown = (base(place) + rate) * G + joint / LANES;
@@ -226,8 +244,7 @@ private:
         for (int i = 1; i < S && E > 1; ++i)
             for (int joint = 0; joint < stops.joints; ++joint) {
                 const int unknown = base(i) * G + joint / LANES, lane = joint % LANES;
-                const double side = stops.places[i * stops.joints + joint] - stops.middles[joint];
-                if (moves[unknown][lane] != 0.0 || now.u[unknown + G][lane] * side <= 0.0) continue;
+                if (!(now.u[unknown + G][lane] * turn_of(i, joint) > 0.0)) continue;
                 hold(i, 1, joint);
                 found = true;
             }
@@ -238,12 +255,12 @@ private:
         find_what_moves();
         reference = now.T;
         for (int i = 0; i < S; ++i) total += now.T[i];
-        each_slot([&](int slot, int i, int order) {
-            const int g = slot % G;
-            scale[slot] = inverse_limit(i, order, g, mask[slot]);
-            for (int lane = 0; order == 0 && lane < LANES && g * LANES + lane < stops.joints; ++lane)
-                scale[slot][lane] /= 1.0 - (1.0 - cells.range_share) * kept_reserve(i, slot / G % m, g * LANES + lane);
-        });
+        for (int i = 0; i < S; ++i)
+            for (int r = 0; r < m; ++r)
+                for (int g = 0; g < G; ++g) {
+                    const int slot = slot_of(i, r, g), order = cells.rows[r].order;
+                    scale[slot] = order ? inverse_limit(i, order, g, mask[slot]) : inverse(range(i, r, 1), g, 1.0, mask[slot]);
+                }
         for (int u = 0; u < n; ++u) {
             const int i = std::min(u / (N - 1), S - 1), e = u - base(i) + 1;
             for (int g = 0; g < G; ++g) {
@@ -252,6 +269,7 @@ private:
                 unit[u * G + g] = known > 0.0 ? found : all(1.0);
             }
         }
+        products += C;
         for (const Lanes& each : mask) products += 2.0 * sum(each);
         evaluate(now);
         mu = FIRST_PRODUCTS / products;
@@ -263,21 +281,38 @@ private:
                 z[side][slot] = mask[slot] * mu / now.s[side][slot];
             }
         });
+        for (int j = 0; j < C; ++j) now.sc[j] = std::max(-guard_excess(j, now), LEAST_SLACK), zc[j] = mu / now.sc[j];
     }
 
     // 1 / (limit T^r) of the joints of a group, and 1 where there is a limit.
     Lanes inverse_limit(int segment, int order, int g, Lanes& known) const {
+        return inverse(stops.limits + (order - 1) * stops.joints, g, std::pow(reference[segment], order), known);
+    }
+
+    Lanes inverse(const double* limits, int g, double unit, Lanes& known) const {
         Lanes found{};
         for (int lane = 0; lane < LANES && g * LANES + lane < stops.joints; ++lane) {
-            const double limit = stops.limits[order * stops.joints + g * LANES + lane];
+            const double limit = limits[g * LANES + lane];
             known[lane] = std::isfinite(limit);
-            if (std::isfinite(limit)) found[lane] = 1.0 / (limit * std::pow(reference[segment], order));
+            if (std::isfinite(limit)) found[lane] = 1.0 / (limit * unit);
         }
+        return found;
+    }
+
+    // Middles of the ranges of a row of angles, or their halves, (k,).
+    const double* range(int segment, int row, int which) const {
+        return cells.ranges + ((segment * A + row - (m - A)) * 2 + which) * stops.joints;
+    }
+    Lanes middle(int segment, int row, int g) const {
+        Lanes found{};
+        for (int lane = 0; lane < LANES && g * LANES + lane < stops.joints; ++lane)
+            found[lane] = range(segment, row, 0)[g * LANES + lane];
         return found;
     }
 
     void evaluate(State& state) {
         std::vector<Lanes> c(K);
+        std::fill(held.begin(), held.end(), 0.0);
         for (int i = 0; i < S; ++i) {
             double* b = &state.bounds[i * (D + 1)];
             b[0] = 1.0;
@@ -289,10 +324,13 @@ private:
                 }
                 for (int r = 0; r < m; ++r) {
                     const int slot = slot_of(i, r, g);
-                    const Lanes from = cells.rows[r].order == 0 ? middles[g] - places[i * G + g] : Lanes{};
+                    const Lanes from = cells.rows[r].order == 0 ? middle(i, r, g) - places[i * G + g] : Lanes{};
                     value[slot] = (sum_of(i, r, c) - from) * scale[slot];
                 }
+                each_guard_point(i, g, [&](int j, int p, Lanes slope) { held[j] += sum(slope * c[p]); });
             }
+            for (int j = 0; j < C; ++j)
+                if (guards.segments[j] == i) held[j] += guards.by_tau[j] * std::log(state.T[i] / reference[i]);
         }
     }
 
@@ -308,7 +346,7 @@ private:
         Lanes found{};
         for (int side : {0, 1})
             for (int slot = 0; slot < slots; ++slot) found += z[side][slot] * now.s[side][slot];
-        return sum(found) + now.sigma * zeta;
+        return sum(found) + std::inner_product(zc.begin(), zc.end(), now.sc.begin(), now.sigma * zeta);
     }
 
     // The largest excess over bounds, as a share of these.
@@ -317,7 +355,9 @@ private:
         each_slot([&](int slot, int i, int order) {
             worst = most(worst, mask[slot] * (size(value[slot]) / bound(i, order, now) - 1.0));
         });
-        return greatest(worst);
+        double found = greatest(worst);
+        for (int j = 0; j < C; ++j) found = std::max(found, guards.least[j] - held[j]);
+        return found;
     }
 
     // The largest derivative that is left, by unknowns in the units of limits and durations.
@@ -337,19 +377,33 @@ private:
         std::fill(dual.begin(), dual.end(), Lanes{});
         dual_sigma = cells.price - zeta, worst_tau = 0.0;
         for (int i = 0; i < S; ++i) {
-            system.corner_at(i, i) += now.T[i] / total;
-            system.last[i] -= now.T[i] / total;
+            const int column = column_of(i);
+            system.corner_at(column, column) += now.T[i] / total;
+            system.last[column] -= now.T[i] / total;
             double dual_tau = now.T[i] / total;
             for (int g = 0; g < G; ++g) dual_tau += linearise(i, g);
+            for (int j = 0; j < C; ++j) {
+                if (guards.segments[j] != i) continue;
+                system.corner_at(column, j) -= guards.by_tau[j];
+                system.last[column] += guards.by_tau[j] * guard_weight(j), dual_tau -= guards.by_tau[j] * zc[j];
+            }
             worst_tau = std::max(worst_tau, std::abs(dual_tau));
         }
-        system.corner_at(S, S) += zeta / now.sigma;
-        system.last[S] -= cells.price - mu / now.sigma;
+        const int last = column_of(S);
+        system.corner_at(last, last) += zeta / now.sigma;
+        system.last[last] -= cells.price - mu / now.sigma;
+        for (int j = 0; j < C; ++j) {
+            system.corner_at(j, j) = -now.sc[j] / zc[j], system.corner_at(last, j) = -1.0;
+            system.last[last] += guard_weight(j), dual_sigma -= zc[j];
+        }
         for (int u = 0; u < n; ++u)
             for (int g = 0; g < G; ++g)
                 if (sum(moves[u * G + g]) < LANES) system.fix(u, g, moves[u * G + g]);
         return std::isfinite(mu) && std::isfinite(stationarity());
     }
+
+    // y of a guard.
+    double guard_weight(int j) const { return mu / now.sc[j] + zc[j] / now.sc[j] * guard_missed(j, now); }
 
     // Sums over the rows of a segment, of one group: of control points, then of its duration and sigma.
     struct Sums {
@@ -382,12 +436,16 @@ private:
                 for (int c = 0; c <= a; ++c) sums.square[p * (D + 1) + a - c] += (w[a] * w[c]) * square;
             }
         }
+        each_guard_point(i, g, [&](int j, int p, Lanes slope) {
+            sums.first[p] -= guard_weight(j) * slope, sums.multiplier[p] -= zc[j] * slope;
+        });
         return sums;
     }
 
     // Adds a segment, of one group, to the equations; its part of the derivative by tau of f + z'g.
     double linearise(int i, int g) {
         const double T = now.T[i];
+        const int column = column_of(i), last = column_of(S);
         Sums sums = summed(i, g);
         std::vector<Lanes> turn(K, Lanes{}), turned(sums.by_bound);  // turn: of control points with tau
         for (int p = 0; p < K; ++p)
@@ -400,16 +458,20 @@ private:
             sums.dual_t += turn[p] * sums.multiplier[p];
             unknowns_of(i, p, T, [&](int u, double by, int) {
                 system.right[u * G + g] -= by * sums.first[p], dual[u * G + g] += by * sums.multiplier[p];
-                system.side(i, u, g) += by * turned[p], system.side(S, u, g) += by * sums.by_slack[p];
+                system.side(column, u, g) += by * turned[p], system.side(last, u, g) += by * sums.by_slack[p];
                 for (int q = std::max(0, p - D); q <= std::min(K - 1, p + D); ++q)
                     unknowns_of(i, q, T, [&](int v, double other, int) {
                         if (v <= u) system.at(u, v, g) += (by * other) * square_of(sums, p, q);
                     });
             });
         }
-        system.corner_at(i, i) += sum(sums.tt + curved(i, g, sums.multiplier));
-        system.corner_at(S, i) += sum(sums.ts), system.corner_at(S, S) += sum(sums.ss);
-        system.last[i] -= sum(sums.t), system.last[S] -= sum(sums.s);
+        each_guard_point(i, g, [&](int j, int p, Lanes slope) {
+            unknowns_of(i, p, T, [&](int u, double by, int) { system.side(j, u, g) -= by * slope; });
+            system.corner_at(column, j) -= sum(turn[p] * slope);
+        });
+        system.corner_at(column, column) += sum(sums.tt + curved(i, g, sums.multiplier));
+        system.corner_at(last, column) += sum(sums.ts), system.corner_at(last, last) += sum(sums.ss);
+        system.last[column] -= sum(sums.t), system.last[last] -= sum(sums.s);
         dual_sigma += sum(sums.dual_s);
         return sum(sums.dual_t);
     }
@@ -427,7 +489,7 @@ private:
                 Lanes by{};
                 for (int p = 0; p < K; ++p) by += bend(i, end, e, p) * multiplier[p];
                 const int rate = base(i + end) + e - 1;
-                system.side(i, rate, g) += (e * power) * by;
+                system.side(column_of(i), rate, g) += (e * power) * by;
                 found += (e * e * power) * by * now.u[rate * G + g];
             }
         return found;
@@ -435,11 +497,13 @@ private:
 
     // One step; whether there is one.
     bool advance() {
-        const std::vector<double>& tau = system.last;
+        const double* tau = &system.last[C];
         const double dzeta = mu / now.sigma - zeta - zeta / now.sigma * tau[S];
         step_sides();
         double primal = shares(now.s, ds, TO_BOUNDARY), dual_share = shares(z, dz, TO_BOUNDARY);
         primal = shortened(primal, now.sigma, tau[S]), dual_share = shortened(dual_share, zeta, dzeta);
+        for (int j = 0; j < C; ++j)
+            primal = shortened(primal, now.sc[j], dsc[j]), dual_share = shortened(dual_share, zc[j], dzc[j]);
         for (int i = 0; i < S; ++i) primal = std::min(primal, LARGEST_TAU / std::max(std::abs(tau[i]), LARGEST_TAU));
         const double before = merit(now), missing = missed(now), slope = std::min(merit_slope(), 0.0);
         for (double share = primal; share > SHORTEST_STEP; share *= 0.5) {
@@ -451,6 +515,7 @@ private:
             for (int side : {0, 1})
                 for (int slot = 0; slot < slots; ++slot) z[side][slot] += dual_share * dz[side][slot];
             zeta += dual_share * dzeta;
+            for (int j = 0; j < C; ++j) zc[j] += dual_share * dzc[j];
             return true;
         }
         return false;
@@ -459,19 +524,20 @@ private:
     // Steps of slacks and multipliers.
     void step_sides() {
         std::vector<Lanes> moved(K);
+        const double* tau = &system.last[C];
         for (int i = 0; i < S; ++i)
             for (int g = 0; g < G; ++g) {
                 for (int p = 0; p < K; ++p) {
                     moved[p] = Lanes{};
                     unknowns_of(i, p, now.T[i], [&](int u, double by, int e) {
-                        moved[p] += by * (system.right[u * G + g] + (e * system.last[i]) * now.u[u * G + g]);
+                        moved[p] += by * (system.right[u * G + g] + (e * tau[i]) * now.u[u * G + g]);
                     });
                 }
                 for (int r = 0; r < m; ++r) {
                     const int slot = slot_of(i, r, g), order = cells.rows[r].order;
                     const Lanes along = sum_of(i, r, moved) * scale[slot];
                     const double b = bound(i, order, now);
-                    const double more = b * (order * (1.0 + now.sigma) * system.last[i] + system.last[S]);
+                    const double more = b * (order * (1.0 + now.sigma) * tau[i] + tau[S]);
                     for (int side : {0, 1}) {
                         const Lanes s = now.s[side][slot], own = z[side][slot];
                         const Lanes change = more - (side ? -along : along) - missed(slot, side, b, now);
@@ -480,6 +546,10 @@ private:
                     }
                 }
             }
+        for (int j = 0; j < C; ++j) {
+            dsc[j] = -guard_missed(j, now) - system.last[j] * now.sc[j] / zc[j];
+            dzc[j] = mu / now.sc[j] - zc[j] - zc[j] / now.sc[j] * dsc[j];
+        }
     }
 
     static double shortened(double share, double from, double change) {
@@ -499,9 +569,9 @@ private:
     // The trial state at a share of the step, bent.
     void bend_to(double share) {
         for (int j = 0; j < n * G; ++j) trial.u[j] = now.u[j] + share * system.right[j];
-        trial.sigma = now.sigma + share * system.last[S];
+        trial.sigma = now.sigma + share * system.last[column_of(S)];
         for (int i = 0; i < S; ++i) {
-            const double change = share * system.last[i], T = now.T[i];
+            const double change = share * system.last[column_of(i)], T = now.T[i];
             trial.T[i] = T * std::exp(change);
             double power = T, later = trial.T[i];
             for (int e = 1; e <= E; ++e, power *= T, later *= trial.T[i])
@@ -520,6 +590,7 @@ private:
                 trial.s[side][slot] = most(straight, -excess(slot, side, bound(i, order, trial), trial));
             }
         });
+        for (int j = 0; j < C; ++j) trial.sc[j] = std::max(now.sc[j] + share * dsc[j], -guard_excess(j, trial));
     }
 
     // What slacks miss, in all, of the state that was evaluated last.
@@ -528,12 +599,15 @@ private:
         each_slot([&](int slot, int i, int order) {
             for (int side : {0, 1}) found += size(missed(slot, side, bound(i, order, state), state));
         });
-        return sum(found);
+        double guarded = 0.0;
+        for (int j = 0; j < C; ++j) guarded += std::abs(guard_missed(j, state));
+        return sum(found) + guarded;
     }
 
     double merit(const State& state) const {
         double found = cells.price * state.sigma - mu * std::log(state.sigma);
         for (int i = 0; i < S; ++i) found += state.T[i] / total;
+        for (double each : state.sc) found -= mu * std::log(each);
         for (int slot = 0; slot < slots; ++slot)
             for (int lane = 0; lane < LANES; ++lane)
                 if (mask[slot][lane] > 0.0) found -= mu * std::log(state.s[0][slot][lane] * state.s[1][slot][lane]);
@@ -541,8 +615,10 @@ private:
     }
 
     double merit_slope() const {
-        double found = (cells.price - mu / now.sigma) * system.last[S];
-        for (int i = 0; i < S; ++i) found += now.T[i] / total * system.last[i];
+        const double* tau = &system.last[C];
+        double found = (cells.price - mu / now.sigma) * tau[S];
+        for (int i = 0; i < S; ++i) found += now.T[i] / total * tau[i];
+        for (int j = 0; j < C; ++j) found -= mu * dsc[j] / now.sc[j];
         Lanes barrier{};
         for (int side : {0, 1})
             for (int slot = 0; slot < slots; ++slot) barrier += ds[side][slot] / now.s[side][slot];

@@ -19,8 +19,10 @@ from problems.limits import Limit
 from problems.motions import JointPath, Trajectory
 from problems.objectives import DirectMoves, Objective
 from problems.polish import (
+    DEFAULT_GUARDED,
     PIECES,
     Deviations,
+    Draft,
     ExpressionLimits,
     FreeEnd,
     IntegrandFunctions,
@@ -33,7 +35,7 @@ from problems.polish import (
     deviations_from_rest,
     everywhere,
     faster_nearby,
-    fastest_pinned,
+    fastest_guarded,
     in_nearest_turns,
     joint_box,
     postures_around,
@@ -240,7 +242,7 @@ class PathPlanner(MovePlanner):
             known = self._fastest_through(np.stack([start, *through, goal])) if vias else None
             if known is not None and self._held(known) and world.prove(known).status:
                 yield self._in_time(known)
-            found = PathRefinement(
+            refinement = PathRefinement(
                 world=world,
                 motions=motions,
                 objective=self._polish_objective(motions),
@@ -252,10 +254,39 @@ class PathPlanner(MovePlanner):
                 known=known,
                 running_out=running_out,
                 stay=self.task.stay,
-            ).best_motion(seed, to_beat)
+            )
+            best = self._guarded(refinement, seed, known, running_out) if self._passes_postures else None
+            if best is not None:
+                yield self._in_time(best)
+                to_beat = min(to_beat, best.duration)
+                if known is not None and best.duration <= DEFAULT_GUARDED.good_enough * known.duration:
+                    continue
+            found = refinement.best_motion(seed, to_beat)
             if found is not None:
                 yield from map(self._in_time, (found, *self._timed_anew(found, known)))
                 to_beat = self.objective.of_motion(found, self.robot, found.breakpoints)
+
+    @property
+    def _passes_postures(self) -> bool:
+        """Whether a move in least time passes exact postures, among obstacles that stand still."""
+        exact = all(isinstance(via, Joints) and not via.within for via in self.task.vias)
+        return bool(self.task.vias) and exact and self.objective.asks_for_least_time and not self._world.moves
+
+    def _guarded(
+        self, ways: PathRefinement, seed: int, known: Trajectory | None, running_out: Callable[[], bool]
+    ) -> Trajectory | None:
+        """The best of the fastest motions near one without obstacles, and near paths past these; None for none."""
+        best, bound = None, 0.0 if known is None else DEFAULT_GUARDED.near_bound * known.duration
+        for draft in ways.drafts(seed):
+            found = self._fastest_guarded(draft)
+            if found is not None and (best is None or found.duration < best.duration):
+                best = found
+            if best is not None and (best.duration <= bound or running_out()):
+                break
+        return best
+
+    def _fastest_guarded(self, draft: Draft) -> Trajectory | None:
+        return fastest_guarded(draft, self.robot.limits, self._world, self.limits, self.task.end_rates)
 
     def _motions(self, start: FloatArray, goal: FloatArray) -> Deviations:
         """The motions between postures at both ends, (dof,), rad."""
@@ -339,16 +370,13 @@ class PathPlanner(MovePlanner):
 
     def _timed_anew(self, found: Trajectory, known: Trajectory | None) -> Iterator[Trajectory]:
         """Motions past vias that may take less than a found one: through a few of its postures, or along its path."""
-        world, best = self._world, found
         if not self.task.vias or not self.objective.sooner_is_better:
             return
         passed = np.concatenate([[0.0], self.task.via_times(found), [found.duration]])
-        pinned = None
-        if known is not None:
-            pinned = fastest_pinned(found, passed, self.robot.limits, world, self.task.end_rates)
-        if pinned is not None:
-            best = pinned
-            yield pinned
+        guarded = self._fastest_guarded(Draft.of_motion(found, passed))
+        if guarded is not None:
+            yield guarded
+        best = found if guarded is None else guarded
         bound = 0.0 if known is None else RefinementSettings.near_bound * known.duration
         if self.task.at_rest and best.duration > bound:
             with suppress(InvalidProblem):

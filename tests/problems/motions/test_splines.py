@@ -112,10 +112,10 @@ seeds = st.integers(0, 2**32 - 1)
 @settings(max_examples=25)
 @given(pieces, seeds)
 def test_any_number_of_pieces_gives_the_same_quintic(count: int, seed: int) -> None:
-    q, v, a, goal = np.random.default_rng(seed).normal(size=4)
+    states = np.random.default_rng(seed).normal(size=6)
     motion = TimeSpline(ROBOT, count, 4)
-    curve = motion.spline.curve(motion.quintic @ np.array([[q], [v], [a], [goal]]))
-    oracle = BPoly.from_derivatives([0.0, 1.0], [[q, v, a], [goal, 0.0, 0.0]])
+    curve = motion.spline.curve(motion.quintic @ states[:, None])
+    oracle = BPoly.from_derivatives([0.0, 1.0], states.reshape(2, 3))
     u = np.linspace(0.0, 1.0, 41)
     assert curve(u)[:, 0] == pytest.approx(oracle(u), abs=1e-12)
 
@@ -124,13 +124,13 @@ def test_any_number_of_pieces_gives_the_same_quintic(count: int, seed: int) -> N
 @given(pieces, seconds, seeds)
 def test_inner_control_points_change_nothing_at_the_ends(count: int, duration: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    q, v, a, goal = rng.normal(size=(4, 2))
+    states, by_u = rng.normal(size=(2, 3, 2)), duration ** np.arange(3)[:, None]
     motion = TimeSpline(ROBOT, count, 6)
-    points = motion.quintic @ np.array([q, v * duration, a * duration**2, goal])
+    points = motion.quintic @ (states * by_u).reshape(6, 2)
     points[FIXED:-FIXED] += rng.normal(size=(motion.inner, 2))
     trajectory = motion.trajectory(SplineShape(ca.DM(points), ca.DM(duration)))
     start, end = (np.array([trajectory.at(t, n)[0] for n in range(3)]) for t in ([0.0], [trajectory.duration]))
     assert trajectory.duration == pytest.approx(duration)
-    assert start == pytest.approx(np.array([q, v, a]), abs=1e-7)
-    assert end == pytest.approx(np.array([goal, 0.0 * goal, 0.0 * goal]), abs=1e-7)
+    assert start == pytest.approx(states[0], abs=1e-7)
+    assert end == pytest.approx(states[1], abs=1e-7)
     assert motion.inner == count - 1
