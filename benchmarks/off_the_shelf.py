@@ -110,28 +110,28 @@ class Meshes:
     """An arm and bodies as Pinocchio and coal see them.
 
     Args:
-        name: of the arm.
+        file: the URDF.
         arm: the same, as planned.
         boxes: places of their middles, (n, 3), m.
         size: of each, m.
         mesh: a file and its place, (3,), m; None for none.
+        packages: folders in which the folders of packages are.
     """
 
     def __init__(
         self,
-        name: str,
+        file: Path,
         arm: SpatialArm,
         boxes: FloatArray,
         size: tuple[float, float, float] = (SIZE,) * 3,
         mesh: tuple[Path, FloatArray] | None = None,
+        packages: Sequence[str] = (str(ROBOTS.parents[1]),),
     ) -> None:
         import coal  # noqa: PLC0415 (extra)
         import pinocchio as pin  # noqa: PLC0415
 
-        file = str(ROBOTS / ARMS[name].file)
-        self.model = pin.buildModelFromUrdf(file)
-        folder = str(ROBOTS.parents[1])
-        self.geometry = pin.buildGeomFromUrdf(self.model, file, pin.GeometryType.COLLISION, package_dirs=[folder])
+        self.model, kind = pin.buildModelFromUrdf(str(file)), pin.GeometryType.COLLISION
+        self.geometry = pin.buildGeomFromUrdf(self.model, str(file), kind, package_dirs=list(packages))
         self.data, own = self.model.createData(), len(self.geometry.geometryObjects)
         columns = [self.model.joints[self.model.getJointId(joint.name)] for joint in arm.chain.joints]
         self.columns = [(joint.idx_q, joint.nq) for joint in columns]
@@ -213,7 +213,7 @@ def _planned(name: str, file: Path) -> list[str]:
         obstacles = [{"shape": "box", "center": list(place), "size": [SIZE] * 3} for place in places[:-1].tolist()]
         obstacles += [{"shape": "mesh", "file": str(file), "center": places[-1].tolist(), "name": "ring"}]
         keys = {"start": {"joints": list(start)}, "goal": {"joints": list(goal)}, "evaluations": EVALUATIONS}
-        meshes, began = Meshes(name, arm, places[:-1], mesh=(file, places[-1])), time.perf_counter()
+        meshes, began = Meshes(ROBOTS / ARMS[name].file, arm, places[:-1], mesh=(file, places[-1])), time.perf_counter()
         try:
             plan = tp.plan(ARMS[name].robot, obstacles=obstacles, seed=1, **keys)
         except ScenarioError:

@@ -63,7 +63,7 @@ def test_the_public_ur5_is_not_certified_through_a_pillar() -> None:
     pytest.importorskip("pinocchio")
     from benchmarks.off_the_shelf import Meshes  # noqa: PLC0415
 
-    scene = Meshes("ur5", arm, np.array([[0.34, 0.0, 0.5]]), (0.06, 0.06, 1.0))
+    scene = Meshes(ROBOTS / ARMS["ur5"].file, arm, np.array([[0.34, 0.0, 0.5]]), (0.06, 0.06, 1.0))
     for theta in motion.at(np.linspace(0.0, motion.duration, 200)):
         exact, found = scene.distance(theta), limits[0].clearances(theta[None], np.zeros(1))[0]
         if exact > 0.0:
