@@ -145,7 +145,6 @@ def test_a_list_of_places_is_any_of_them() -> None:
     ("value", "dim", "reason"),
     [
         ([1.0, 2.0, 3.0, 4.0, 5.0], 2, "goal: 5 numbers; 3 joint values are needed, or 2 coordinates of a point"),
-        ("there", 2, "goal: 'there' is no place"),
         (3.0, 2, "goal: 3.0 is no place"),
         ([True, 1.0], 2, "True is no place"),
         ([], 2, "goal: 0 numbers"),
