@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from problems.core import TrustRegion
 from problems.timing import ThroughSettings
 
-AMONG_OBSTACLES = ThroughSettings(first_cells=16, levels=3)
+AMONG_OBSTACLES = ThroughSettings(first_cells=16, levels=8, most_cells=240)
 CONTROL_POINT_REGION = TrustRegion(
     first=0.25, least=2e-3, largest=0.4, growth=2.0, shrinkage=0.35, rejection=0.35, good=0.6, poor=0.15,
     patience=2, least_gain=3e-4, least_promise=3e-5,
@@ -316,8 +316,7 @@ class GuardedSettings:
         worthwhile: share of the duration that a program has to gain so that another one follows.
         draft_samples: postures of each segment of a draft.
         ways: paths past obstacles that are tried, besides the fastest motion without obstacles.
-        near_bound: times the duration of that, below which no other path is tried.
-        good_enough: times that duration, below which the polish is not tried as well.
+        near_bound: times the duration of that, below which neither another path is tried nor the polish as well.
     """
 
     through: ThroughSettings = AMONG_OBSTACLES
@@ -331,7 +330,7 @@ class GuardedSettings:
     shrinking: float = 0.35
     least_radius: float = 1e-3
     most_asked: float = 0.5
-    torque_share: float = 0.995
+    torque_share: float = 0.998
     near: float = 0.25
     samples_per_cell: int = 2
     proof_samples_per_cell: int = 8
@@ -345,7 +344,6 @@ class GuardedSettings:
     draft_samples: int = 100
     ways: int = 2
     near_bound: float = 1.02
-    good_enough: float = 1.1
 
 
 @dataclass(frozen=True, kw_only=True)

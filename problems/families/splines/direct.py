@@ -259,7 +259,7 @@ class PathPlanner(MovePlanner):
             if best is not None:
                 yield self._in_time(best)
                 to_beat = min(to_beat, best.duration)
-                if known is not None and best.duration <= DEFAULT_GUARDED.good_enough * known.duration:
+                if known is not None and best.duration <= DEFAULT_GUARDED.near_bound * known.duration:
                     continue
             found = refinement.best_motion(seed, to_beat)
             if found is not None:
