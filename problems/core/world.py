@@ -91,6 +91,9 @@ class CompiledWorld(World):
         """The world, where the core knows the robot; the same object for the same world."""
         return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return _known_world, (self._arm, self._obstacles)
+
     @property
     def dof(self) -> int:
         return self._arm.dof
