@@ -45,28 +45,46 @@ class Excesses(NamedTuple):
     allowed: float
 
 
-class SegmentSamples(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class SegmentSamples:
     """Parameters of segments at which motions are examined.
 
-    Attributes:
+    Args:
+        grid: of the segments.
         segment: of each, (n,), in their order.
         u: the parameter, (n,), in the order of time.
     """
 
+    grid: SegmentGrid
     segment: NDArray[np.intp]
     u: FloatArray
 
     @classmethod
     def of(cls, grid: SegmentGrid, per_cell: int) -> Self:
-        """So many in each cell, from its begin on, but for the begins of segments."""
+        """Equally spaced samples, so many in each cell of a grid; segments' own ends are left out."""
         shares = np.arange(per_cell) / per_cell
         u = (grid.knots[:, :-1, None] + shares * grid.widths[:, :, None]).reshape(grid.segments, -1)[:, 1:]
-        return cls(np.repeat(np.arange(grid.segments), u.shape[1]), u.ravel())
+        return cls(grid, np.repeat(np.arange(grid.segments), u.shape[1]), u.ravel())
+
+    def chosen(self, numbers: NDArray[np.intp]) -> SegmentSamples:
+        """The samples of some numbers, (m,)."""
+        return replace(self, segment=self.segment[numbers], u=self.u[numbers])
 
     def joined(self, other: SegmentSamples) -> SegmentSamples:
         """The samples of both sets, each once."""
-        both = np.unique(np.stack([np.append(*pair) for pair in zip(self, other, strict=True)]), axis=1)
-        return SegmentSamples(both[0].astype(np.intp), both[1])
+        pairs = (self.segment, other.segment), (self.u, other.u)
+        both = np.unique(np.stack([np.append(*pair) for pair in pairs]), axis=1)
+        return replace(self, segment=both[0].astype(np.intp), u=both[1])
+
+    @cached_property
+    def weights(self) -> list[FloatArray]:
+        """Weights of the control points that samples know, for each derivative by u, (n, degree + 1)."""
+        return [self.grid.weights_at(self.segment, self.u, order) for order in ORDERS]
+
+    @cached_property
+    def first(self) -> NDArray[np.intp]:
+        """Numbers of the first of these points, (n,)."""
+        return self.grid.cells_of(self.segment, self.u)
 
 
 class Draft(NamedTuple):
@@ -178,6 +196,11 @@ class GuardedPassing(Passing):
         """Limits that are expressions; None where there are none."""
         return ExpressionLimits.among(self.own_limits)
 
+    @cached_property
+    def expression_margins(self) -> FloatArray:
+        """Margins of the expressions at samples, of their scales, (m,)."""
+        return np.empty(0) if self.expressions is None else self.expressions.margins(*self.postures)
+
     def motion(self) -> Trajectory | None:
         """The motion; None where that on the first grid is not clear, or none is found."""
         grid, start = self._begun()
@@ -199,7 +222,7 @@ class GuardedPassing(Passing):
         return grid, self._solved(grid, ends._replace(inner=points[:, d:-d]))[0]
 
     def _with_samples(self, grid: SegmentGrid, motion: SegmentMotion) -> GuardedMotion:
-        return GuardedMotion(self, grid, motion, SegmentSamples.of(grid, self.guarded.samples_per_cell))
+        return GuardedMotion(self, motion, SegmentSamples.of(grid, self.guarded.samples_per_cell))
 
     def _solved(self, grid: SegmentGrid, start: SegmentMotion) -> tuple[SegmentMotion, bool]:
         core, settings = found_core(), self.guarded
@@ -230,13 +253,11 @@ class GuardedMotion:
 
     Args:
         passing: the search.
-        grid: of its segments.
-        motion: on that grid.
+        motion: on the grid of the samples.
         samples: where it is examined.
     """
 
     passing: GuardedPassing
-    grid: SegmentGrid
     motion: SegmentMotion
     samples: SegmentSamples
 
@@ -253,45 +274,35 @@ class GuardedMotion:
     @property
     def broken_between(self) -> SegmentSamples:
         """The samples where a motion exceeds something most between those that programs know."""
-        fine = replace(self, samples=SegmentSamples.of(self.grid, self.passing.guarded.proof_samples_per_cell))
+        fine = replace(self, samples=SegmentSamples.of(self.samples.grid, self.passing.guarded.proof_samples_per_cell))
         worst = np.full(fine.samples.u.size, -np.inf)
         for each in fine._excesses:
             np.maximum.at(worst, each.sample, each.value - each.allowed)
         around = np.pad(worst, 1, constant_values=-np.inf)
         peaks = np.flatnonzero((worst > 0.0) & (worst >= around[:-2]) & (worst >= around[2:]))
-        return SegmentSamples(fine.samples.segment[peaks], fine.samples.u[peaks])
+        return fine.samples.chosen(peaks)
 
     def program(self, radius: float) -> tuple[SegmentCells, Guards]:
         """The rows of the program in which angles change by at most a radius, rad."""
-        passing, kept = self.passing, self.passing.angle_ranges(self.grid)
-        middle, half = kept[:, :, 0], kept[:, :, 1]
-        weights, first = self.grid.at_angles()
+        passing, grid = self.passing, self.samples.grid
+        middle, half = np.moveaxis(passing.angle_ranges(grid), 2, 0)
+        weights, first = grid.at_angles()
         own = self._all_points[:, first[:, None] + np.arange(weights.shape[2])]
         theta = np.einsum("sra,srak->srk", weights, own) + passing.postures[:-1, None]
         low, high = np.maximum(middle - half, theta - radius), np.minimum(middle + half, theta + radius)
         ranges = np.stack([(low + high) / 2.0, np.maximum(high - low, passing.guarded.least_range) / 2.0], axis=2)
         parts = [self._guards(each, radius) for each in self._excesses]
-        return self.grid.limited(passing.settings.speed_shares, ranges), Guards.joined(parts)
+        return grid.limited(passing.settings.speed_shares, ranges), Guards.joined(parts)
 
     @cached_property
     def _all_points(self) -> FloatArray:
         """The control points, from the first place of each segment, (segments, points, k), rad."""
-        return self.passing.points(self.grid, self.motion)
-
-    @cached_property
-    def _weights(self) -> list[FloatArray]:
-        """Weights of control points at samples, for each derivative by u, (n, degree + 1)."""
-        return [self.grid.weights_at(*self.samples, order) for order in ORDERS]
-
-    @cached_property
-    def _first(self) -> NDArray[np.intp]:
-        """Numbers of the first of these points, (n,)."""
-        return self.grid.cells_of(*self.samples)
+        return self.passing.points(self.samples.grid, self.motion)
 
     @cached_property
     def _points(self) -> FloatArray:
         """The control points that each sample knows, (n, degree + 1, k)."""
-        numbers = self._first[:, None] + np.arange(self.grid.degree + 1)
+        numbers = self.samples.first[:, None] + np.arange(self.samples.grid.degree + 1)
         return np.asarray(self._all_points[self.samples.segment[:, None], numbers])
 
     @cached_property
@@ -302,7 +313,7 @@ class GuardedMotion:
     @cached_property
     def _state(self) -> FloatArray:
         """Angles, velocities and accelerations at samples, (n, 3 k)."""
-        parts = [np.einsum("na,nak->nk", weights, self._points) for weights in self._weights]
+        parts = [np.einsum("na,nak->nk", weights, self._points) for weights in self.samples.weights]
         parts[0] += self.passing.postures[self.samples.segment]
         return np.concatenate([part / self._durations[:, None] ** order for order, part in enumerate(parts)], axis=1)
 
@@ -342,7 +353,7 @@ class GuardedMotion:
         expressions = self.passing.expressions
         if expressions is not None:
             values, slopes = expressions.linear(self._state)
-            margins = expressions.margins(*self.passing.postures)
+            margins = self.passing.expression_margins
             yield self._near_limits(values + margins, slopes, self.passing.guarded.allowed_share * float(margins.min()))
 
     def _near_limits(self, values: FloatArray, slopes: FloatArray, allowed: float) -> Excesses:
@@ -359,11 +370,11 @@ class GuardedMotion:
         chosen = matters[np.argsort(-excesses.value[matters], kind="stable")[: settings.most_guards]]
         sample = excesses.sample[chosen]
         by_points, by_time = slopes_of(
-            [weights[sample] for weights in self._weights], excesses.slopes[chosen], self._state[sample],
+            [weights[sample] for weights in self.samples.weights], excesses.slopes[chosen], self._state[sample],
             self._durations[sample],
         )  # fmt: skip
         most = np.where(at_rest, settings.most_asked * change, np.inf)
         asked = np.minimum(excesses.value, most)[chosen]
         least = asked - np.einsum("mak,mak->m", by_points, self._points[sample])
         by_log_duration = -by_time * self._durations[sample]
-        return Guards(self.samples.segment[sample], self._first[sample], -by_points, by_log_duration, least)
+        return Guards(self.samples.segment[sample], self.samples.first[sample], -by_points, by_log_duration, least)

@@ -85,7 +85,7 @@ def test_guards_are_what_is_exceeded_to_the_first_order(with_jerk: bool) -> None
     )  # fmt: skip
     grid, motion = search._begun()
     search = replace(search, guarded=replace(DEFAULT_GUARDED, reach=2.0, near=9.0, most_guards=10_000))
-    before = GuardedMotion(search, grid, motion, SegmentSamples.of(grid, 2))
+    before = GuardedMotion(search, motion, SegmentSamples.of(grid, 2))
     change = SegmentMotion(*(1e-6 * rng.normal(size=part.shape) for part in motion))
     after = replace(before, motion=SegmentMotion(*(a + b for a, b in zip(motion, change, strict=True))))
     moved = search.points(grid, after.motion) - search.points(grid, motion)
