@@ -163,8 +163,8 @@ class Criteria(Parametric):
         """The limits by which a robot that stands is judged: what can reach it, or its covers."""
         return self.judged_limits if self.robot.cover is not None else self.limits
 
-    def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
-        """How near a motion comes to an obstacle, and when; None where none is within reach."""
+    def closest_approach(self, trajectory: Trajectory, by_stage: Sequence[Sequence[Verdict]]) -> ClosestApproach | None:
+        """How near a motion comes to an obstacle, and when, given its verdicts; None where none is within reach."""
         near = [closest_approach(limit, trajectory) for limit in self.judged_limits if isinstance(limit, Clearance)]
         near += [closest_cover(limit, trajectory) for limit in self.judged_limits if isinstance(limit, CoverClearance)]
         return min((found for found in near if found is not None), key=lambda found: found.distance, default=None)

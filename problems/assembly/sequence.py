@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from problems.assembly.criteria import Criteria, MotionStage
 from problems.base import FloatArray
-from problems.certify import AtGoal, CertificateStatus, ClosestApproach, Verdict
+from problems.certify import AtGoal, CertificateStatus, ClosestApproach, Verdict, WorstIs
+from problems.limits import Clearance
 from problems.motions import Trajectory
-from problems.tasks import Sequence
+from problems.tasks import Sequence as StagedTask
 
 SAME_TIME = 1e-9  # of T: times that are one
 ORDER = (CertificateStatus.VIOLATED, CertificateStatus.UNDECIDED, CertificateStatus.CERTIFIED)  # the worst first
@@ -35,7 +36,7 @@ class SequenceCriteria(Criteria):
         stages: in their order, from 0 to T without a gap.
     """
 
-    task: Sequence
+    task: StagedTask
     free_timing: bool = True
     row_times: Callable[[Trajectory, int], FloatArray] = sparse_times
     stages: tuple[MotionStage, ...] = ()
@@ -58,13 +59,19 @@ class SequenceCriteria(Criteria):
                 found.setdefault(verdict.name, []).append(replace(verdict, where=f"{verdict.where}, {stage.label}"))
         return tuple(min(each, key=_severity) for each in found.values())
 
-    def closest_approach(self, trajectory: Trajectory) -> ClosestApproach | None:
-        near = [
-            replace(found, time=min(found.time + stage.start, stage.end))
-            for stage in self._moving
-            if (found := stage.criteria.closest_approach(stage.motion(trajectory))) is not None  # type: ignore[union-attr]
-        ]
-        return min(near, key=lambda found: found.distance, default=None)
+    def closest_approach(self, trajectory: Trajectory, by_stage: Sequence[Sequence[Verdict]]) -> ClosestApproach | None:
+        """The closest of all stages; those are left out that provably keep farther away than another comes."""
+        nearest: ClosestApproach | None = None
+        bounds = map(_proven_clearance, by_stage)
+        for bound, stage in sorted(zip(bounds, self.stages, strict=True), key=lambda pair: pair[0]):
+            if stage.criteria is None:
+                continue
+            if nearest is not None and bound >= nearest.distance:
+                break
+            found = stage.criteria.closest_approach(stage.motion(trajectory), ())
+            if found is not None and (nearest is None or found.distance < nearest.distance):
+                nearest = replace(found, time=min(found.time + stage.start, stage.end))
+        return nearest
 
     def at_goal(self, trajectory: Trajectory) -> AtGoal | None:
         return None
@@ -96,6 +103,12 @@ class SequenceCriteria(Criteria):
     @property
     def _moving(self) -> list[MotionStage]:
         return [stage for stage in self.stages if stage.criteria is not None]
+
+
+def _proven_clearance(verdicts: Sequence[Verdict]) -> float:
+    """The proven clearance of a stage for all t, m; minus infinity where none is."""
+    proven = [v.worst for v in verdicts if v.name == Clearance.name and v.satisfied and v.worst_is is WorstIs.BOUND]
+    return min(proven, default=-np.inf)
 
 
 def _severity(verdict: Verdict) -> tuple[int, float]:

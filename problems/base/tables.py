@@ -122,6 +122,8 @@ class Table:
 
 def plain_value(value: Any) -> Any:
     """A value as plain data: tables and dataclasses as mappings, tuples as lists, members of enumerations as values."""
+    if type(value) is float:  # most of a long document
+        return value
     if hasattr(value, "table"):  # what states itself
         return value.table()
     if isinstance(value, Mapping):

@@ -192,7 +192,7 @@ class JudgedMotion:
     @cached_property
     def closest_approach(self) -> ClosestApproach | None:
         """How near it comes to an obstacle, and when; None where none is within reach."""
-        return self.criteria.closest_approach(self.trajectory)
+        return self.criteria.closest_approach(self.trajectory, self.by_stage)
 
     @property
     def clearance_in_words(self) -> str:

@@ -7,12 +7,13 @@ from tpbso_casadi.scenario.constraints import HandSection
 from tpbso_casadi.scenario.input_files import (
     InputFolder,
     is_folder,
+    read_bytes,
     read_text,
     read_toml,
 )
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
-from tpbso_casadi.scenario.motion_files import READERS, read_recorded
+from tpbso_casadi.scenario.motion_files import READERS, pieces_in, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.named_solvers import NamedSolver, each_of, named_solver
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
@@ -150,10 +151,12 @@ __all__ = [
     "overridden",
     "parse_scenario",
     "path_of",
+    "pieces_in",
     "pieces_table",
     "plain",
     "plugin_failures_named",
     "points_table",
+    "read_bytes",
     "read_joint_rows",
     "read_motion",
     "read_recorded",

@@ -140,6 +140,21 @@ def _npz(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> R
     return RecordedRows(**rows, **pieces, joint_names=[] if named is None else [str(each) for each in named])
 
 
+def pieces_in(content: bytes) -> dict[str, list[Any]]:
+    """Breakpoints and coefficients of a NPZ that holds nothing else.
+
+    Raises:
+        ValueError: it is none, or they do not fit each other.
+    """
+    arrays = _arrays(content)
+    if {*arrays} != {*PIECES}:
+        raise BadRow(f"is no NPZ of {' and '.join(PIECES)} alone")
+    pieces = {key: _numbers_of(key, arrays[key]) for key in PIECES}
+    if not arrays["coefficients"].size or arrays["coefficients"].shape[1] != arrays["breakpoints"].size - 1:
+        raise BadRow(f"{' and '.join(PIECES)} do not fit each other")
+    return pieces
+
+
 def _check_alike(rows: dict[str, list[Any]], pieces: dict[str, list[Any]]) -> None:
     """Rows and pieces of one file are of one motion; how pieces have to fit each other is said where they are used."""
     breakpoints, coefficients = (np.array(pieces.get(key, [])) for key in PIECES)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from problems import Trajectory
 from problems.base import FloatArray, as_array
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
 from tpbso_casadi.storage.files import OutputError, write_csv, write_text, write_with, writing
@@ -24,6 +25,19 @@ def write_motion(path: Path, motion: JudgedMotion, times: FloatArray) -> Path:
     """
     header, table = table_of(motion, times)
     return write_csv(path, header, table.tolist())
+
+
+PIECES = "motion.npz"  # in the folder of a sequence: breakpoints and coefficients, as of a solution
+
+
+def write_pieces(path: Path, trajectory: Trajectory) -> Path:
+    """Write the polynomials of a motion, exact.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    arrays = {"breakpoints": trajectory.breakpoints, "coefficients": trajectory.coefficients}
+    return write_with(path, lambda temporary: np.savez(temporary, **arrays))  # type: ignore[arg-type]
 
 
 def write_stages(path: Path, motion: JudgedMotion) -> Path:

@@ -136,6 +136,8 @@ class RunResult(StoredTable):
             check_seal(document)
         except (NotJSON, BrokenSeal, InvalidTable) as error:
             raise InvalidResult(str(error)) from error
+        except RecursionError as error:
+            raise InvalidResult("not JSON of ours: nested too deeply") from error
         return result
 
 
@@ -159,15 +161,26 @@ def stored(plan: PlannedMotion) -> StoredRun:
 
 
 def result_of(plan: PlannedMotion) -> RunResult:
-    """The content of ``result.json``: everything to rerun and judge the plan.
+    """Everything to rerun and judge the plan.
 
     Raises:
         TypeError: it is no plan.
     """
     if not isinstance(plan, PlannedMotion):
         raise TypeError(f"plan: what plan(scenario) returns is needed, not {shown(plan)}")
+    result = _without_pieces(plan)
+    return result.replaced(solution=result.solution.with_pieces(plan.trajectory))
+
+
+def folder_result(plan: PlannedMotion) -> RunResult:
+    """The content of ``result.json`` in a run folder, which has a file beside for the pieces of a sequence."""
+    return _without_pieces(plan) if plan.motion.stages else result_of(plan)
+
+
+def _without_pieces(plan: PlannedMotion) -> RunResult:
+    """The result of a plan, but for the pieces of its motion."""
     if isinstance(plan, StoredRun):
-        return plan.result
+        return plan.result.replaced(solution=plan.result.solution.with_pieces(None))
     return RunResult(
         scenario=plan.scenario,
         solution=SolutionResult.of(plan),

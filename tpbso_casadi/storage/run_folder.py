@@ -15,9 +15,9 @@ from solvers import Interruption
 from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
 from tpbso_casadi.planning import JudgedMotion, PlannedMotion
 from tpbso_casadi.scenario import ScenarioError, read_text
-from tpbso_casadi.storage.exporting import write_motion, write_stages
+from tpbso_casadi.storage.exporting import PIECES, write_motion, write_pieces, write_stages
 from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, replacing, write_text, writing
-from tpbso_casadi.storage.result import result_of
+from tpbso_casadi.storage.result import folder_result
 
 LOG = logging.getLogger(__name__)
 Writer: TypeAlias = Callable[[Path], object]  # writes files into a folder
@@ -127,16 +127,19 @@ def write_plan(
         folder,
         needed=tables_of(plan.motion, plan.times),
         further=further,
-        result=result_of(plan),
+        result=folder_result(plan),
         interruption=interruption,
         check=check,
     )
 
 
 def tables_of(motion: JudgedMotion, times: FloatArray) -> list[Writer]:
-    """Writers of ``trajectory.csv``, with rows at times (n,) in s, and of ``stages.csv`` where there are stages."""
+    """Writers of ``trajectory.csv``, with rows at times (n,) in s, and of what a sequence has beside."""
     found: list[Writer] = [lambda staged: write_motion(staged / "trajectory.csv", motion, times)]
-    return [*found, lambda staged: write_stages(staged / "stages.csv", motion)] if motion.stages else found
+    if motion.stages:
+        found.append(lambda staged: write_stages(staged / "stages.csv", motion))
+        found.append(lambda staged: write_pieces(staged / PIECES, motion.trajectory))
+    return found
 
 
 def add_to_plan(
@@ -156,7 +159,7 @@ def add_to_plan(
     Raises:
         OutputError: as of :func:`write_plan`; or the folder does not hold that run any more.
     """
-    result = result_of(plan)
+    result = folder_result(plan)
     written = stored_content(folder)
     own = parsed_json(_text_of(result, written.get("files", {})))
 

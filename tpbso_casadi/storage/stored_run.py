@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,17 @@ from problems import InvalidProblem, Problem
 from problems.base import number_of
 from problems.motions import JointPath
 from tpbso_casadi.planning import SAME_PATH, JudgedMotion, PlannedMotion, Retiming
-from tpbso_casadi.scenario import Scenario, ScenarioError, criteria_of, pieces_table, plugin_failures_named, read_text
-from tpbso_casadi.storage.exporting import TORQUE, table_of
+from tpbso_casadi.scenario import (
+    Scenario,
+    ScenarioError,
+    criteria_of,
+    pieces_in,
+    pieces_table,
+    plugin_failures_named,
+    read_bytes,
+    read_text,
+)
+from tpbso_casadi.storage.exporting import PIECES, TORQUE, table_of
 from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
 from tpbso_casadi.storage.result import InvalidResult, RunResult, StoredRun
 from tpbso_casadi.storage.run_folder import LARGEST_RESULT, SUFFIXES, digest_of
@@ -32,18 +42,13 @@ def read_run(folder: Path) -> StoredRun:
     Raises:
         InvalidRun: a file is missing or unreadable, has been changed, or a number is not what a recomputation gives.
     """
-    path = folder / "result.json"
+    path, result = folder / "result.json", read_result(folder)
     try:
-        text = read_text(path, LARGEST_RESULT)
-    except ScenarioError as error:
-        raise InvalidRun(str(error)) from error
-    try:
-        result = RunResult.from_json(text)
         with np.errstate(all="ignore"), plugin_failures_named(result.scenario, Contradiction):
             run = checked(result)
     except ScenarioError as error:
         raise InvalidRun(f"{path}: scenario.{error}") from error
-    except (InvalidResult, Contradiction) as error:
+    except Contradiction as error:
         raise InvalidRun(f"{path}: {error}") from error
     except (ArithmeticError, ValueError, RuntimeError) as error:  # where numbers are beyond all bounds
         raise InvalidRun(f"{path}: solution: no motion can be computed from it ({error})") from error
@@ -53,6 +58,28 @@ def read_run(folder: Path) -> StoredRun:
     except Contradiction as error:
         raise InvalidRun(str(error)) from error
     return run
+
+
+def read_result(folder: Path) -> RunResult:
+    """The content of a run folder's ``result.json`` as it was written, with the pieces that stand in a file beside.
+
+    Raises:
+        InvalidRun: a file is missing or unreadable, or has been changed.
+    """
+    path = folder / "result.json"
+    try:
+        result = RunResult.from_json(read_text(path, LARGEST_RESULT))
+        if result.solution.breakpoints is not None:
+            return result
+        path = folder / PIECES
+        content = read_bytes(path, LARGEST_RESULT)
+        if sha256(content).hexdigest() != result.files.get(PIECES):
+            raise InvalidResult("is not of this run")
+        return result.replaced(solution=result.solution.replaced(**pieces_in(content)))
+    except ScenarioError as error:
+        raise InvalidRun(str(error)) from error
+    except ValueError as error:
+        raise InvalidRun(f"{path}: {error}") from error
 
 
 def check_table(path: Path, motion: JudgedMotion) -> None:

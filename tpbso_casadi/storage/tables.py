@@ -224,23 +224,38 @@ class SolutionResult(StoredTable):
         quantities: by symbol, those of the paper.
         branches: the postures near which the search kept, by stop, rad; None, and no key, where none was chosen.
         time_scale: the factor by which the search's motion has been slowed.
-        breakpoints: (pieces + 1,), s.
-        coefficients: (order, pieces, joints), highest power first, rad / s^n.
+        breakpoints: (pieces + 1,), s; None, and no key, where ``motion.npz`` has them: in the folder of a sequence.
+        coefficients: (order, pieces, joints), highest power first, rad / s^n; likewise.
     """
 
-    OPTIONAL = ("branches",)
+    OPTIONAL = ("branches", "breakpoints", "coefficients")
 
     variables: list[VariableResult] | None
     quantities: dict[str, list[float]]
     branches: dict[str, list[float]] | None = None
     time_scale: Annotated[float, Range(above=0.0)]
-    breakpoints: Breakpoints
-    coefficients: Coefficients
+    breakpoints: Breakpoints | None = None
+    coefficients: Coefficients | None = None
+
+    def check(self) -> None:
+        if (self.breakpoints is None) != (self.coefficients is None):
+            raise InvalidTable("missing key", "breakpoints" if self.breakpoints is None else "coefficients")
 
     @property
     def trajectory(self) -> Trajectory:
-        """The trajectory that is stored."""
+        """The trajectory that is stored.
+
+        Raises:
+            InvalidTable: it stands in a file beside.
+        """
+        if self.breakpoints is None:
+            raise InvalidTable("missing key", "solution", "breakpoints")
         return Trajectory(np.array(self.breakpoints), np.array(self.coefficients))
+
+    def with_pieces(self, trajectory: Trajectory | None) -> Self:
+        """The solution with the pieces of a motion; without any where None."""
+        nothing = {"breakpoints": None, "coefficients": None}
+        return self.replaced(**(nothing if trajectory is None else PiecesResult.of(trajectory).values()))
 
     @property
     def vector(self) -> FloatArray | None:
@@ -249,7 +264,7 @@ class SolutionResult(StoredTable):
 
     @classmethod
     def of(cls, plan: PlannedMotion) -> Self:
-        """The motion of a plan, with the search vector that it comes from, before any polish."""
+        """The motion of a plan, still without its pieces, with the search vector that it comes from."""
         motion, problem, search = plan.motion, plan.problem, plan.search
         variables = None
         if problem is not None and search is not None and not search.in_program_variables:
@@ -260,7 +275,6 @@ class SolutionResult(StoredTable):
             quantities=quantities_of(motion),
             branches={name: theta.tolist() for name, theta in branch.items()} or None,
             time_scale=motion.time_scale,
-            **PiecesResult.of(motion.trajectory).values(),
         )
 
 

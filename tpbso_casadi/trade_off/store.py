@@ -15,12 +15,12 @@ from tpbso_casadi.scenario import ScenarioError, read_text
 from tpbso_casadi.storage import (
     LARGEST_RESULT,
     BrokenSeal,
-    InvalidResult,
+    InvalidRun,
     OutputError,
-    RunResult,
     check_run_folder,
     check_seal,
     check_writable,
+    read_result,
     sealed,
     stored_content,
     write_csv,
@@ -109,11 +109,10 @@ class FrontStore:
         Raises:
             OutputError: it cannot be read.
         """
-        path = self.folder / point.folder / RESULT
         try:
-            return RunResult.from_json(read_text(path, LARGEST_RESULT)).solution.trajectory
-        except (ScenarioError, InvalidResult) as error:
-            raise OutputError(f"{path}: {error}") from error
+            return read_result(self.folder / point.folder).solution.trajectory
+        except InvalidRun as error:
+            raise OutputError(str(error)) from error
 
     def add(self, method: str, *points: Point) -> None:
         """Store points that are complete.

@@ -283,7 +283,7 @@ def test_bodies_that_cannot_touch_are_in_the_least_clearance() -> None:
     turned = Trajectory(np.array([0.0, 1.0]), np.array([[[0.0, -0.1]], [[0.0, -1.5]]]))
     (verdict,) = [row for row in problem.criteria.verify(turned) if row.name == "clearance"]
     assert 0.89 * 1.1 <= verdict.worst <= 1.1 and verdict.where.startswith("link 1")
-    closest = problem.criteria.closest_approach(turned)
+    closest = problem.criteria.closest_approach(turned, ())
     assert closest is not None and closest.distance == pytest.approx(1.1, abs=1e-6)
 
 

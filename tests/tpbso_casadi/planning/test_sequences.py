@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import csv
+import io
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,7 +25,7 @@ from problems.timing import retime
 from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning import BOUND
 from tpbso_casadi.planning.stops import led_along
-from tpbso_casadi.scenario import Cell
+from tpbso_casadi.scenario import Cell, pieces_in
 from tpbso_casadi.storage import checked
 
 HOME = [0.0, -0.6, 0.0, -2.2, 0.0, 1.6, 0.785]
@@ -200,6 +201,49 @@ def test_a_run_folder_is_read_back_and_says_the_same(picked: tp.Plan, tmp_path: 
         rows = list(csv.DictReader(file))
     assert [row["signal"] for row in rows if row["signal"]] == ["gripper"]
     assert again.result.stages[1].constraints[0].name == "speed"
+    assert again.result.solution == picked.result.solution
+
+
+def test_the_pieces_of_a_sequence_stand_beside_its_result(picked: tp.Plan, tmp_path: Path) -> None:
+    folder = picked.save(tmp_path / "run", figures=())
+    result, pieces = folder / "result.json", folder / "motion.npz"
+    assert result.stat().st_size < 200_000
+    with np.load(pieces) as arrays:
+        np.testing.assert_array_equal(arrays["coefficients"], picked.trajectory.coefficients)
+    again = tp.read_run(folder)
+    whole, written, content = picked.result, result.read_text(), pieces.read_bytes()
+    pieces.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+    with pytest.raises(tp.InvalidRun, match=r"motion.npz: is not of this run$"):
+        tp.read_run(folder)
+    pieces.unlink()
+    with pytest.raises(tp.InvalidRun, match=r"motion.npz: cannot be read"):
+        tp.read_run(folder)
+    files = {name: digest for name, digest in json.loads(written)["files"].items() if name != pieces.name}
+    result.write_text(whole.replaced(files=files).to_json())  # as earlier versions wrote it
+    assert tp.read_run(folder).result.solution == again.result.solution
+
+
+@pytest.mark.parametrize(
+    ("arrays", "line"),
+    [
+        ({"breakpoints": [0.0, 1.0]}, "is no NPZ of breakpoints and coefficients alone"),
+        ({"breakpoints": [0.0, 1.0], "coefficients": np.ones((2, 2, 7))}, "do not fit each other"),
+        ({"breakpoints": [0.0, np.nan], "coefficients": np.ones((2, 1, 7))}, "breakpoints: a number is not finite"),
+        ({"breakpoints": [0.0, 1.0], "coefficients": np.array([[["a"]]])}, "coefficients: an array of numbers"),
+    ],
+)
+def test_other_arrays_are_no_pieces(arrays: dict[str, Any], line: str) -> None:
+    np.savez(file := io.BytesIO(), **arrays)
+    with pytest.raises(ValueError, match=line):
+        pieces_in(file.getvalue())
+
+
+def test_the_closest_approach_is_that_of_the_stage_that_comes_nearest(picked: tp.Plan) -> None:
+    stages = [stage for stage in picked.motion.stages if stage.criteria is not None]
+    each = [stage.criteria.closest_approach(stage.motion(picked.trajectory), ()) for stage in stages]  # type: ignore[union-attr]
+    found = picked.motion.closest_approach
+    assert found is not None
+    assert found.distance == min(one.distance for one in each if one is not None)
 
 
 @pytest.mark.parametrize(
