@@ -118,6 +118,10 @@ class JointPath:
         u = np.cumsum([0.0, *(extent for extent, _ in pieces)])
         return cls(u, np.stack([coefficients for _, coefficients in pieces], axis=1))
 
+    def first_joints(self, count: int) -> JointPath:
+        """The path of the first so many joints."""
+        return JointPath(self.breakpoints, self.coefficients[..., :count])
+
     def restarted(self, starts: FloatArray) -> FloatArray:
         """Coefficients (order, n, k) of the pieces that hold parameters (n,), each in its own u from there on."""
         return taylor_coefficients(self.at, starts, len(self.coefficients) - 1)

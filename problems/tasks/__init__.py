@@ -36,6 +36,7 @@ from problems.tasks.point_to_point import PointToPoint
 from problems.tasks.pose import Pose
 from problems.tasks.recorded import RecordedMotion
 from problems.tasks.sequence import Sequence
+from problems.tasks.steady_speed import SteadySpeed
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
 from problems.tasks.tool_path import Arc, Corners, StraightLine, ToolCurve, ToolPath
 from problems.tasks.turns import ShortTurns
@@ -68,6 +69,7 @@ __all__ = [
     "Sequence",
     "ShortTurns",
     "SpaceTracing",
+    "SteadySpeed",
     "StraightLine",
     "Surroundings",
     "Task",

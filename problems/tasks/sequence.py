@@ -23,12 +23,14 @@ class Sequence(Task):
         obstacles: that are there; those that are carried for a while move.
         scenery: what is drawn around the robot, where that differs: what is carried for a while moves.
         stops: where the tool is at the start and after each stage that moves it, (n, dim), m.
+        notes: on what stages state, a line each.
     """
 
     robot: Robot
     obstacles: tuple[Obstacle, ...] = ()
     stops: tuple[tuple[float, ...], ...] = ()
     scenery: tuple[Obstacle, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def conditions(self, trajectory: Trajectory) -> list[tuple[Constraint, FloatArray]]:
         return []

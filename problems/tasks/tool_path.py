@@ -34,6 +34,11 @@ class ToolCurve(ABC):
     def length(self) -> float:
         """The length of the whole curve."""
 
+    @property
+    def corners(self) -> list[tuple[FloatArray, float]]:
+        """The corners that the curve rounds, (dim,), and how far from each it begins to do so, m; none by default."""
+        return []
+
     @abstractmethod
     def points(self, s: FloatArray) -> FloatArray:
         """Positions of the tool, (n, dim), at shares (n,) from 0 to 1."""
@@ -183,10 +188,7 @@ class Corners(ToolCurve):
         lengths = np.linalg.norm(legs, axis=1)
         units, found = legs / lengths[:, None], [self.stops[:1]]
         share = np.linspace(0.0, 1.0, PARABOLA)[:, None]
-        for number, corner in enumerate(self.stops[1:-1]):
-            turn = float(np.linalg.norm(units[number + 1] - units[number]))
-            room = min(lengths[number], lengths[number + 1]) / 2.0
-            back = room if turn * room <= 4.0 * self.rounding else 4.0 * self.rounding / turn
+        for number, (corner, back) in enumerate(self.corners):
             first, last = corner - back * units[number], corner + back * units[number + 1]
             found.append((1.0 - share) ** 2 * first + 2.0 * share * (1.0 - share) * corner + share**2 * last)
         points = np.concatenate([*found, self.stops[-1:]])
@@ -197,6 +199,18 @@ class Corners(ToolCurve):
     @property
     def length(self) -> float:
         return float(self._curve[1][-1])
+
+    @property
+    def corners(self) -> list[tuple[FloatArray, float]]:
+        legs = np.diff(self.stops, axis=0)
+        lengths = np.linalg.norm(legs, axis=1)
+        turns = np.linalg.norm(np.diff(legs / lengths[:, None], axis=0), axis=1)
+        rooms = np.minimum(lengths[:-1], lengths[1:]) / 2.0
+        backs = [
+            room if turn * room <= 4.0 * self.rounding else 4.0 * self.rounding / turn
+            for turn, room in zip(turns, rooms, strict=True)
+        ]
+        return list(zip(self.stops[1:-1], backs, strict=True))
 
     def points(self, s: FloatArray) -> FloatArray:
         points, along = self._curve
@@ -266,15 +280,15 @@ class ToolPath:
             sine, cosine = self._missing(m)
             return ca.vertcat(ca.norm_2(sine), -cosine)
 
-        found = [_stated("path accuracy", "m", near, robot, None, (accuracy,))]
+        found = [stated_limit("path accuracy", "m", near, robot, None, (accuracy,))]
         if self.turned is not None:
             most = float(np.sin(min(angular_accuracy, np.pi / 2.0)))
-            found.append(_stated("angular accuracy", "rad", facing, robot, (-LEAST, -LEAST), (most, 0.0)))
+            found.append(stated_limit("angular accuracy", "rad", facing, robot, (-LEAST, -LEAST), (most, 0.0)))
         return found
 
     def speed_limit(self, robot: Robot, most: float) -> StatedExpression:
         """The limit of the tool's speed to so many m/s."""
-        return _stated("tool speed on the way", "m/s", lambda m: ca.norm_2(m.tool_velocity), robot, None, (most,))
+        return stated_limit("tool speed on the way", "m/s", lambda m: ca.norm_2(m.tool_velocity), robot, None, (most,))
 
     def _missing(self, moment: MotionView) -> tuple[ca.SX, ca.SX]:
         """The tool's error of orientation: axis times sine of the angle, (3, 1), and the cosine."""
@@ -288,5 +302,8 @@ class ToolPath:
         return rotation_away(wanted, moment.rotation)
 
 
-def _stated(name: str, unit: str, expression: Stated, robot: Robot, lower: Bound, upper: Bound) -> StatedExpression:
+def stated_limit(
+    name: str, unit: str, expression: Stated, robot: Robot, lower: Bound, upper: Bound
+) -> StatedExpression:
+    """A limit of an expression of one instant, with its name and unit."""
     return StatedExpression(name, unit, traced(expression, robot, name, differentiates=False), lower, upper)

@@ -18,6 +18,7 @@ from problems.timing.settings import ThroughSettings
 from problems.timing.speed_profile import SpeedProfile
 from problems.timing.through import Passing, apart, fastest_through, peak_shares
 from problems.timing.through_bound import least_through
+from problems.timing.tool_length import retime_below
 
 __all__ = [
     "AccelerationPieces",
@@ -44,5 +45,6 @@ __all__ = [
     "peak_shares",
     "rest_to_rest",
     "retime",
+    "retime_below",
     "switch_shares",
 ]

@@ -190,6 +190,7 @@ class PathTorques:
         """
         if chain is None or limits.torque is None:
             return None
+        path = path.first_joints(len(limits.torque))
         count = settings.nodes
         nodes = (1.0 - np.cos(np.pi * (np.arange(count) + 0.5) / count)) / 2.0
         starts = _polynomial_starts(path, settings)

@@ -55,8 +55,10 @@ def _by_section(
 def _line_time_scale(motors: PathTorques, move: Trajectory, samples: int) -> float:
     """How many times slower a move along a line has to be run for its torques, at samples."""
     start, line = motors.path.coefficients[-1, 0], motors.path.coefficients[-2, 0]  # higher orders are all but zero
-    times = move.times(samples)
-    u, rate, change = ((move.at(times, order) - (order == 0) * start) @ line / (line @ line) for order in range(3))
+    times, joints = move.times(samples), line.size
+    u, rate, change = (
+        (move.at(times, order)[:, :joints] - (order == 0) * start) @ line / (line @ line) for order in range(3)
+    )
     return motors.time_scale(np.clip(u, *motors.path.breakpoints[[0, -1]]), rate, change)
 
 

@@ -164,6 +164,9 @@ class RetimingSettings:
 
 DEFAULT_TORQUE_CURVE = TorqueCurveSettings()
 DEFAULT_RETIMING = RetimingSettings()
+STEADY_RETIMING = RetimingSettings(law=LawSettings(fewest_intervals=320, intervals_per_piece=48))
+# of a steady speed of the tool: along 24 lines of a Panda it is reached after 0.84 of the time that half as many
+# intervals need, and left by 2 % nowhere in between (by 2.6 % at worst)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -276,7 +276,7 @@ def _smoothed(
     total = float(profile.times[-1])
     before, after = (given[0] if any(given) else 0.0 for given in (ends.start, ends.goal))
     sums = _extended(profile, before, after).antiderivative()
-    _, acceleration, jerk = limits.by_order
+    _, acceleration, jerk = (bound[np.isfinite(limits.by_order[2])] for bound in limits.by_order)
     swing = float((acceleration / jerk).max())
     for width in sorted({*(min(times * swing, total) for times in swings), total}):
         delay, tail = (0.0 if rate > 0.0 else width / 2.0 for rate in (before, after))

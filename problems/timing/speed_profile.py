@@ -234,7 +234,7 @@ def profile_time_scale(motors: PathTorques, profile: SpeedProfile) -> float:
 
 def _friction(motors: PathTorques, intervals: Intervals, resting: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The most and the least that Coulomb friction can take in each interval, (N, k)."""
-    slopes = in_bernstein_form(derivative(intervals.local))
+    slopes = in_bernstein_form(derivative(intervals.local[..., : motors.coulomb.size]))
     stops = np.logical_or(resting[:-1], resting[1:])[:, None]
     high = np.where((slopes.max(axis=0) < 0.0) & ~stops, -1.0, 1.0)
     low = np.where((slopes.min(axis=0) > 0.0) & ~stops, 1.0, -1.0)
@@ -312,7 +312,8 @@ def fastest_profile(
 def rises(limits: JointLimits, duration: float) -> float:
     """How many times the quickest joint could come from rest to its largest speed in a duration in s."""
     speed, acceleration = limits.by_order[:2]
-    return float(duration * (acceleration / speed).max())
+    limited = np.isfinite(acceleration)
+    return float(duration * (acceleration / speed)[limited].max())
 
 
 def _subdivided(breakpoints: FloatArray, measure: FloatArray, count: int, least_in_piece: int) -> FloatArray:

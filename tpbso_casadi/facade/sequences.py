@@ -96,6 +96,8 @@ class Line(StatedStage):
         accuracy: how far the tool may be from the line, m.
         angular_accuracy: how far it may be turned from what it should be, rad.
         max_tool_speed: m/s.
+        tool_speed: that the tool keeps, but next to ends and corners, m/s; or a table with ``speed``, ``tolerance`` (a
+            share), ``at_ends`` and ``at_corners`` (m).
         may_touch: as of :class:`MoveTo`, and so are all others.
         margin: m.
         constraints: of your own.
@@ -113,6 +115,7 @@ class Line(StatedStage):
     accuracy: float | None = None
     angular_accuracy: float | None = None
     max_tool_speed: float | None = None
+    tool_speed: float | Mapping[str, Any] | None = None
     may_touch: Sequence[tuple[str, str]] | None = None
     margin: float | None = None
     constraints: AnyConstraint | Iterable[AnyConstraint] | None = None
@@ -131,6 +134,8 @@ class Along(StatedStage):
         accuracy: how far the tool may be from the straight lines, corners included, m.
         angular_accuracy: how far it may be turned from how it is at first, rad.
         max_tool_speed: m/s.
+        tool_speed: that the tool keeps, but next to ends and corners, m/s; or a table with ``speed``, ``tolerance`` (a
+            share), ``at_ends`` and ``at_corners`` (m).
         may_touch: as of :class:`MoveTo`, and so are all others.
         margin: m.
         constraints: of your own.
@@ -146,6 +151,7 @@ class Along(StatedStage):
     accuracy: float
     angular_accuracy: float | None = None
     max_tool_speed: float | None = None
+    tool_speed: float | Mapping[str, Any] | None = None
     may_touch: Sequence[tuple[str, str]] | None = None
     margin: float | None = None
     constraints: AnyConstraint | Iterable[AnyConstraint] | None = None

@@ -25,7 +25,7 @@ from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.tasks import Place
-from problems.timing import least_along, retime
+from problems.timing import least_along, retime, retime_below
 from tpbso_casadi.planning.direct import directly, judged
 from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.motion import JudgedMotion
@@ -35,6 +35,7 @@ from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
     ENDS,
     Cell,
+    LedStage,
     MovingStage,
     Scenario,
     ScenarioError,
@@ -117,6 +118,7 @@ def planned_sequence(
     chain = work.best_chain()
     work.polish(chain)
     trajectory, ends = work.joined(chain)
+    scenario = scenario.replaced(task=work.stated(chain))
     criteria = judged_by_stage(scenario, trajectory, ends)
     quantities = {ENDS: ends, BOUND: np.array([bound or work.bound])}
     motion = JudgedMotion(criteria, trajectory, quantities)
@@ -143,6 +145,7 @@ class SequencePlanner:
         self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
         self._motions: dict[tuple[str, bytes, bytes], Trajectory] = {}
         self._judged: dict[tuple[int, bytes], tuple[Cell, Criteria]] = {}  # of ways of the tool, by layer and start
+        self._steady: dict[tuple[int, tuple[int, int]], LedStage] = {}  # with a tool's speed, by layer and postures
         self._broken: dict[int, str] = {}  # by layer, what the last motion along a way broke
         planning.progress.phase("postures")
         self.stops = self._stops()
@@ -339,7 +342,7 @@ class SequencePlanner:
         stage, start, goal = self.stage(layer), postures[layer], postures[layer + 1]
         try:
             if path is not None:
-                motion = self._timed(layer, self._along(layer, cell, start), path)
+                motion = self._timed(layer, pair, cell, start, path)
             else:
                 motion = self._moved(cell.statement(stage, start, goal), start, goal, thorough)
         except InvalidProblem as error:
@@ -382,23 +385,46 @@ class SequencePlanner:
         self._judged[layer, start.tobytes()] = cell, criteria
         return criteria
 
-    def _timed(self, layer: int, criteria: Criteria, path: JointPath) -> Trajectory | None:
+    def _timed(
+        self, layer: int, pair: tuple[int, int], cell: Cell, start: FloatArray, path: JointPath
+    ) -> Trajectory | None:
         """The least-time motion along a path that a stage's tool follows; None where it is not certified."""
-        trajectory = retime(path, criteria.robot.limits, chain=criteria.robot.rigid_chain)
-        motion = judged(criteria, trajectory)
+        stage, criteria = self.stage(layer), self._along(layer, cell, start)
+        assert isinstance(stage, LedStage)
+        robot = criteria.robot
+        if stage.fastest_tool is None:
+            timed = retime(path, robot.limits, chain=robot.rigid_chain)
+        else:
+            timed = retime_below(path, robot, stage.fastest_tool)
+        if stage.tool_speed is not None:
+            stage, broken = stage.with_speed_of(timed, robot, start)
+            if broken is not None:
+                self._broken[layer] = broken
+                return None
+            self._steady[layer, pair] = stage
+            criteria = cell.statement(stage, start).judged()
+        motion = judged(criteria, timed)
         if motion.feasible:
             return motion.trajectory
-        broken = next(verdict for verdict in motion.verdicts if not verdict.satisfied)
-        limit = f"{broken.bound:.4g} {broken.unit}"
-        self._broken[layer] = f"{broken.name} {broken.worst:.4g} where {limit} is the limit, {broken.where}"
+        verdict = next(verdict for verdict in motion.verdicts if not verdict.satisfied)
+        limit = f"{verdict.bound:.4g} {verdict.unit}"
+        self._broken[layer] = f"{verdict.name} {verdict.worst:.4g} where {limit} is the limit, {verdict.where}"
         return None
+
+    def stated(self, chain: Sequence[int]) -> SequenceTask:
+        """The task, which says where steady speeds of the tool are kept along the ways of a chain."""
+        stages = list(self.task.stages)
+        for layer, pair in enumerate(_pairs(chain)):
+            if (layer, pair) in self._steady:
+                stages[self.task.legs[self.moving[layer]][0][-1]] = self._steady[layer, pair]
+        return self.task.replaced(stages=stages)
 
     def polish(self, chain: Sequence[int]) -> None:
         """Make the ways of the tool faster within their accuracy, as long as that is worth it and there is time."""
         postures = [stop.postures[index] for stop, index in zip(self.stops, chain, strict=True)]
         for layer, pair in enumerate(_pairs(chain)):
             motion = self.edges[layer].motions[pair]
-            if motion is None or self.stops[layer + 1].paths[pair[1]] is None:
+            if motion is None or (layer, pair) in self._steady or self.stops[layer + 1].paths[pair[1]] is None:
                 continue
             if self.planning.running_out():
                 return

@@ -44,7 +44,7 @@ from tpbso_casadi.scenario.scenario import (
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.sequence import SequenceTask
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
-from tpbso_casadi.scenario.stages import MovingStage, StageSection
+from tpbso_casadi.scenario.stages import LedStage, MovingStage, StageSection
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, task_tables
 from tpbso_casadi.scenario.tracking_log import TrackingLog, read_tracking_log
 from tpbso_casadi.scenario.validation import (
@@ -106,6 +106,7 @@ __all__ = [
     "HandSection",
     "InputFolder",
     "Interpolation",
+    "LedStage",
     "ModelSection",
     "MovingStage",
     "NamedSolver",

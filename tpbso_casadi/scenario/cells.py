@@ -256,7 +256,9 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
     obstacles = build_obstacles(list(scenario.obstacles), robot.dof)
-    task = StagedTask(robot, obstacles, stops, shown_around(cells, trajectory, times))
+    legs = zip(labels, scenario.task.legs, strict=True)  # type: ignore[attr-defined]
+    notes = tuple(f"{label}: {leg.note}" for label, (_, leg) in legs if isinstance(leg, MovingStage) and leg.note)
+    task = StagedTask(robot, obstacles, stops, shown_around(cells, trajectory, times), notes)
     return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages))
 
 

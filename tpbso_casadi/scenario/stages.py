@@ -9,10 +9,10 @@ from typing import Annotated, Any, ClassVar, Literal, Protocol, Self, TypeAlias,
 import casadi as ca
 import numpy as np
 
-from problems import InvalidProblem, Joints, Place, Robot
+from problems import InvalidProblem, Joints, Place, Robot, Trajectory
 from problems.base import Count, FloatArray, InvalidTable, Range, ReadBy, as_array, did_you_mean, flat, in_words
 from problems.robots import SpatialArm
-from problems.tasks import Arc, Corners, Pose, Position, StraightLine, ToolCurve, ToolPath
+from problems.tasks import Arc, Corners, Pose, Position, SteadySpeed, StraightLine, ToolCurve, ToolPath
 from tpbso_casadi.scenario.carried import BODY, Contacts
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
@@ -37,6 +37,7 @@ from tpbso_casadi.scenario.validation import (
 )
 
 ACCURACY, ANGULAR_ACCURACY = 1e-3, 0.01  # of lines, m and rad
+LARGEST_TOLERANCE = 0.5  # share of a steady speed
 ROUNDING = 0.7  # of the accuracy: what corners use up
 LONGEST_WAIT = 3_600.0  # s
 OF_THE_ROBOT = ("max_speed", "max_acceleration", "max_jerk", "payload")  # keys that a stage may state anew
@@ -109,6 +110,11 @@ class MovingStage(StageSection):
         """Places that are passed; none by default."""
         return None
 
+    @property
+    def note(self) -> str:
+        """A line on what the stage keeps, for whoever reads the plan; empty by default."""
+        return ""
+
     def goals_from(self, robot: Robot, posture: FloatArray) -> Place | list[Place]:
         """The goals of the stage, if it begins in a posture (dof,)."""
         raise NotImplementedError
@@ -167,12 +173,70 @@ class MoveStage(MovingStage):
         return self.goal
 
 
+class SteadySpeedTable(Section):
+    """The speed of the tool that is kept along a way, m/s.
+
+    Attributes:
+        speed: of the tool, m/s.
+        tolerance: share of it by which the tool may be slower or faster.
+        at_ends: distance from start and goal within which it may be slower, m; as far as limits need by default.
+        at_corners: the same of corners.
+    """
+
+    speed: Positive
+    tolerance: Annotated[Positive, Range(most=LARGEST_TOLERANCE)] = 0.05
+    at_ends: Positive | None = None
+    at_corners: Positive | None = None
+
+    @property
+    def steady(self) -> SteadySpeed:
+        """The steady speed that the table states."""
+        return SteadySpeed(self.speed, self.tolerance, self.at_ends, self.at_corners)
+
+
+def read_tool_speed(table: Any) -> SteadySpeedTable:
+    """The table of a steady speed of the tool, or a number alone, m/s."""
+    if isinstance(table, SteadySpeedTable):
+        return table
+    return SteadySpeedTable.from_table(table if isinstance(table, Mapping) else {"speed": table})
+
+
+AnyToolSpeed = Annotated[SteadySpeedTable, ReadBy(read_tool_speed)]
+
+
 class LedStage(MovingStage):
-    """A stage whose tool is led along a way; accuracies in m and rad, speed in m/s."""
+    """A stage whose tool is led along a way; accuracies in m and rad, speeds in m/s.
+
+    Attributes:
+        max_tool_speed: that the tool does not exceed, m/s.
+        tool_speed: that the tool keeps, but next to ends and corners, m/s; or a table.
+    """
 
     accuracy: Positive = ACCURACY
     angular_accuracy: Annotated[Positive, ANGULAR] = ANGULAR_ACCURACY
     max_tool_speed: Positive | None = None
+    tool_speed: AnyToolSpeed | None = None
+
+    def check(self) -> None:
+        if self.max_tool_speed is not None and self.tool_speed is not None:
+            raise InvalidTable("tool_speed says how fast the tool is; leave max_tool_speed out", "max_tool_speed")
+
+    @property
+    def note(self) -> str:
+        return "" if self.tool_speed is None else self.tool_speed.steady.note
+
+    @property
+    def fastest_tool(self) -> float | None:
+        """The speed to which the tool comes at most, m/s; None where nothing is said of it."""
+        return self.max_tool_speed if self.tool_speed is None else self.tool_speed.speed
+
+    def with_speed_of(self, motion: Trajectory, robot: Robot, posture: FloatArray) -> tuple[Self, str | None]:
+        """The stage, which says where a motion keeps the tool's speed; and where and why it does not, if so."""
+        path = self.tool_path(robot, posture)
+        assert path is not None and self.tool_speed is not None
+        kept, broken = self.tool_speed.steady.where_kept(path, robot, motion)
+        distances = {"at_ends": kept.at_ends or None, "at_corners": kept.at_corners or None}
+        return self.replaced(tool_speed=self.tool_speed.replaced(**distances)), broken
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
         """The end of the path that begins in a posture (dof,)."""
@@ -198,6 +262,7 @@ class LedStage(MovingStage):
         assert path is not None
         kinds = path.constraints(robot, self.accuracy, self.angular_accuracy)
         kinds += [] if self.max_tool_speed is None else [path.speed_limit(robot, self.max_tool_speed)]
+        kinds += [] if self.tool_speed is None else self.tool_speed.steady.limits(path, robot)
         return [ConstraintSection.of(kind) for kind in kinds]
 
 
@@ -214,6 +279,7 @@ class LineStage(LedStage):
     through: Coordinates | None = None
 
     def check(self) -> None:
+        super().check()
         if (self.goal is None) == (self.by is None):
             raise InvalidTable("one of goal and by is needed, not both", "goal")
         if self.goal is not None and not isinstance(self.goal, Pose | Position):
