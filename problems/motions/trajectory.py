@@ -123,14 +123,17 @@ class Trajectory:
         if not 0.0 <= first < last <= self.duration:
             raise ValueError(f"from {first:g} to {last:g} s is no part of 0 to {self.duration:g} s")
         inner = self.breakpoints[(self.breakpoints > first + SLIVER) & (self.breakpoints < last - SLIVER)]
-        edges = np.concatenate([[first], inner, [last]])
+        return self.cut(np.concatenate([[first], inner, [last]]))
+
+    def cut(self, edges: FloatArray) -> Trajectory:
+        """The section with pieces between increasing times in s, none of which spans a breakpoint, from t = 0 on."""
         pieces = np.searchsorted(self.breakpoints[1:-1], (edges[:-1] + edges[1:]) / 2.0, side="right")
         shifts, n = edges[:-1] - self.breakpoints[pieces], self.coefficients.shape[0] - 1
         powers = self.coefficients[::-1, pieces]
         taylor = [
             sum(comb(j, i) * shifts[:, None] ** (j - i) * powers[j] for j in range(i, n + 1)) for i in range(n + 1)
         ]
-        return Trajectory(edges - first, np.array(taylor[::-1]))
+        return Trajectory(edges - edges[0], np.array(taylor[::-1]))
 
     def followed_by(self, then: Trajectory) -> Trajectory:
         """The motion and, from its end on, another one of the same joints, which begins with the same state."""

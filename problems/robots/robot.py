@@ -165,6 +165,14 @@ class Robot(Parametric, ABC):
         """The robot without margin: bodies may come near, but must not touch."""
         return replace(self, margin=0.0)
 
+    def within(self, errors: tuple[float, ...]) -> Self:
+        """The robot whose joints may be off by errors (dof,), rad or m, besides those that they have already.
+
+        Raises:
+            InvalidProblem: nothing is known of such a robot, or errors are too large.
+        """
+        raise InvalidProblem("robot", f"{type(self).__name__} has no tracking error")
+
     @property
     def assumed(self) -> str:
         """The condition under which ``certified`` is true, in words to stand behind it; empty without one."""

@@ -172,6 +172,12 @@ class SpatialArm(Robot):
     def joint_errors(self) -> tuple[Any, ...] | None:
         return None if self.tracking is None else self.tracking.most(self.max_speed, self.max_acceleration)
 
+    def within(self, errors: tuple[float, ...]) -> SpatialArm:
+        if self.tracking is None:
+            return replace(self, tracking=TrackingError(errors, *[(0.0,) * self.dof] * 2))
+        both = tuple(a + b for a, b in zip(self.tracking.constant, errors, strict=True))
+        return replace(self, tracking=replace(self.tracking, constant=both))
+
     @property
     def assumed(self) -> str:
         parts = [f"without the geometry of {', '.join(self.left_out.links)}"] if self.left_out.links else []

@@ -16,6 +16,7 @@ COMMANDS = {
     "solve": "plan one motion, prove it for all t, write its run folder",
     "audit": "the certificate of a run, or the structure of a scenario",
     "certify": "a trajectory of any program, proven for all t or what it breaks",
+    "export": "a plan as a program for a robot's controller",
     "compare": "many runs of solvers on scenarios, and their statistics",
     "retime": "the least time along a given path in joint space",
     "pareto": "a front of certified plans between two objectives",

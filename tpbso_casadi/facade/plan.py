@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from problems import CertificateStatus, Trajectory, Verdict
 from problems.assembly import MotionStage
@@ -21,6 +21,7 @@ from tpbso_casadi.figures import figure_writers
 from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
+from tpbso_casadi.programs import Program, exporter_of
 from tpbso_casadi.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.storage import (
     RunResult,
@@ -297,6 +298,19 @@ class Plan:
         formats, exports = chosen("figures", figures, FORMATS), exports_of(self.planned, export, rate)
         write_plan(place, self.planned, [*figure_writers(self.planned, formats), *exports])
         return place
+
+    def program(self, kind: str, **settings: Any) -> Program:
+        """A program for a controller, with what is proven of the motion that the controller makes of it.
+
+        Args:
+            kind: ``urscript``, ``urscript-movej``, ``krl``, ``rsi``, ``rapid``, ``egm``, ``fanuc``, ``franka``,
+                ``inform``, the name of an entry point or ``package.module:Class``.
+            settings: of this kind, such as ``accuracy`` or ``outputs``.
+
+        Raises:
+            OutputError: there is no such kind or setting, or the plan cannot be stated in it.
+        """
+        return exporter_of(kind, settings).program(self.motion)
 
     def certificate(self, path: str | Path) -> Path:
         """Write a certificate that others can check with NumPy alone: ``python check_certificate.py FILE``.

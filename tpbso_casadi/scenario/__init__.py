@@ -1,7 +1,15 @@
 """Scenarios: files that are validated key by key, and the built-in ones."""
 
 from tpbso_casadi.scenario.cases import DEFAULT, TITLES, best_known, builtin
-from tpbso_casadi.scenario.catalogues import SOLVER_CATALOGUE, PluginError, current_name, find_objective, find_solver
+from tpbso_casadi.scenario.catalogues import (
+    SOLVER_CATALOGUE,
+    Catalogue,
+    PluginError,
+    current_name,
+    find_objective,
+    find_solver,
+    subclass_of,
+)
 from tpbso_casadi.scenario.cells import ENDS, Cell, criteria_of, judged_by_stage, walked
 from tpbso_casadi.scenario.constraints import HandSection
 from tpbso_casadi.scenario.input_files import (
@@ -102,6 +110,7 @@ __all__ = [
     "AnyRobotTable",
     "ArmSection",
     "BuiltScene",
+    "Catalogue",
     "Cell",
     "HandSection",
     "InputFolder",
@@ -170,6 +179,7 @@ __all__ = [
     "reading_of",
     "rows_table",
     "settings_table",
+    "subclass_of",
     "task_tables",
     "walked",
     "with_files_read",

@@ -1,0 +1,200 @@
+"""Points of a motion for joint moves, as few as an accuracy needs, and what is proven of the path through them."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Annotated, ClassVar, TypeAlias
+
+import numpy as np
+
+from problems import CertificateStatus, Robot, Trajectory
+from problems.assembly import Criteria
+from problems.base import FloatArray, Range
+from tpbso_casadi.planning import JudgedMotion
+from tpbso_casadi.programs.deviation import control_points, fewest, from_line, rounding
+from tpbso_casadi.programs.program import Coding, Exporter, Program, Proof, Signal
+from tpbso_casadi.programs.proofs import clear_along, clear_within, is_of_postures, polyline, said
+
+CANDIDATES = 1000  # at least, of a motion
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """Points of a motion from standstill to standstill.
+
+    Attributes:
+        criteria: by which the motion is judged.
+        values: numbers of the program, (n, dof).
+        points: the same as they are read, (n, dof), rad or m.
+        off: how far joints of the motion are from the lines between points at most, (dof,), rad or m.
+    """
+
+    criteria: Criteria
+    values: FloatArray
+    points: FloatArray
+    off: FloatArray
+
+    @classmethod
+    def of(cls, criteria: Criteria, motion: Trajectory, coding: Coding, accuracy: float, longest: float | None) -> Leg:
+        """The fewest points that keep every joint of a motion within an accuracy of the lines between them.
+
+        Args:
+            criteria: by which the motion is judged.
+            motion: of the joints.
+            coding: of the numbers in the program.
+            accuracy: rad, or m of a joint that slides.
+            longest: the most that a joint moves from point to point, rad or m; None for whatever it is.
+        """
+        edges = motion.times(CANDIDATES)
+        cut, curves = control_points(motion, edges)
+        values = coding.encoded(cut.at(cut.breakpoints))
+        points = coding.decoded(values)
+
+        def off(first: int, last: int) -> FloatArray:
+            return from_line(curves[:, first:last], points[first], points[last])
+
+        def fits(first: int, last: int) -> bool:
+            far = longest is not None and np.abs(points[last] - points[first]).max() > longest
+            return not far and bool(off(first, last).max() <= accuracy)
+
+        chosen = fewest(len(points), fits)
+        most = np.max([off(*pair) for pair in pairwise(chosen)], axis=0) + rounding(motion)
+        return cls(criteria, values[chosen], points[chosen], most)
+
+    @property
+    def lines(self) -> tuple[Criteria, Trajectory]:
+        """The path along lines between the points; obstacles that move are left out: nobody knows the times."""
+        return self.criteria, polyline(self.points)
+
+    @property
+    def spread(self) -> FloatArray:
+        """How far joints that go from point to point each on its own are from a point of the line, (dof,)."""
+        return np.asarray(np.abs(np.diff(self.points, axis=0)).max(axis=0) / 2.0)
+
+
+Step: TypeAlias = Leg | Signal | float  # a move, a signal that is told, or a wait in s
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """The steps of a program of joint moves.
+
+    Attributes:
+        robot: that moves.
+        coding: of the numbers in it.
+        start: where it begins, (1, dof), as numbers.
+        steps: in their order.
+    """
+
+    robot: Robot
+    coding: Coding
+    start: FloatArray
+    steps: tuple[Step, ...]
+
+    @property
+    def numbered(self) -> Iterator[int | Signal | float]:
+        """The steps, a leg as the numbers of its points, of which the start has 0."""
+        number = 0
+        for step in self.steps:
+            if isinstance(step, Leg):
+                yield from range(number + 1, number + len(step.points))
+                number += len(step.points) - 1
+            else:
+                yield step
+
+    @property
+    def legs(self) -> list[Leg]:
+        """The steps that move."""
+        return [step for step in self.steps if isinstance(step, Leg)]
+
+    @cached_property
+    def count(self) -> int:
+        """The number of moves."""
+        return sum(len(leg.points) - 1 for leg in self.legs)
+
+    @cached_property
+    def values(self) -> FloatArray:
+        """All points, the start first, (count + 1, dof), as numbers of the program."""
+        return np.concatenate([self.start, *(leg.values[1:] for leg in self.legs)])
+
+
+class PointExporter(Exporter):
+    """A writer of joint moves from point to point, with a stop at each.
+
+    Attributes:
+        documented: whether the maker says that joints move along straight lines.
+        path: what the maker documents of the path between two points.
+    """
+
+    documented: ClassVar[bool] = False
+    path: ClassVar[str]
+
+    accuracy: Annotated[float, Range(least=1e-6, most=1.0)] = 0.005
+    longest: Annotated[float, Range(least=1e-4)] | None = None
+    speed: Annotated[float, Range(least=0.1, most=100.0)] = 20.0
+
+    @abstractmethod
+    def text(self, route: Route, notes: list[str]) -> dict[str, str]:
+        """The files of a program, by their names.
+
+        Args:
+            route: its steps.
+            notes: lines of comment.
+        """
+
+    def program(self, motion: JudgedMotion) -> Program:
+        robot = motion.criteria.robot
+        coding = self.coding(robot)
+        steps = tuple(self._steps(motion, coding))
+        route = Route(robot, coding, coding.encoded(motion.trajectory.at(np.zeros(1))), steps)
+        off, spread = (np.max([getattr(leg, of) for leg in route.legs], axis=0) for of in ("off", "spread"))
+        program = Program(
+            content=f"{self.title}: {route.count + 1} points, a stop at each, {said(robot, off)} from the plan at most",
+            proofs=tuple(self._proofs(motion, [leg.lines for leg in route.legs], spread)),
+            assumptions=("the robot stands at the first point", self.path),
+            unstated=(
+                f"times, speeds and accelerations: those of the controller at {self.speed:g} %",
+                *self._free(motion),
+                *self.silent([step for step in steps if isinstance(step, Signal)]),
+            ),
+            planned=motion.status,
+        )
+        return program.with_files(self.text(route, program.notes))
+
+    def _steps(self, motion: JudgedMotion, coding: Coding) -> Iterator[Step]:
+        if not motion.stages:
+            yield self._leg(motion.criteria, motion.trajectory, coding)
+        for stage in motion.stages:
+            if stage.signal is not None:
+                yield self.signal(*stage.signal)
+            if stage.criteria is not None:
+                yield self._leg(stage.criteria, stage.motion(motion.trajectory), coding)
+            elif stage.end > stage.start:
+                yield stage.end - stage.start
+
+    def _leg(self, criteria: Criteria, motion: Trajectory, coding: Coding) -> Leg:
+        return Leg.of(criteria, motion, coding, self.accuracy, self.longest)
+
+    def _proofs(
+        self, motion: JudgedMotion, lines: list[tuple[Criteria, Trajectory]], spread: FloatArray
+    ) -> Iterator[Proof]:
+        """Proofs on the lines between points, and on other paths where the maker does not document that it is these."""
+        yield Proof("path along straight lines of the joints from point to point", clear_along(lines))
+        if not self.documented:
+            far = said(motion.criteria.robot, spread)
+            yield Proof(
+                f"clearances where each joint goes from point to point on its own, {far} from the middle at most",
+                clear_within(lines, spread, at_planned_times=False),
+            )
+        if any(obstacle.moves for obstacle in motion.criteria.obstacles):
+            reason = "clearances from obstacles that move: the controller decides when the robot is where"
+            yield Proof(reason, CertificateStatus.UNDECIDED)
+
+    def _free(self, motion: JudgedMotion) -> list[str]:
+        """A line on limits that no proof on the path speaks of."""
+        names = dict.fromkeys(limit.name for limit in motion.criteria.judged_limits if not is_of_postures(limit))
+        return [f"limits that hold for the plan alone: {', '.join(names)}"] if names else []
