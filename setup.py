@@ -1,7 +1,8 @@
 """The compiled core, made with the package by the machine's C++ compiler, or by the one that pip brings.
 
 Each variant is the same sources for another instruction set and computes the same numbers. They are plain libraries
-that are loaded by ctypes, not modules: :mod:`problems.library`.
+that are loaded by ctypes, not modules: :mod:`problems.library`. As they use nothing of Python's, one wheel serves every
+version of it.
 """
 
 import os
@@ -27,6 +28,7 @@ if not any(map(shutil.which, ("c++", "g++", "clang++"))) and find_spec("ziglang"
     os.environ.setdefault("CXX", f"{sys.executable} -m ziglang c++")
 
 setup(
+    options={"bdist_wheel": {"py_limited_api": "cp311"}},
     ext_modules=[
         Extension(
             f"problems.core.{name}",
@@ -34,7 +36,8 @@ setup(
             depends=HEADERS,
             language="c++",
             define_macros=[("CORE_DIGEST", f'"{DIGEST}"')],
-            extra_link_args=["-s"],
+            extra_link_args=["-s"] if sys.platform == "linux" else [],
+            py_limited_api=True,
             extra_compile_args=[*FLAGS, *flags],
             optional=True,  # where no compiler works all the rest is installed
         )

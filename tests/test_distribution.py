@@ -78,6 +78,7 @@ def test_the_wheel_holds_the_packages_and_their_data(built: Path) -> None:
     assert sources == {name for name in names if name.split("/")[0] in PACKAGES}
     assert {name.split("/")[0] for name in names} == {*PACKAGES, f"tpbso_casadi-{PROJECT['version']}.dist-info"}
     assert {f"{package}/py.typed" for package in PACKAGES} < names
+    assert "-cp311-abi3-" in wheel.name  # which every later Python takes, too
 
 
 @pytest.mark.process
