@@ -43,5 +43,5 @@ setup(
         )
         for name, flags in VARIANTS.items()
         if sys.platform != "win32"
-    ]
+    ],
 )
