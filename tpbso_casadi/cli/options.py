@@ -264,13 +264,13 @@ def add_row_interpolation(group: Group, kinds: Iterable[str], default: object) -
     )
 
 
-def add_row_file(group: Group, *, clock: bool = True, bag: bool = True, start: bool = True) -> None:
+def add_row_file(group: Group, *, clock: bool = True, messages: bool = True, start: bool = True) -> None:
     """How a file of rows of joints is read.
 
     Args:
         group: to add the options to.
         clock: whether its times are used.
-        bag: whether it may be a bag of ROS.
+        messages: whether it may be a bag of ROS with several trajectories.
         start: whether its rows begin somewhere.
     """
     group.add_argument(
@@ -309,8 +309,8 @@ def add_row_file(group: Group, *, clock: bool = True, bag: bool = True, start: b
                 "in the first row",
             ),
         )
-    if bag:
-        group.add_argument("--topic", metavar="NAME", help=defaulting("of a bag: the one that is read", "the only one"))
+    group.add_argument("--topic", metavar="NAME", help=defaulting("of a bag: the one that is read", "the only one"))
+    if messages:
         group.add_argument(
             "--message",
             type=positive_int,

@@ -42,6 +42,7 @@ class Certificate:
         broken: the names of the constraints that are not proven.
         worst: the first of them: its value, its limit and where.
         reason: why it is unreadable.
+        notes: on how the file was read, and what its numbers look like.
     """
 
     file: str
@@ -54,6 +55,7 @@ class Certificate:
     broken: str = ""
     worst: str = ""
     reason: str = ""
+    notes: str = ""
 
     @classmethod
     def columns(cls) -> list[str]:
@@ -144,6 +146,7 @@ class Judge:
             seconds=time.perf_counter() - began,
             broken="; ".join(verdict.name for verdict in failed),
             worst=_in_words(failed),
+            notes="; ".join(motion.criteria.task.notes),
         )
 
     def motion(self, file: Path) -> JudgedMotion:

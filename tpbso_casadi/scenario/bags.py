@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 from problems.base import in_words
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.recorded_rows import AS_IT_IS, BadRow, Reading, RecordedRows
-from tpbso_casadi.scenario.ros_messages import rows_of_message, rows_of_states
+from tpbso_casadi.scenario.ros_messages import rows_of_controller, rows_of_message, rows_of_states
 
 STATES = "sensor_msgs/msg/JointState"
+CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
 TYPES = ("trajectory_msgs/msg/JointTrajectory", "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory")
 LIBRARIES = ("mcap", "mcap_ros2")
 LARGEST_BAG = 1_000_000_000  # bytes, once its chunks are unpacked
@@ -31,13 +32,14 @@ class _Recorded(NamedTuple):
     time: float
 
 
-def read_bag(folder: InputFolder, name: str, reading: Reading = AS_IT_IS) -> RecordedRows:
-    """The rows of a trajectory that was recorded, or where there is none, of the states of joints.
+def read_bag(folder: InputFolder, name: str, reading: Reading = AS_IT_IS, of_log: bool = False) -> RecordedRows:
+    """The rows of a trajectory that was recorded, or where there is none, of the states of a controller or of joints.
 
     Args:
         folder: that holds the file.
         name: of the file.
         reading: which of the topics, and which of the trajectories, in the order in which they were written.
+        of_log: whether rows as commanded and as measured are needed, which states of a controller are.
 
     Raises:
         BadRow: it is no bag, has no such message, or the libraries are missing.
@@ -46,7 +48,8 @@ def read_bag(folder: InputFolder, name: str, reading: Reading = AS_IT_IS) -> Rec
     if any(find_spec(library) is None for library in LIBRARIES):
         raise BadRow("bags need the extra mcap: pip install 'tpbso-casadi[mcap]'")
     content = folder.read_bytes(name)
-    known = [each for each in _messages(content) if each.schema is not None and each.schema.name in (*TYPES, STATES)]
+    kinds = (CONTROLLER,) if of_log else (*TYPES, CONTROLLER, STATES)
+    known = [each for each in _messages(content) if each.schema is not None and each.schema.name in kinds]
     topics = list(dict.fromkeys(each.topic for each in known))
     if reading.topic is not None and reading.topic not in topics:
         listed = ", ".join(f"{topic!r:.100}" for topic in topics[:MOST_TOPICS]) or "none of joints"
@@ -56,7 +59,7 @@ def read_bag(folder: InputFolder, name: str, reading: Reading = AS_IT_IS) -> Rec
     if not found and asked and reading.message is None:
         return _rows_of_topic(asked)
     if not found:
-        raise BadRow(f"no message of {in_words([*TYPES, STATES])} is in it")
+        raise BadRow(f"no message of {in_words(kinds)} is in it")
     message = reading.message
     if message is None and len(found) > 1:
         counts = Counter(each.topic for each in found).most_common(MOST_TOPICS)
@@ -69,13 +72,15 @@ def read_bag(folder: InputFolder, name: str, reading: Reading = AS_IT_IS) -> Rec
     return rows_of_message(_decoded(found[(message or 1) - 1]))
 
 
-def _rows_of_topic(states: list[_Recorded]) -> RecordedRows:
-    """The rows of the states of joints, which are those of one topic."""
+def _rows_of_topic(asked: list[_Recorded]) -> RecordedRows:
+    """The rows of the states of a controller where there are any, else of joints; they are those of one topic."""
+    states = [each for each in asked if each.schema.name == CONTROLLER] or asked
     topics = dict.fromkeys(each.topic for each in states)
     if len(topics) > 1:
         listed = ", ".join(f"{topic!r:.100}" for topic in [*topics][:MOST_TOPICS])
         raise BadRow(f"topic: states of joints of {len(topics)} topics ({listed}); say which is read")
-    return rows_of_states([(_decoded(each), each.time) for each in states])
+    rows_of = rows_of_controller if states[0].schema.name == CONTROLLER else rows_of_states
+    return rows_of([(_decoded(each), each.time) for each in states])
 
 
 def _messages(content: bytes) -> Iterator[_Recorded]:

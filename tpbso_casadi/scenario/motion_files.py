@@ -229,7 +229,7 @@ def _json(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> 
 
 
 def _bag(folder: InputFolder, name: str, reading: Reading, kind: TableKind) -> RecordedRows:
-    return read_bag(folder, name, reading)
+    return read_bag(folder, name, reading, of_log=kind is LOG)
 
 
 READERS: dict[str, Callable[[InputFolder, str, Reading, TableKind], RecordedRows]] = {

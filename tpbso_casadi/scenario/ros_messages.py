@@ -81,6 +81,9 @@ def rows_of_message(document: Any) -> RecordedRows:
     )
 
 
+COMMANDED, MEASURED = ("reference", "desired"), ("feedback", "actual")  # of new versions of ROS, and of former ones
+
+
 def rows_of_states(messages: list[tuple[dict[str, Any], float]]) -> RecordedRows:
     """The rows of a recording of ``sensor_msgs/JointState``: of the joints of the largest message, from t = 0.
 
@@ -90,29 +93,70 @@ def rows_of_states(messages: list[tuple[dict[str, Any], float]]) -> RecordedRows
     Raises:
         BadRow: a message is none, or they are too many.
     """
+    return _rows_of(messages, "name", {"positions": "position", "velocities": "velocity"}, "JointState")
+
+
+def rows_of_controller(messages: list[tuple[dict[str, Any], float]]) -> RecordedRows:
+    """The rows of a recording of ``control_msgs/JointTrajectoryControllerState``, as commanded and as measured.
+
+    Args:
+        messages: each with the time at which it was written, s.
+
+    Raises:
+        BadRow: a message is none, or they are too many.
+    """
+    kind = "JointTrajectoryControllerState"
+    sides = {"positions": COMMANDED, "measured": MEASURED}
+    told = [
+        ({**message, **{key: _positions_of(message, names) for key, names in sides.items()}}, time)
+        for message, time in messages
+    ]
+    rows = _rows_of(told, "joint_names", {"positions": "positions", "measured": "measured"}, kind)
+    if not rows.measured or not all(rows.measured):
+        raise BadRow(f"a {kind} has no positions as measured")
+    return rows
+
+
+def _positions_of(message: dict[str, Any], names: tuple[str, ...]) -> Any:
+    """The positions of the first of several points of a message that states any."""
+    points = [message[name] for name in names if isinstance(message.get(name), dict)]
+    return next((point["positions"] for point in points if point.get("positions")), [])
+
+
+def _rows_of(messages: list[tuple[dict[str, Any], float]], named: str, keys: dict[str, str], kind: str) -> RecordedRows:
+    """The rows of messages: of the joints of the largest one, from t = 0.
+
+    Args:
+        messages: each with the time at which it was written, s, which counts where none has a stamp.
+        named: the key of the names of joints.
+        keys: of the values, by what they are in rows; positions are needed.
+        kind: of the messages.
+
+    Raises:
+        BadRow: a message is none, or they are too many.
+    """
     try:
-        names = Counter(tuple(map(str, message["name"])) for message, _ in messages)
+        names = Counter(tuple(map(str, message[named])) for message, _ in messages)
         chosen = max(names, key=lambda each: (len(each), names[each]))
-        kept = [(message, time) for message, time in messages if set(message["name"]) >= set(chosen)]
+        kept = [(message, time) for message, time in messages if set(message[named]) >= set(chosen)]
         stamps = [message["header"]["stamp"] for message, _ in kept]
         since = [(each["sec"] - stamps[0]["sec"]) + 1e-9 * (each["nanosec"] - stamps[0]["nanosec"]) for each in stamps]
         stamped = any(each["sec"] or each["nanosec"] for each in stamps)
-        told = [(message["name"], message["position"], message["velocity"]) for message, _ in kept]
+        told = [(message[named], {state: message[key] for state, key in keys.items()}) for message, _ in kept]
     except (KeyError, TypeError) as error:
-        raise BadRow(f"a message is no JointState: {type(error).__name__}, {error}") from error
+        raise BadRow(f"a message is no {kind}: {type(error).__name__}, {error}") from error
     check_count(len(kept))
     times = since if stamped else [time - kept[0][1] for _, time in kept]
-    states: dict[str, Any] = {"positions": [], "velocities": []}
-    for number, (joints, *values) in enumerate(told, start=1):
+    states: dict[str, Any] = {state: [] for state in keys}
+    for number, (joints, values) in enumerate(told, start=1):
         columns = [joints.index(name) for name in chosen]
-        for state, table in zip(states, values, strict=True):
-            row = _values(table, len(joints), f"message {number}: {state}", state == "positions")
+        for state, value in values.items():
+            row = _values(value, len(joints), f"message {number}: {state}", state == "positions")
             states[state].append([row[column] for column in columns] if row else [])
-    if not any(states["velocities"]):
-        del states["velocities"]
+    stated = {state: rows for state, rows in states.items() if any(rows)}
     left_out = len(messages) - len(kept)
     note = f"{left_out} message{'s' * (left_out > 1)} of other joints left out"
-    return RecordedRows(times, **states, joint_names=list(chosen), notes=[note] if left_out else [])
+    return RecordedRows(times, **stated, joint_names=list(chosen), notes=[note] if left_out else [])
 
 
 def _start_remarks(place: str, start: dict[str, Any], first: dict[str, float]) -> Iterator[str]:

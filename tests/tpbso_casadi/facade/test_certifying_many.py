@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 from helpers.recorded import ARM, write_rows
+from helpers.running import status
 
+from tpbso_casadi.cli.commands.certify import main
 from tpbso_casadi.facade import certifying_many
 from tpbso_casadi.facade.certifying import surrounding_scenario
 from tpbso_casadi.facade.certifying_many import (
@@ -46,6 +48,14 @@ def test_every_file_has_its_certificate() -> None:
     assert found["b.csv"].worst.startswith("speed 3.75, limit 2 rad/s; joint 1, t = 0.25 s; first at ")
     assert found["b.csv"].broken == "speed; acceleration"
     assert found["d.yaml"].reason.startswith("many/d.yaml: no JointTrajectory with joint_names and points is in it")
+
+
+def test_what_numbers_look_like_is_said_of_every_file(capsys: pytest.CaptureFixture[str]) -> None:
+    write_rows("many/c.csv", 3000.0, columns=5)  # ms
+    assert "ms" in judged()["c.csv"].notes
+    assert not judged()["a.csv"].notes
+    assert status(main, "many", "--robot", "arm.toml", "--out", "more") == 1
+    assert "1 of 4: " in capsys.readouterr().out
 
 
 def test_what_was_judged_is_not_judged_again_and_the_robot_is_built_once(monkeypatch: pytest.MonkeyPatch) -> None:

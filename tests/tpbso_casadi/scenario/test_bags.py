@@ -13,7 +13,8 @@ from helpers.running import line_of, refusal, status
 
 import tpbso_casadi as tp
 from tpbso_casadi.cli.commands.certify import main
-from tpbso_casadi.scenario import bags
+from tpbso_casadi.cli.commands.tracking import main as tracking
+from tpbso_casadi.scenario import InputFolder, bags, read_tracking_log
 
 pytest.importorskip("mcap_ros2")
 from mcap.writer import CompressionType, Writer as PlainWriter  # noqa: I001
@@ -130,6 +131,41 @@ def test_states_of_joints_are_a_motion() -> None:
     np.testing.assert_allclose(plan.trajectory.coefficients, expected.trajectory.coefficients, atol=1e-6)
     write_bag("b.mcap", joint_states(stamped=False))  # then the times of writing count, 2 ns apart here
     assert tp.certify("b.mcap", ARM).trajectory.duration == pytest.approx(16e-9, rel=1e-3)
+
+
+CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
+HEADER = SCHEMAS["sensor_msgs/msg/JointState"].partition("================\n")[2]
+SCHEMAS[CONTROLLER] = (
+    "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint reference\n"
+    f"trajectory_msgs/JointTrajectoryPoint feedback\n================\n{HEADER}" + POINT
+)
+
+
+def controller_states(lag: float, measured: bool = True) -> list[tuple[str, str, dict[str, Any]]]:
+    """A recording of a controller whose joints are behind by so many seconds of their speed."""
+    none = {"velocities": [], "accelerations": [], "effort": [], "time_from_start": {"sec": 0, "nanosec": 0}}
+    messages = []
+    for time, q, v in zip(TIMES, *states(), strict=True):
+        header = {"stamp": {"sec": int(time), "nanosec": round(1e9 * (time % 1.0))}, "frame_id": ""}
+        points = {"reference": none | {"positions": q.tolist()}}
+        points["feedback"] = none | {"positions": (q - lag * v).tolist() if measured else []}
+        messages.append(("/state", CONTROLLER, {"header": header, "joint_names": ["joint_1", "joint_2"], **points}))
+    return messages
+
+
+def test_states_of_a_controller_are_commands_and_a_log(capsys: pytest.CaptureFixture[str]) -> None:
+    write_bag("b.mcap", [*controller_states(0.01), *joint_states()])
+    assert tp.certify("b.mcap", ARM, topic="/state").motion.criteria.task.notes == ()
+    log = read_tracking_log(InputFolder(Path()), "b.mcap")
+    np.testing.assert_allclose(log.errors, -0.01 * states()[1], atol=1e-12)
+    assert log.joint_names == ("joint_1", "joint_2")
+    assert status(tracking, "b.mcap") == 0
+    assert capsys.readouterr().out.startswith("tracking_error = ")
+    write_bag("b.mcap", controller_states(0.01, measured=False))
+    assert "has no positions as measured" in refusal(capsys, tracking, "b.mcap")
+    write_bag("b.mcap", joint_states())
+    line = "no message of control_msgs/msg/JointTrajectoryControllerState is in it"
+    assert line in refusal(capsys, tracking, "b.mcap")
 
 
 def test_a_topic_is_chosen() -> None:

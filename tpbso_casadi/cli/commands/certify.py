@@ -45,6 +45,7 @@ from tpbso_casadi.scenario import READERS, Scenario, ScenarioError, is_folder, n
 from tpbso_casadi.storage import OutputError, check_run_folder
 
 LISTED = 40  # certificates on the terminal, those that are not proven first
+NOTES = 5  # that are said below them, the most frequent first
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -217,6 +218,9 @@ def print_certificates(certificates: Sequence[Certificate], console: OutputConso
     console.print_table(", ".join(f"{count} {status}" for status, count in counts.most_common()), table)
     if len(certificates) > LISTED:
         console.say(f"and {len(certificates) - LISTED} more in the table")
+    noted = Counter(note for each in certificates for note in each.notes.split("; ") if note)
+    for note, count in noted.most_common(NOTES):
+        console.say(f"{count} of {len(certificates)}: {note}")
 
 
 def _milliseconds(certificate: Certificate) -> float | None:

@@ -42,11 +42,11 @@ def parser() -> OneLineParser:
         "logs",
         nargs="+",
         type=path,
-        metavar="LOG.csv",
-        help="the header t,q1..qk,m1..mk: commanded, then measured; a recording of a UR with target_q and actual_q; or "
-        "what --columns says",
+        metavar="LOG",
+        help="CSV with the header t,q1..qk,m1..mk: commanded, then measured; a recording of a UR with target_q and "
+        "actual_q; what --columns says; or an MCAP bag with the states of a joint trajectory controller (extra mcap)",
     )
-    add_row_file(command_line, bag=False, start=False)
+    add_row_file(command_line, messages=False, start=False)
     command_line.add_argument(
         "--margin",
         type=positive_number(100.0),
