@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import sin
 from typing import Any
 
 import numpy as np
@@ -222,16 +223,15 @@ class _StageClaim:
         stated = task.end_places(trajectory.at(trajectory.breakpoints[-1:])[0])
         for at_goal, place in enumerate(stated):
             if postures[at_goal] is None and isinstance(place, Position | Pose):
-                turned = place.rotation if isinstance(place, Pose) else None
                 point = np.append(place.position(robot), np.zeros(3 - robot.dim))
-                places = point[None] if turned is None else point + np.vstack([np.zeros(3), turned.T])
-                yield {
-                    "at_goal": at_goal,
-                    "carrier": robot.dof - 1,
-                    "points": frame[: len(places)].tolist(),
-                    "places": places.tolist(),
-                    "within": float(within),
-                }
+                for points, away, farther in _stated_points(place):
+                    yield {
+                        "at_goal": at_goal,
+                        "carrier": robot.dof - 1,
+                        "points": frame[points].tolist(),
+                        "places": (point + away).tolist(),
+                        "within": float(within + farther),
+                    }
 
     def _not_covered(self) -> Iterator[str]:
         """A line of each thing that the verdicts of the motion speak of, or do not, and the file does not claim."""
@@ -252,6 +252,21 @@ class _StageClaim:
             if constraint.name not in covered:
                 yield f"condition: {constraint.name}"
         yield from criteria.not_judged
+
+
+def _stated_points(place: Position | Pose) -> Iterator[tuple[list[int], FloatArray, float]]:
+    """Points of the tool, 0 and of its axes 1 to 3, where they are from its place, (n, 3), and how far off, m."""
+    turned = place.rotation if isinstance(place, Pose) else None
+    if turned is None:
+        yield [0], np.zeros((1, 3)), 0.0
+        return
+    assert isinstance(place, Pose)
+    if place.freedom is None:
+        yield [0, 1, 2, 3], np.vstack([np.zeros(3), turned.T]), 0.0
+        return
+    yield [0], np.zeros((1, 3)), 0.0
+    for bound in place.freedom.bounds:
+        yield [1 + bound.axis], (turned @ np.array(bound.wanted))[None], 2.0 * sin(bound.angle / 2.0)
 
 
 def _solids(obstacle: Obstacle) -> tuple[Obstacle, ...]:

@@ -21,6 +21,7 @@ from problems.limits.covers import (
     touching_links,
 )
 from problems.limits.expression import MOVING, Bound, ExpressionLimit, StatedExpression
+from problems.limits.free_axis import AxisName, DirectionBound, FreeAxis, TurnRange
 from problems.limits.hand import HAND_CONSTRAINTS, HandConstraint, ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.limits.joint_limits import (
     AccelerationLimit,
@@ -114,6 +115,7 @@ __all__ = [
     "SAMPLING_MARGIN",
     "Accuracy",
     "AngularAccuracy",
+    "AxisName",
     "BodyPair",
     "Bound",
     "Clearance",
@@ -122,8 +124,10 @@ __all__ = [
     "CoverClearance",
     "CoverLimit",
     "CoverSelfClearance",
+    "DirectionBound",
     "DurationBounds",
     "ExpressionLimit",
+    "FreeAxis",
     "HandConstraint",
     "Limit",
     "LimitKind",
@@ -139,6 +143,7 @@ __all__ = [
     "ToolRegion",
     "ToolSpeed",
     "TorqueLimit",
+    "TurnRange",
     "Upright",
     "WorldQuestion",
     "can_hold",

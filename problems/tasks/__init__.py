@@ -10,6 +10,7 @@ from problems.tasks.checks import (
     overloaded,
 )
 from problems.tasks.following import Following
+from problems.tasks.free_turns import FreeTurns
 from problems.tasks.joint_path import JointFollowing
 from problems.tasks.move import Move
 from problems.tasks.path import Path, PathKnots, closed_curve, knots_of, pentagram
@@ -49,6 +50,7 @@ __all__ = [
     "Corners",
     "Elbow",
     "Following",
+    "FreeTurns",
     "JointFollowing",
     "Joints",
     "KnotRedundancy",

@@ -284,6 +284,17 @@ class Move(Task):
 
         return min(self.goals, key=missed)
 
+    def taken(self, trajectory: Trajectory) -> tuple[str, ...]:
+        """The number of the goal that is reached of several, and turns of the tool that are free."""
+        start, end = trajectory.at(trajectory.breakpoints[[0, -1]])
+        goal = self.reached_goal(end)
+        which = f"number {self.goals.index(goal) + 1} of {len(self.goals)}" if len(self.goals) > 1 else ""
+        found = {
+            "start": self.start.taken(self.robot, start),
+            "goal": ", ".join(filter(None, (which, goal.taken(self.robot, end)))),
+        }
+        return tuple(f"{name}: {words}" for name, words in found.items() if words)
+
     def via_times(self, trajectory: Trajectory) -> FloatArray:
         """Times at which the vias are passed, or missed least, in order, (vias,), s."""
         return passing_times(self.robot, trajectory, self.vias)

@@ -235,6 +235,10 @@ class Place(Parametric, ABC):
     def position(self, robot: Robot) -> FloatArray:
         """The position of the tool, (dim,), m."""
 
+    def taken(self, robot: Robot, theta: FloatArray) -> str:
+        """How a posture (dof,) turns the tool where the place leaves that free, in words; nothing by default."""
+        return ""
+
     def table(self) -> Any:
         """The place as a file states it, plain data.
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from problems.base import (
     COORDINATES,
+    Angle,
     FloatArray,
     InvalidProblem,
     Matrix,
@@ -22,7 +23,7 @@ from problems.base import (
     rotation_of,
 )
 from problems.core import steps_of
-from problems.limits import SAMPLING_MARGIN, can_hold
+from problems.limits import SAMPLING_MARGIN, AxisName, FreeAxis, TurnRange, can_hold
 from problems.robots import Robot, SpatialArm, Steps, postures, project, quaternions_of
 from problems.scene import Obstacle
 from problems.tasks.checks import check_length_one, least_clearances, overloaded, too_near
@@ -67,6 +68,7 @@ class BranchSettings:
     Attributes:
         offset: rad or m by which a joint is put beside a branch's posture before it is projected onto the pose.
         starts: starts of inverse kinematics.
+        starts_each: likewise for each of the orientations that a free axis leaves.
         seed: of these starts, so that a pose has the same branches in every plan.
         projection_steps: steps of the projection, with which all but a few candidates arrive.
         least_difference: rad or m by which two branches differ in some joint.
@@ -74,6 +76,7 @@ class BranchSettings:
 
     offset: float = 0.8
     starts: int = 400
+    starts_each: int = 48
     seed: int = 16
     projection_steps: int = 10
     least_difference: float = 0.5
@@ -132,6 +135,9 @@ class Pose(Place):
         quaternion: how the tool is turned, (x, y, z, w), of length 1; None where that does not matter.
         branch: a posture there, dof joint values; empty where none has been chosen, see :meth:`branches`.
         within: how far from the point a motion may pass, m; how the tool is turned then does not matter.
+        free: an axis of the tool about which it may turn against the quaternion; None for none.
+        turn: the least and the most turn about it, rad, right-handed; None where any will do.
+        tilt: how far this axis may lean, rad, with any turn.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("point", "quaternion", "branch")
@@ -142,6 +148,9 @@ class Pose(Place):
     quaternion: tuple[float, ...] | None = None
     branch: tuple[float, ...] = ()
     within: float = 0.0
+    free: AxisName | None = None
+    turn: TurnRange | None = None
+    tilt: Angle = 0.0
 
     @classmethod
     def from_matrix(cls, matrix: FloatArray) -> Pose:
@@ -180,12 +189,23 @@ class Pose(Place):
         check_within(field, self.point, COORDINATES, "m", name)
         if self.quaternion is not None:
             check_length_one(field, self.quaternion, name)
+        self._check_freedom(field, name)
         distance, farthest = float(np.linalg.norm(np.subtract(self.point, arm.base))), arm.reach()[1]
         if not distance <= (1.0 + ANGLE_TOLERANCE) * farthest:
             reason = f"{self.point} is {distance:.6g} m from the base, out of reach: {farthest:.6g} m at the most"
             raise InvalidProblem(field, f"{name}{reason}")
         if self.branch and len(self.branch) != arm.dof:
             raise InvalidProblem(field, f"{name}{len(self.branch)} joints of a branch for a robot of {arm.dof}")
+
+    def _check_freedom(self, field: str, name: str) -> None:
+        try:
+            freedom = self.freedom
+            if freedom is not None:
+                freedom.check()
+        except InvalidProblem as error:
+            raise InvalidProblem(field, f"{name}{error.field}: {error.reason}") from error
+        if freedom is not None and self.quaternion is None:
+            raise InvalidProblem(field, f"{name}free: without a quaternion any orientation will do; leave it out")
 
     def choices(self, robot: Robot) -> tuple[Choice, ...]:
         return tuple(Choice("branch_offset", f"[{joint}]", -1.0, 1.0) for joint in range(1, robot.dof + 1))
@@ -201,12 +221,17 @@ class Pose(Place):
             InvalidProblem: it finds none, or none that is clear and held.
         """
         arm = _in_space(robot, field)
-        found = postures(
-            arm, self.point, self.rotation, np.random.default_rng(SETTINGS.seed), SETTINGS.starts, near, steps_of(arm)
+        rotations, starts = self._rotations_looked_at()
+        found = np.concatenate(
+            [
+                postures(arm, self.point, each, np.random.default_rng(SETTINGS.seed), starts, near, steps_of(arm))
+                for each in rotations
+            ]
         )
         what = f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
         if not len(found):
-            raise InvalidProblem(field, f"no posture of {SETTINGS.starts} searches for one has the tool at {what}")
+            count = starts * len(rotations)
+            raise InvalidProblem(field, f"no posture of {count} searches for one has the tool at {what}")
         nearest = least_clearances(robot, obstacles, found)
         clear = found[nearest >= robot.margin]
         if not len(clear):
@@ -223,6 +248,12 @@ class Pose(Place):
                 apart.append(theta)
         return tuple(map(self.on_branch, apart))
 
+    def _rotations_looked_at(self) -> tuple[Sequence[FloatArray | None], int]:
+        """Rotations (3, 3) of the tool, and the starts for each."""
+        if self.freedom is None:
+            return (self.rotation,), SETTINGS.starts
+        return list(self._stated_rotation @ self.freedom.offsets(self.freedom.grid)), SETTINGS.starts_each
+
     def on_branch(self, theta: FloatArray) -> Place:
         return replace(self, branch=tuple(theta.tolist()))
 
@@ -238,16 +269,32 @@ class Pose(Place):
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
     def postures(self, robot: Robot, chosen: FloatArray, elbow: float = 1.0) -> tuple[FloatArray, NDArray[np.bool_]]:
-        known = np.array(self.branch)
-        theta, missing = Projection.of(_in_space(robot))(
-            known + SETTINGS.offset * chosen, known, self.position(robot), self.rotation
-        )
+        arm, known = _in_space(robot), np.array(self.branch)
+        starts, onto = known + SETTINGS.offset * chosen, Projection.of(arm)
+        if self.freedom is None:
+            theta, missing = onto(starts, known, self.position(robot), self.rotation)
+        else:
+            turned = self.freedom.nearest_of(self._stated_rotation, arm.tool.at(starts)[1])
+            rows = [
+                onto(start[None], known, self.position(robot), each) for start, each in zip(starts, turned, strict=True)
+            ]
+            theta, missing = (np.concatenate(part) for part in zip(*rows, strict=True))
         return theta, missing <= self.tolerance(robot)
 
     @property
     def rotation(self) -> FloatArray | None:
-        """The rotation matrix of the tool, (3, 3); None where that is free."""
-        return None if self.quaternion is None else as_array(rotation_rows(self.quaternion)).reshape(3, 3)
+        """The rotation matrix of the tool, (3, 3), as it is stated; None where any will do."""
+        return None if self.quaternion is None else self._stated_rotation
+
+    @property
+    def _stated_rotation(self) -> FloatArray:
+        assert self.quaternion is not None
+        return as_array(rotation_rows(self.quaternion)).reshape(3, 3)
+
+    @property
+    def freedom(self) -> FreeAxis | None:
+        """The axis that leaves the tool free to turn against the stated orientation."""
+        return FreeAxis.stated(self.free, self.turn, self.tilt)
 
     def near(self, robot: Robot, theta: FloatArray) -> tuple[FloatArray, bool]:
         found, reached = self.on_branch(theta).postures(robot, np.zeros((1, robot.dof)))
@@ -257,22 +304,29 @@ class Pose(Place):
         return as_array(self._onto(robot, ca.DM(theta).T)).ravel()
 
     def _onto(self, robot: Robot, theta: Matrix) -> Matrix:
-        rotation = None if self.quaternion is None else ca.reshape(rotation_rows(self.quaternion), 3, 3).T
+        rotation: Matrix | None = None
+        if self.quaternion is not None:
+            rotation = ca.reshape(rotation_rows(self.quaternion), 3, 3).T
+        if rotation is not None and self.freedom is not None:
+            before = _in_space(robot).tool.pose(theta)[1]
+            rotation = self.freedom.nearest(rotation, ca.reshape(before, 3, 3).T)
         known = ca.horzcat(*self.branch) if self.branch else None
         return project(
             _in_space(robot), theta, ca.vertcat(*self.point), rotation, SETTINGS.projection_steps, RANGE_MARGIN, known
         )
 
     def miss(self, robot: Robot, theta: Matrix) -> Matrix:
-        """Vectors from the point to the tool, m, and its turns about the axes outside, rad if small; (n, 3 or 6).
+        """Vectors from the point to the tool, m, and its turns about the axes outside, rad if small; (n, 3 to 7).
 
-        The turn is zero for the stated one alone.
+        The turn is zero for the stated one alone; instead of it, what misses a free axis.
         """
         position, rotation = _in_space(robot).tool.pose(theta)
         away = position - ca.repmat(ca.horzcat(*self.point), theta.shape[0], 1)
         if self.quaternion is None or self.within:
             return away
-        return ca.horzcat(away, turn_between(rotation_rows(self.quaternion), rotation))
+        stated = rotation_rows(self.quaternion)
+        turned = turn_between(stated, rotation) if self.freedom is None else self.freedom.misses(stated, rotation)
+        return ca.horzcat(away, turned)
 
     def tolerance(self, robot: Robot) -> float:
         return max(ANGLE_TOLERANCE, self.within)
@@ -280,9 +334,18 @@ class Pose(Place):
     def position(self, robot: Robot) -> FloatArray:
         return np.array(self.point)
 
+    def taken(self, robot: Robot, theta: FloatArray) -> str:
+        if self.freedom is None or self.within:
+            return ""
+        turn, tilt = self.freedom.taken(self._stated_rotation, _in_space(robot).tool.at(theta[None])[1][0])
+        leans = f", leaning by {tilt:.3f} rad" if self.tilt else ""
+        return f"turned by {round(turn, 3) + 0.0:.3f} rad about {self.free} of the tool{leans}"
+
     def table(self) -> dict[str, Any]:
         turned = {} if self.quaternion is None else {"quaternion": [*map(float, self.quaternion)]}
-        return self._with_tolerance({"position": [*map(float, self.point)], **turned})
+        free = {"free": self.free, "turn": self.turn and [*map(float, self.turn)], "tilt": float(self.tilt)}
+        stated = {key: value for key, value in free.items() if value}
+        return self._with_tolerance({"position": [*map(float, self.point)], **turned, **stated})
 
 
 def _in_space(robot: Robot, field: str = "goal", name: str = "") -> SpatialArm:

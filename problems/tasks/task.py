@@ -145,6 +145,10 @@ class Task(Parametric, ABC):
         """Lines on how the statement was read, for whoever made it."""
         return ()
 
+    def taken(self, trajectory: Trajectory) -> tuple[str, ...]:
+        """Lines on what a motion takes of that which the statement leaves to choose; none by default."""
+        return ()
+
     @property
     def end_velocities(self) -> FloatArray:
         """Joint velocities at both ends of the motion, (2, dof), rad/s; at rest by default."""

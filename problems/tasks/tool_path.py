@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from itertools import pairwise
@@ -11,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem
-from problems.limits import Bound, StatedExpression, rotation_away
+from problems.limits import Bound, FreeAxis, StatedExpression, rotation_away
 from problems.motions import MotionView, Stated, traced
 from problems.robots import Robot, quaternions_of, turn_of, turned_by
 from problems.tasks.place import Place, Position
@@ -23,6 +24,7 @@ STRAIGHT = 1e-7  # sine of an angle between lines, below which they are one
 ALIKE = 1e-9  # rad: rotations that differ by less are the same
 TURNED_BACK = -0.99  # cosine of an angle between two lines, beyond which a corner is not rounded
 PARABOLA = 17  # points of one
+FREE_LIMITS = ("axis accuracy", "range of turns")
 LEAST = 2.0  # no sine or cosine is below its negative
 
 
@@ -236,10 +238,15 @@ class ToolPath:
     Attributes:
         way: of its point.
         turned: rotations (3, 3) at start and goal; None where it may turn as it likes, and in the plane.
+        free: an axis about which it may be turned otherwise.
+        law: coefficients (degree, 3) of the coordinates of :class:`FreeAxis` by powers of s from 1 on, which the joints
+            are to follow; the limits do not ask for them.
     """
 
     way: ToolCurve
     turned: tuple[FloatArray, FloatArray] | None = None
+    free: FreeAxis | None = None
+    law: FloatArray | None = None
 
     @cached_property
     def _turn(self) -> FloatArray:
@@ -256,17 +263,25 @@ class ToolPath:
             return [Position(tuple(point)) for point in points.tolist()]
         if self.turned is None:
             return [Pose(tuple(point)) for point in points.tolist()]
-        quaternions = quaternions_of(self._rotations(s).reshape(-1, 9))
+        quaternions = quaternions_of(self._turned_rotations(s).reshape(-1, 9))
         pairs = zip(points.tolist(), quaternions.tolist(), strict=True)
         return [Pose(tuple(point), tuple(quaternion)) for point, quaternion in pairs]
 
     def rotations(self, s: FloatArray) -> FloatArray | None:
         """Rotations of the tool at shares (n,) of the length, (n, 3, 3); None where it may turn as it likes."""
-        return None if self.turned is None else self._rotations(s)
+        return None if self.turned is None else self._turned_rotations(s)
 
-    def _rotations(self, s: FloatArray) -> FloatArray:
+    def stated_rotations(self, s: FloatArray) -> FloatArray:
+        """The even rotations at shares (n,) of the length, (n, 3, 3), against which an axis may leave the tool free."""
         assert self.turned is not None
         return np.asarray(self.turned[0] @ turned_by(s[:, None] * self._turn))
+
+    def _turned_rotations(self, s: FloatArray) -> FloatArray:
+        stated = self.stated_rotations(s)
+        if self.free is None or self.law is None:
+            return stated
+        powers = s[:, None] ** np.arange(1, len(self.law) + 1)
+        return np.asarray(stated @ self.free.offsets(self.free.within(powers @ self.law)))
 
     def constraints(self, robot: Robot, accuracy: float, angular_accuracy: float) -> list[StatedExpression]:
         """Limits on the distance from the curve at every time, m, and on the sine of the angle."""
@@ -277,21 +292,40 @@ class ToolPath:
             return ca.sqrt(self.way.away(m.tool) ** 2 + beyond**2)
 
         def facing(m: MotionView) -> ca.SX:
-            sine, cosine = self._missing(m)
+            sine, cosine = rotation_away(self._stated_rotation(m), m.rotation)
             return ca.vertcat(ca.norm_2(sine), -cosine)
 
         found = [stated_limit("path accuracy", "m", near, robot, None, (accuracy,))]
-        if self.turned is not None:
+        if self.turned is not None and self.free is None:
             most = float(np.sin(min(angular_accuracy, np.pi / 2.0)))
             found.append(stated_limit("angular accuracy", "rad", facing, robot, (-LEAST, -LEAST), (most, 0.0)))
+        elif self.free is not None:
+            found += self._free_constraints(self.free, robot, angular_accuracy)
         return found
+
+    def _free_constraints(self, free: FreeAxis, robot: Robot, accuracy: float) -> Iterator[StatedExpression]:
+        """The limits of the direction of an axis, and of the turn about it where that has a range."""
+
+        def limits(m: MotionView) -> list[tuple[ca.SX, tuple[float, ...]]]:
+            stated, rotation = (ca.vec(each.T).T for each in (self._stated_rotation(m), m.rotation))
+            return free.limits(stated, rotation, accuracy)
+
+        upright = ca.SX.eye(3).reshape((1, 9))
+        uppers = [upper for _, upper in free.limits(upright, upright, accuracy)]
+        for number, (name, upper) in enumerate(zip(FREE_LIMITS, uppers, strict=False)):
+
+            def chosen(m: MotionView, number: int = number) -> ca.SX:
+                return limits(m)[number][0]
+
+            unit = "rad" if len(upper) > 1 else "1"  # of the sine; of the cosine alone where the angle is large
+            yield stated_limit(name, unit, chosen, robot, (-LEAST,) * len(upper), upper)
 
     def speed_limit(self, robot: Robot, most: float) -> StatedExpression:
         """The limit of the tool's speed to so many m/s."""
         return stated_limit("tool speed on the way", "m/s", lambda m: ca.norm_2(m.tool_velocity), robot, None, (most,))
 
-    def _missing(self, moment: MotionView) -> tuple[ca.SX, ca.SX]:
-        """The tool's error of orientation: axis times sine of the angle, (3, 1), and the cosine."""
+    def _stated_rotation(self, moment: MotionView) -> ca.SX:
+        """The even rotation where the tool is along the curve, (3, 3)."""
         assert self.turned is not None
         wanted = ca.SX(ca.DM(self.turned[0]))
         angle = float(np.linalg.norm(self._turn))
@@ -299,7 +333,7 @@ class ToolPath:
             turned = angle / self.way.length * self.way.along(moment.tool)
             cross = ca.skew(ca.DM(self._turn / angle))
             wanted = wanted @ (ca.DM.eye(3) + ca.sin(turned) * cross + (1.0 - ca.cos(turned)) * (cross @ cross))
-        return rotation_away(wanted, moment.rotation)
+        return wanted
 
 
 def stated_limit(

@@ -56,7 +56,7 @@ def print_plan(plan: PlannedMotion, console: OutputConsole) -> None:
         print_polish(plan.search, plan.polish, console)
     if plan.retiming is not None:
         print_retiming(plan.retiming, console)
-    for line in nearness_of(plan.motion):
+    for line in (*plan.motion.taken, *nearness_of(plan.motion)):
         console.say(line)
     console.say(effort_of(plan))
     for remark in remarks(plan):

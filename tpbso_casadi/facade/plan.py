@@ -180,6 +180,11 @@ class Plan:
         return self.motion.not_judged
 
     @property
+    def taken(self) -> tuple[str, ...]:
+        """Lines on what the motion takes of that which the statement leaves to choose: of goals, of free turns."""
+        return self.motion.taken
+
+    @property
     def certified(self) -> bool:
         """Whether every constraint is proven to hold for all t."""
         return self.planned.feasible

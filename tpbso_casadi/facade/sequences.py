@@ -95,6 +95,9 @@ class Line(StatedStage):
         through: a point of an arc to the goal, (dim,), m.
         accuracy: how far the tool may be from the line, m.
         angular_accuracy: how far it may be turned from what it should be, rad.
+        free: an axis of the tool, ``"x"``, ``"y"`` or ``"z"``, about which any turn will do.
+        turn: the least and the most turn about it, rad, where not any will do.
+        tilt: how far this axis may lean, rad.
         max_tool_speed: m/s.
         tool_speed: that the tool keeps, but next to ends and corners, m/s; or a table with ``speed``, ``tolerance`` (a
             share), ``at_ends`` and ``at_corners`` (m).
@@ -114,6 +117,9 @@ class Line(StatedStage):
     through: Any = None
     accuracy: float | None = None
     angular_accuracy: float | None = None
+    free: str | None = None
+    turn: Sequence[float] | None = None
+    tilt: float | None = None
     max_tool_speed: float | None = None
     tool_speed: float | Mapping[str, Any] | None = None
     may_touch: Sequence[tuple[str, str]] | None = None
@@ -133,6 +139,9 @@ class Along(StatedStage):
         points: (n, dim), m; or a CSV file of them.
         accuracy: how far the tool may be from the straight lines, corners included, m.
         angular_accuracy: how far it may be turned from how it is at first, rad.
+        free: as of :class:`Line`.
+        turn: likewise.
+        tilt: likewise.
         max_tool_speed: m/s.
         tool_speed: that the tool keeps, but next to ends and corners, m/s; or a table with ``speed``, ``tolerance`` (a
             share), ``at_ends`` and ``at_corners`` (m).
@@ -150,6 +159,9 @@ class Along(StatedStage):
     points: Any
     accuracy: float
     angular_accuracy: float | None = None
+    free: str | None = None
+    turn: Sequence[float] | None = None
+    tilt: float | None = None
     max_tool_speed: float | None = None
     tool_speed: float | Mapping[str, Any] | None = None
     may_touch: Sequence[tuple[str, str]] | None = None

@@ -157,6 +157,19 @@ class JudgedMotion:
         return self.criteria.not_judged
 
     @property
+    def taken(self) -> tuple[str, ...]:
+        """Lines on what it takes of that which the statement leaves to choose: of several goals, of free turns."""
+        if not self.stages:
+            return self.criteria.task.taken(self.trajectory)
+        moving = ((stage, stage.criteria) for stage in self.stages)
+        return tuple(
+            f"{stage.label}: {line}"
+            for stage, criteria in moving
+            if criteria is not None
+            for line in criteria.task.taken(stage.motion(self.trajectory))
+        )
+
+    @property
     def feasible(self) -> bool:
         """Whether every constraint is certified to hold, and the objective is a number."""
         return self.status is CertificateStatus.CERTIFIED and isfinite(self.objective)

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from itertools import islice, pairwise
 from typing import Any
 
@@ -24,13 +25,13 @@ from problems import InvalidProblem, Problem, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
-from problems.tasks import Place
+from problems.tasks import Place, Surroundings
 from problems.timing import least_along, retime, retime_below
 from tpbso_casadi.planning.direct import directly, judged
 from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
-from tpbso_casadi.planning.stops import bounds_between, led_along, postures_at
+from tpbso_casadi.planning.stops import bounds_between, postures_at, ways_along
 from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
     ENDS,
@@ -72,6 +73,12 @@ class SequenceStop:
     def free(cls, postures: FloatArray) -> SequenceStop:
         """Postures that may be reached from anywhere."""
         return cls(postures, [-1] * len(postures), [None] * len(postures))
+
+    def limited(self) -> SequenceStop:
+        """The stop with the first posture from each parent, then the second ones, up to so many."""
+        ranks = [self.parents[:number].count(parent) for number, parent in enumerate(self.parents)]
+        kept = sorted(np.argsort(ranks, kind="stable")[:MOST_POSTURES].tolist())
+        return SequenceStop(self.postures[kept], [self.parents[n] for n in kept], [self.paths[n] for n in kept])
 
 
 @dataclass(eq=False)
@@ -241,21 +248,27 @@ class SequencePlanner:
         """
         stage, robot, found = self.stage(layer), cell.robot, SequenceStop(np.empty((0, cell.robot.dof)), [], [])
         failure: InvalidProblem | None = None
+        around = cache(partial(self._around, layer, cell, before.postures[0]))
         for number, posture in enumerate(before.postures):
             way = stage.tool_path(robot, posture)
             assert way is not None
             try:
-                path = led_along(way, robot, posture, stage)
+                paths = ways_along(way, robot, posture, stage, around)
             except InvalidProblem as error:
                 failure = failure or error
                 continue
-            found.postures = np.concatenate([found.postures, path.at(path.breakpoints[-1:])])
-            found.parents.append(number)
-            found.paths.append(path)
+            found.postures = np.concatenate([found.postures, *(path.at(path.breakpoints[-1:]) for path in paths)])
+            found.parents += [number] * len(paths)
+            found.paths += paths
         if not found.parents:
             assert failure is not None
             raise failure
-        return found
+        return found.limited()
+
+    def _around(self, layer: int, cell: Cell, start: FloatArray) -> Surroundings:
+        """The robot of a stage whose tool is led, with what it carries and keeps clear of."""
+        criteria = self._along(layer, cell, start)
+        return Surroundings(criteria.robot, criteria.obstacles)
 
     def _edges(self, layer: int) -> Edges:
         """Bounds of all motions of a stage."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -11,10 +11,13 @@ import numpy as np
 from problems import InvalidProblem, Robot
 from problems.base import FloatArray
 from problems.motions import JointPath
-from problems.tasks import Following, Joints, Place, ToolPath
-from problems.timing import least_durations
+from problems.robots import SpatialArm
+from problems.tasks import Following, FreeTurns, Joints, Place, Surroundings, ToolPath
+from problems.timing import least_along, least_durations
+from tpbso_casadi.scenario import LedStage, MovingStage
 
 DRAWN = 64  # postures of a place that states none, of which the nearest are kept
+MOST_WAYS = 3  # of the tool that is free to turn, from each posture
 MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
 FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
 
@@ -43,7 +46,37 @@ def postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) -
     return np.asarray(postures[there])
 
 
-def led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: Any) -> JointPath:
+def ways_along(
+    way: ToolPath, robot: Robot, posture: FloatArray, stage: MovingStage, around: Callable[[], Surroundings]
+) -> list[JointPath]:
+    """Paths of the joints along a way of the tool; several where an axis leaves the tool free to turn.
+
+    Args:
+        way: of the tool.
+        robot: that moves.
+        posture: in which it begins, (dof,).
+        stage: with its accuracies.
+        around: tells what postures keep clear of, where that is asked.
+
+    Raises:
+        InvalidProblem: the tool cannot be led along.
+    """
+    assert isinstance(stage, LedStage)
+    if way.free is None:
+        return [led_along(way, robot, posture, stage)]
+    assert isinstance(robot, SpatialArm)
+    turns = FreeTurns(way, robot, around())
+    for laws in (turns.even(posture), turns.searched(posture)):
+        found = []
+        for law in laws:
+            with suppress(InvalidProblem):
+                found.append(Following(law, robot).joints(posture, stage.accuracy, stage.angular_accuracy))
+        if found:
+            return sorted(found, key=lambda path: least_along(path, robot.limits))[:MOST_WAYS]
+    return [led_along(way, robot, posture, stage)]
+
+
+def led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: LedStage) -> JointPath:
     """The joints along a way of the tool, the shortest way; where that ends, toward postures at the way's end.
 
     Raises:

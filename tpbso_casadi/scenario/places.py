@@ -8,10 +8,13 @@ from typing import Annotated, Any
 
 from problems import InvalidProblem, Joints, Place, Position
 from problems.base import Angle, Count, InvalidTable, Range, ReadBy, at, reader, shown_value
+from problems.limits import AxisName, FreeAxis
 from problems.tasks import Pose, Turns
 from tpbso_casadi.scenario.validation import (
+    ANGULAR,
     MOST_EVALUATIONS,
     MOST_LINKS,
+    Interval,
     NotNegative,
     Number,
     PlanarPoint,
@@ -89,7 +92,27 @@ class PositionTable(Section):
         return Position(self.position, self.within)
 
 
-class PoseTable(Section):
+class FreeAxisKeys(Section):
+    """Keys of an axis of the tool, about which it may turn, or which may lean; rad."""
+
+    free: AxisName | None = None
+    turn: Annotated[Interval | None, ANGULAR] = None
+    tilt: Annotated[NotNegative, ANGULAR] = 0.0
+
+    def check(self) -> None:
+        super().check()
+        try:
+            self.free_axis  # noqa: B018  # which refuses what is no axis
+        except InvalidProblem as error:
+            raise InvalidTable(error.reason, error.field) from error
+
+    @property
+    def free_axis(self) -> FreeAxis | None:
+        """The axis that the keys state; None where nothing is free."""
+        return FreeAxis.stated(self.free, self.turn, self.tilt)
+
+
+class PoseTable(FreeAxisKeys):
     """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w)."""
 
     position: SpacePoint
@@ -98,7 +121,7 @@ class PoseTable(Section):
 
     def built(self) -> Pose:
         """The pose that the table states."""
-        return Pose(self.position, self.quaternion, within=self.within)
+        return Pose(self.position, self.quaternion, (), self.within, self.free, self.turn, self.tilt)
 
 
 def read_place(value: Any) -> Place:
@@ -120,6 +143,8 @@ def read_place(value: Any) -> Place:
     if not kinds:
         return Position(_point(value))
     in_plane = JointsTable if kinds == ["joints"] else PositionTable
+    if kinds == ["position"] and "free" in value and not _in_space(value):
+        raise InvalidTable("in the plane no axis of the tool is free; leave it out", "free")
     return (PoseTable if kinds == ["position"] and _in_space(value) else in_plane).from_table(value).built()
 
 

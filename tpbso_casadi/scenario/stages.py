@@ -11,6 +11,7 @@ import numpy as np
 
 from problems import InvalidProblem, Joints, Place, Robot, Trajectory
 from problems.base import Count, FloatArray, InvalidTable, Range, ReadBy, as_array, did_you_mean, flat, in_words
+from problems.limits import FreeAxis
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, SteadySpeed, StraightLine, ToolCurve, ToolPath
 from tpbso_casadi.scenario.carried import BODY, Contacts
@@ -24,6 +25,7 @@ from tpbso_casadi.scenario.places import (
     AnyPlace,
     AnyPlaces,
     Coordinates,
+    FreeAxisKeys,
 )
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
 from tpbso_casadi.scenario.validation import (
@@ -204,8 +206,10 @@ def read_tool_speed(table: Any) -> SteadySpeedTable:
 AnyToolSpeed = Annotated[SteadySpeedTable, ReadBy(read_tool_speed)]
 
 
-class LedStage(MovingStage):
+class LedStage(FreeAxisKeys, MovingStage):
     """A stage whose tool is led along a way; accuracies in m and rad, speeds in m/s.
+
+    The turn about a free axis, and the range that is stated, are against the even rotation from start to end.
 
     Attributes:
         max_tool_speed: that the tool does not exceed, m/s.
@@ -218,6 +222,9 @@ class LedStage(MovingStage):
     tool_speed: AnyToolSpeed | None = None
 
     def check(self) -> None:
+        super().check()
+        if self.turn is not None and not self.turn[0] <= 0.0 <= self.turn[1]:
+            raise InvalidTable("does not hold 0, which is how the tool is turned at first", "turn")
         if self.max_tool_speed is not None and self.tool_speed is not None:
             raise InvalidTable("tool_speed says how fast the tool is; leave max_tool_speed out", "max_tool_speed")
 
@@ -247,7 +254,14 @@ class LedStage(MovingStage):
         raise NotImplementedError
 
     def goals_from(self, robot: Robot, posture: FloatArray) -> Place | list[Place]:
-        return self.end(robot, posture)
+        end = self.end(robot, posture)
+        free = self.free_axis
+        if free is None:
+            return end
+        if not isinstance(end, Pose):
+            raise InvalidProblem("free", "in the plane no axis of the tool is free; leave it out")
+        free.check()
+        return replace(end, free=self.free, turn=self.turn, tilt=self.tilt)
 
     def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
         (start, turned), end = _tool(robot, posture), self.end(robot, posture)
@@ -255,7 +269,12 @@ class LedStage(MovingStage):
         if turned is None or not isinstance(end, Pose):
             return ToolPath(way)
         assert end.rotation is not None
-        return ToolPath(way, (turned, end.rotation))
+        free, last = self.free_axis, end.rotation
+        if free is not None:
+            free.check()
+        if free is not None and free.turn is None:  # then the turn at the end does not matter
+            last = FreeAxis(free.axis).nearest_of(last, turned[None])[0]
+        return ToolPath(way, (turned, last), free)
 
     def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
         path = self.tool_path(robot, posture)
@@ -284,6 +303,8 @@ class LineStage(LedStage):
             raise InvalidTable("one of goal and by is needed, not both", "goal")
         if self.goal is not None and not isinstance(self.goal, Pose | Position):
             raise InvalidTable("a line ends at a position or pose; joints are reached by kind = 'move'", "goal")
+        if isinstance(self.goal, Pose) and self.goal.free is not None:
+            raise InvalidTable("free, turn and tilt are of the whole line: state them beside its goal", "goal", "free")
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
         start, turned = _tool(robot, posture)
