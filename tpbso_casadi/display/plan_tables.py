@@ -100,7 +100,9 @@ def effort_of(plan: PlannedMotion) -> str:
         bound = float(plan.motion.quantities[BOUND][0])
         above = plan.motion.trajectory.duration / bound - 1.0
         count = len(plan.motion.stages)
-        what = f"{count} stage{'s' if count > 1 else ''}, planned in {plan.seconds_timed:.2f} s"
+        moving = sum(stage.criteria is not None for stage in plan.motion.stages)
+        kept = "" if plan.kept is None else f"{plan.kept} of {moving} motions kept, "
+        what = f"{count} stage{'s' if count > 1 else ''}, {kept}planned in {plan.seconds_timed:.2f} s"
         return f"{what}; {above:.1%} above {bound:.4g} s, their bound in free space between the postures looked at"
     if search is None:
         task = plan.criteria.task

@@ -17,11 +17,12 @@ from tpbso_casadi.facade.audit import Audit, ScenarioAudit
 from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, given_scenario, scenario_of
-from tpbso_casadi.planning import SILENT, PlannedMotion, Progress
+from tpbso_casadi.planning import SILENT, EarlierMotion, PlannedMotion, Progress
 from tpbso_casadi.planning import plan as plan_scenario
 from tpbso_casadi.replanning import Step
 from tpbso_casadi.replanning import replan as replan_motion
 from tpbso_casadi.scenario import TITLES, Scenario, is_folder, plugin_failures_named
+from tpbso_casadi.storage import read_earlier
 from tpbso_casadi.storage import read_run as read_stored_run
 
 
@@ -44,7 +45,7 @@ def plan(
     polish: bool | int | None = None,
     within: float | None = None,
     first: bool | None = None,
-    warm_start: Plan | None = None,
+    warm_start: Plan | str | Path | None = None,
     evaluation: EvaluationOptions | None = None,
     progress: Progress = SILENT,
     **keys: Any,
@@ -77,7 +78,8 @@ def plan(
         polish: whether IPOPT refines the best candidate; or how many candidates it starts from.
         within: the best plan in so many seconds, s.
         first: whether the first certified plan is enough, where nothing is searched: in space, in least time.
-        warm_start: a plan of a similar task, with which the search begins.
+        warm_start: a plan of a similar task or its run folder, with which the search begins. A sequence keeps the
+            motions of stages that are stated as they were, and plans the others.
         evaluation: how populations are evaluated; changes the time, not the result.
         progress: is told what begins, and the status after every iteration.
         keys: further keys of the scenario's tables [task], [model] and [solver], such as ``margin`` or ``motion``.
@@ -108,11 +110,10 @@ def plan(
         first=first,
         **keys,
     )
-    given = (("warm_start", warm_start, Plan), ("evaluation", evaluation, EvaluationOptions))
-    for name, value, kind in (*given, ("progress", progress, Progress)):
+    for name, value, kind in (("evaluation", evaluation, EvaluationOptions), ("progress", progress, Progress)):
         if value is not None and not isinstance(value, kind):
             raise TypeError(f"{name}: a tp.{kind.__name__} is needed, not {shown_value(value)}")
-    before = None if warm_start is None else warm_start.planned
+    before = _earlier(warm_start)
     with nullcontext() if given_scenario(what) is not None else in_words_of_python():
         try:
             return Plan(plan_scenario(scenario, progress, evaluation, warm_start=before))
@@ -121,6 +122,15 @@ def plan(
             if found is not None:
                 keep_best(error, Plan(found))
             raise
+
+
+def _earlier(given: Plan | str | Path | None) -> PlannedMotion | EarlierMotion | None:
+    """The plan with which another one begins."""
+    if given is None or isinstance(given, Plan):
+        return None if given is None else given.planned
+    if not isinstance(given, str | Path):
+        raise TypeError(f"warm_start: a tp.Plan or the folder of a run is needed, not {shown_value(given)}")
+    return read_earlier(Path(given))
 
 
 Executed: TypeAlias = Plan | PlannedMotion | Step | Trajectory

@@ -11,6 +11,7 @@ from tpbso_casadi.planning.finishing import (
     Retiming,
     has_descents,
 )
+from tpbso_casadi.planning.known_motions import EarlierMotion
 from tpbso_casadi.planning.motion import (
     INFEASIBLE_MERIT,
     JudgedMotion,
@@ -35,6 +36,7 @@ __all__ = [
     "SAME_PATH",
     "SILENT",
     "ControllerRows",
+    "EarlierMotion",
     "JudgedMotion",
     "NoMotion",
     "Optimum",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from problems import Problem, Trajectory
+from problems import InvalidProblem, Problem, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.certify import ROUNDING_ALLOWANCE
@@ -105,6 +106,15 @@ def judged(criteria: Criteria, trajectory: Trajectory) -> JudgedMotion:
     """A motion that is to keep its limits, judged; slower, where it does not."""
     motion = JudgedMotion(criteria.at_free_times(), trajectory.time_scaled(1.0 + ROUNDING_ALLOWANCE), {}, retimed=True)
     return motion if motion.feasible else slowed(replace(motion, trajectory=trajectory))
+
+
+def polished(problem: Problem[Any], criteria: Criteria, motion: Trajectory) -> Trajectory | None:
+    """The first certified motion that programs make of one, if it is faster; else None."""
+    with suppress(InvalidProblem):
+        tried = (judged(criteria, trajectory) for trajectory in problem.direct.polished(motion))
+        found = next((other.trajectory for other in tried if other.feasible), motion)
+        return found if found.duration < motion.duration else None
+    return None
 
 
 def _plan(

@@ -325,6 +325,7 @@ class PlannedMotion:
         interrupted: whether Ctrl-C, or what was raised meanwhile, cut the work short.
         seconds_timed: that the timing of a given path took; 0 where there was a search.
         name: of the case or the file, for titles; empty where nobody knows one.
+        kept: how many motions of a sequence are those of an earlier plan; None where none was given.
     """
 
     scenario: Scenario
@@ -337,6 +338,7 @@ class PlannedMotion:
     interrupted: bool = False
     seconds_timed: float = 0.0
     name: str = ""
+    kept: int | None = None
 
     def __repr__(self) -> str:
         return f"<planned motion: {self.trajectory!r}>"

@@ -33,6 +33,7 @@ from tpbso_casadi.planning.finishing import (
     polish,
     retimed,
 )
+from tpbso_casadi.planning.known_motions import EarlierMotion
 from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, JudgedMotion
 from tpbso_casadi.planning.planning import Planning, SharedSearches
 from tpbso_casadi.planning.progress import Progress, log_search
@@ -51,7 +52,7 @@ def plan(
     evaluation: EvaluationOptions | None = None,
     problem: Problem[Any] | None = None,
     starts: Sequence[Trajectory] = (),
-    warm_start: PlannedMotion | JudgedMotion | None = None,
+    warm_start: PlannedMotion | EarlierMotion | None = None,
     shared: SharedSearches | None = None,
 ) -> PlannedMotion:
     """Plan a scenario: search, refine, time, and judge the motion for all t.
@@ -64,7 +65,8 @@ def plan(
         starts: motions from which IPOPT descends before it does from candidates of the search; they count among the
             starts that the scenario asks for. Not where a scenario gives a time (``within``), nor in space where
             sequential programs refine.
-        warm_start: a plan of a similar scenario, or its motion: the search begins with it, a descent too.
+        warm_start: a plan of a similar scenario, or its motion alone: the search begins with it, a descent too; a
+            sequence keeps the motions of stages that are stated as they were.
         shared: searches that plans of the same scenario and problem, but for the polish, have in common.
 
     Returns:
@@ -244,7 +246,7 @@ def finished(found: PlannedMotion, problem: Problem[Any], planning: Planning) ->
     return replace(found, motion=motion, retiming=retiming, interrupted=planning.is_cut_short)
 
 
-def candidates_of(problem: Problem[Any], previous: PlannedMotion | JudgedMotion | None) -> FloatArray | None:
+def candidates_of(problem: Problem[Any], previous: PlannedMotion | EarlierMotion | None) -> FloatArray | None:
     """The candidates (m, d) that a plan leaves for the search of another problem; None where no plan is given.
 
     They are the best candidate of its own search, where that had the same variables, and the motion itself, where the

@@ -27,6 +27,7 @@ from solvers import (
     minimize,
 )
 from tpbso_casadi.planning.finishing import PlannedMotion
+from tpbso_casadi.planning.known_motions import EarlierMotion
 from tpbso_casadi.planning.motion import JudgedMotion, motion_of
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.scenario import Scenario, SolverSection
@@ -97,7 +98,7 @@ class Planning:
         deadline: when it has to be done, as of ``time.perf_counter``, s; infinite where nobody says.
         failures: what a callback or a solver has raised; the first is raised again, with the best plan so far.
         shared: searches that other plans have in common with this one; None where it is planned alone.
-        warm_start: a plan of a similar scenario, or its motion; None where none is given.
+        warm_start: a plan of a similar scenario, or its motion alone; None where none is given.
     """
 
     scenario: Scenario
@@ -109,7 +110,7 @@ class Planning:
     starts: Sequence[Trajectory] = ()
     deadline: float = inf
     shared: SharedSearches | None = None
-    warm_start: PlannedMotion | JudgedMotion | None = None
+    warm_start: PlannedMotion | EarlierMotion | None = None
     failures: list[BaseException] = field(default_factory=list)
 
     @property

@@ -14,24 +14,25 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache, partial
 from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
 
-from problems import InvalidProblem, Problem, Robot, Trajectory
+from problems import InvalidProblem, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.tasks import Place, Surroundings
 from problems.timing import least_along, retime, retime_below
-from tpbso_casadi.planning.direct import directly, judged
+from tpbso_casadi.planning.direct import directly, judged, polished
 from tpbso_casadi.planning.finishing import PlannedMotion
+from tpbso_casadi.planning.known_motions import EarlierMotion, KnownMotions, scene_of
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
-from tpbso_casadi.planning.stops import bounds_between, postures_at, ways_along
+from tpbso_casadi.planning.stops import Edges, SequenceStop, bounds_between, soonest_at, ways_along
 from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
     ENDS,
@@ -48,59 +49,10 @@ from tpbso_casadi.scenario import (
 
 LOG = logging.getLogger(__name__)
 BOUND = "least_time"  # the quantity of a plan that says what its stages take at least, s
-MOST_POSTURES = 12  # of a stop
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
 EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet: in twelve cells ways of
 # the tool need 1.0001 to 1.009 times as long as theirs, 1.004 in the median, and moves in free space as long as theirs
 UNKNOWN = 3.0  # the same for other edges then
-
-
-@dataclass(eq=False)
-class SequenceStop:
-    """Postures in which the arm may stand before the first stage, or after one.
-
-    Attributes:
-        postures: (n, dof), rad.
-        parents: the posture of the stop before from which alone each is reached, (n,); -1 where from any.
-        paths: of the joints that lead there, where they are known; else None.
-    """
-
-    postures: FloatArray
-    parents: list[int]
-    paths: list[JointPath | None]
-
-    @classmethod
-    def free(cls, postures: FloatArray) -> SequenceStop:
-        """Postures that may be reached from anywhere."""
-        return cls(postures, [-1] * len(postures), [None] * len(postures))
-
-    def limited(self) -> SequenceStop:
-        """The stop with the first posture from each parent, then the second ones, up to so many."""
-        ranks = [self.parents[:number].count(parent) for number, parent in enumerate(self.parents)]
-        kept = sorted(np.argsort(ranks, kind="stable")[:MOST_POSTURES].tolist())
-        return SequenceStop(self.postures[kept], [self.parents[n] for n in kept], [self.paths[n] for n in kept])
-
-
-@dataclass(eq=False)
-class Edges:
-    """The motions of one stage between the postures before it and those after.
-
-    Attributes:
-        bounds: what each takes at least in free space, (before, after), s; infinite where there is none.
-        durations: of those that are planned; of others at least, along their path too; infinite where none was found.
-        motions: those that are planned.
-    """
-
-    bounds: FloatArray
-    durations: FloatArray
-    motions: dict[tuple[int, int], Trajectory | None] = field(default_factory=dict)
-
-    def known(self, unknown: float) -> FloatArray:
-        """The durations, with what is not planned yet taken to need so many times as long; (before, after), s."""
-        found = self.durations * unknown
-        for pair in self.motions:
-            found[pair] = self.durations[pair]
-        return found
 
 
 def planned_sequence(
@@ -116,12 +68,31 @@ def planned_sequence(
     Raises:
         ScenarioError: a stage cannot be done, or no motion was found for one.
     """
-    began = time.perf_counter()
-    work, bound = SequencePlanner(scenario, planning, plan), 0.0
+    began, earlier = time.perf_counter(), planning.warm_start
+    if earlier is None:
+        return replace(_planned(scenario, planning, plan, KnownMotions(), began), kept=None)
+    known = KnownMotions.of(scenario, EarlierMotion.of(earlier) if isinstance(earlier, PlannedMotion) else earlier)
+    if known.postures.size:
+        with suppress(ScenarioError):  # which is raised again where other postures do not help
+            found = _planned(scenario, planning, plan, known, began)
+            if found.feasible:
+                return found
+    return _planned(scenario, planning, plan, KnownMotions(), began)
+
+
+def _planned(
+    scenario: Scenario,
+    planning: Planning,
+    plan: Callable[[Scenario], PlannedMotion],
+    known: KnownMotions,
+    began: float,
+) -> PlannedMotion:
+    """The plan of a sequence, some motions of which are known already."""
+    work, bound = SequencePlanner(scenario, planning, plan, known), 0.0
     if work.task.order == "free":
         order, bound = work.best_order()
         scenario = scenario.replaced(task=work.task.in_order(order))
-        work = SequencePlanner(scenario, planning, plan)
+        work = SequencePlanner(scenario, planning, plan, known)
     chain = work.best_chain()
     work.polish(chain)
     trajectory, ends = work.joined(chain)
@@ -129,7 +100,9 @@ def planned_sequence(
     criteria = judged_by_stage(scenario, trajectory, ends)
     quantities = {ENDS: ends, BOUND: np.array([bound or work.bound])}
     motion = JudgedMotion(criteria, trajectory, quantities)
-    return PlannedMotion(scenario=scenario, motion=motion, seconds_timed=time.perf_counter() - began)
+    return PlannedMotion(
+        scenario=scenario, motion=motion, seconds_timed=time.perf_counter() - began, kept=work.kept(chain)
+    )
 
 
 class NoMotion(ScenarioError):
@@ -143,16 +116,23 @@ class SequencePlanner:
         scenario: that states it.
         planning: of the whole.
         plan: of one move, where nothing is found without a search.
+        known: motions that are planned already, of an earlier plan too, whose postures are preferred then.
     """
 
-    def __init__(self, scenario: Scenario, planning: Planning, plan: Callable[[Scenario], PlannedMotion]) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        planning: Planning,
+        plan: Callable[[Scenario], PlannedMotion],
+        known: KnownMotions | None = None,
+    ) -> None:
         assert isinstance(scenario.task, SequenceTask)
         self.scenario, self.planning, self.task, self._plan = scenario, planning, scenario.task, plan
         self.stages: list[StageSection] = [stage for _, stage in scenario.task.legs]
         self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
-        self._motions: dict[tuple[str, bytes, bytes], Trajectory] = {}
+        self._known = known or KnownMotions()
         self._judged: dict[tuple[int, bytes], tuple[Cell, Criteria]] = {}  # of ways of the tool, by layer and start
-        self._steady: dict[tuple[int, tuple[int, int]], LedStage] = {}  # with a tool's speed, by layer and postures
+        self._steady: dict[tuple[int, tuple[int, int]], MovingStage] = {}  # with a tool's speed, by layer and postures
         self._broken: dict[int, str] = {}  # by layer, what the last motion along a way broke
         planning.progress.phase("postures")
         self.stops = self._stops()
@@ -220,36 +200,30 @@ class SequencePlanner:
     def _postures(
         self, robot: Robot, obstacles: Sequence[Any], goals: Sequence[Place], near: FloatArray | None, key: str
     ) -> FloatArray:
-        """Postures at any of the goals, the soonest reached first, a limited number of them, (n, dof).
+        """Postures at any of the goals, (n, dof): those of an earlier plan; where it has none, those soonest reached.
 
         Raises:
             InvalidProblem: there is none.
         """
-        found: list[FloatArray] = []
-        failures: list[InvalidProblem] = []
-        for goal in goals:
-            try:
-                found.append(postures_at(goal, robot, obstacles, key))
-            except InvalidProblem as error:
-                failures.append(error)
-        if not found:
-            raise failures[0]
-        postures = np.concatenate(found)
-        if near is None:
-            return postures[:MOST_POSTURES]
-        soonest = bounds_between(robot, near, postures).min(axis=0)
-        return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
+        earlier = [theta for theta in self._known.postures if any(goal.is_at(robot, theta) for goal in goals)]
+        return np.array(earlier) if earlier else soonest_at(goals, robot, obstacles, near, key)
 
     def _led(self, layer: int, cell: Cell, before: SequenceStop) -> SequenceStop:
-        """The stop to which the tool is led, from each posture before.
+        """The stop to which the tool is led, from each posture before; at postures of an earlier plan alone, if any.
 
         Raises:
             InvalidProblem: from none of them.
         """
-        stage, robot, found = self.stage(layer), cell.robot, SequenceStop(np.empty((0, cell.robot.dof)), [], [])
+        stage, robot = self.stage(layer), cell.robot
         failure: InvalidProblem | None = None
+        led: list[tuple[FloatArray, int, JointPath | None]] = []
+        earlier: list[tuple[FloatArray, int, JointPath | None]] = []
         around = cache(partial(self._around, layer, cell, before.postures[0]))
         for number, posture in enumerate(before.postures):
+            known = self._known.after(cell, stage, posture)
+            if known is not None:
+                earlier.append((known.goal, number, None))
+                continue
             way = stage.tool_path(robot, posture)
             assert way is not None
             try:
@@ -257,13 +231,15 @@ class SequencePlanner:
             except InvalidProblem as error:
                 failure = failure or error
                 continue
-            found.postures = np.concatenate([found.postures, *(path.at(path.breakpoints[-1:]) for path in paths)])
-            found.parents += [number] * len(paths)
-            found.paths += paths
-        if not found.parents:
+            for path in paths:
+                (end,) = path.at(path.breakpoints[-1:])
+                same = self._known.earlier_posture(end)
+                (led if same is None else earlier).append((end if same is None else same, number, path))
+        if not led and not earlier:
             assert failure is not None
             raise failure
-        return found.limited()
+        postures, parents, ways = zip(*(earlier or led), strict=True)
+        return SequenceStop(np.array(postures), list(parents), list(ways)).limited()
 
     def _around(self, layer: int, cell: Cell, start: FloatArray) -> Surroundings:
         """The robot of a stage whose tool is led, with what it carries and keeps clear of."""
@@ -276,9 +252,10 @@ class SequencePlanner:
         bounds = bounds_between(robot, before.postures, after.postures)
         durations = bounds.copy()
         for number, (parent, path) in enumerate(zip(after.parents, after.paths, strict=True)):
-            if path is not None:
+            if parent >= 0:
                 others = np.arange(len(before.postures)) != parent
                 bounds[others, number] = durations[others, number] = np.inf
+            if path is not None:
                 durations[parent, number] = least_along(path, robot.limits)
         return Edges(bounds, durations)
 
@@ -353,11 +330,19 @@ class SequencePlanner:
         pair, edges = _pairs(chain)[layer], self.edges[layer]
         cell, path = self._cell(layer, postures), self.stops[layer + 1].paths[pair[1]]
         stage, start, goal = self.stage(layer), postures[layer], postures[layer + 1]
+        known = self._known.between(cell, stage, start, goal)
         try:
-            if path is not None:
+            serving = None if known is None else known.serving(cell, stage, EXPECTED * edges.bounds[pair])
+            if known is not None and serving is not None:
+                motion: Trajectory | None = known.trajectory
+                edges.kept |= {pair} if known.is_earlier else set()
+                self._steady |= {(layer, pair): serving} if serving is not stage else {}
+            elif path is not None:
                 motion = self._timed(layer, pair, cell, start, path)
+            elif self.stops[layer + 1].parents[pair[1]] >= 0:
+                motion = None  # another plan led the tool there, in another scene
             else:
-                motion = self._moved(cell.statement(stage, start, goal), start, goal, thorough)
+                motion = self._moved(cell, stage, (start, goal), thorough)
         except InvalidProblem as error:
             raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
         except ScenarioError as error:
@@ -366,17 +351,18 @@ class SequencePlanner:
         edges.durations[pair] = np.inf if motion is None else motion.duration
         LOG.info("%s: %s", self.task.labels[number], "none" if motion is None else f"{motion.duration:.4f} s")
 
-    def _moved(self, statement: Scenario, start: FloatArray, goal: FloatArray, thorough: bool) -> Trajectory | None:
+    def _moved(
+        self, cell: Cell, stage: MovingStage, ends: tuple[FloatArray, FloatArray], thorough: bool
+    ) -> Trajectory | None:
         """A certified move between two postures: a known one the other way round, where that keeps all limits."""
-        content = statement.replaced(task=statement.task.replaced(start=None, goal=None)).as_text()
-        known = self._motions.get((content, goal.tobytes(), start.tobytes()))
-        if known is not None:
-            motion = JudgedMotion(statement.judged(), known.reversed(), {})
+        statement, known = cell.statement(stage, *ends), self._known.between(cell, stage, *ends[::-1])
+        if known is not None and known.scene == scene_of(cell):
+            motion = JudgedMotion(statement.judged(), known.trajectory.reversed(), {})
             if motion.feasible:
                 return motion.trajectory
         found = self._planned(statement, thorough)
         if found is not None:
-            self._motions[content, start.tobytes(), goal.tobytes()] = found
+            self._known.keep(cell, stage, ends, found)
         return found
 
     def _planned(self, statement: Scenario, thorough: bool) -> Trajectory | None:
@@ -444,8 +430,12 @@ class SequencePlanner:
             self.planning.progress.phase(f"{self.task.labels[self.moving[layer]]}, within its accuracy")
             stage, cell = self.stage(layer), self._cell(layer, postures)
             problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()
-            faster = _polished(problem, self._along(layer, cell, postures[layer]), motion)
+            faster = polished(problem, self._along(layer, cell, postures[layer]), motion)
             self.edges[layer].motions[pair] = faster or motion
+
+    def kept(self, chain: Sequence[int]) -> int:
+        """How many motions of a chain are those of the earlier plan."""
+        return sum(pair in edges.kept for edges, pair in zip(self.edges, _pairs(chain), strict=True))
 
     def joined(self, chain: Sequence[int]) -> tuple[Trajectory, FloatArray]:
         """The motion of all stages, and when each of them ends, (n,), s."""
@@ -467,15 +457,6 @@ class SequencePlanner:
         for part in parts[1:]:
             whole = whole.followed_by(part)
         return whole, np.array(ends)
-
-
-def _polished(problem: Problem[Any], criteria: Criteria, motion: Trajectory) -> Trajectory | None:
-    """The first certified motion that programs make of one, if it is faster; else None."""
-    with suppress(InvalidProblem):
-        tried = (judged(criteria, trajectory) for trajectory in problem.direct.polished(motion))
-        found = next((other.trajectory for other in tried if other.feasible), motion)
-        return found if found.duration < motion.duration else None
-    return None
 
 
 def _pairs(chain: Sequence[int]) -> list[tuple[int, int]]:

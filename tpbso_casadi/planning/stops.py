@@ -1,14 +1,15 @@
-"""Postures at the stops of a sequence: where a place leaves a choice, and where the tool is led to."""
+"""The graph of a sequence: postures at its stops, and the motions between them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from problems import InvalidProblem, Robot
+from problems import InvalidProblem, Robot, Trajectory
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.robots import SpatialArm
@@ -16,10 +17,61 @@ from problems.tasks import Following, FreeTurns, Joints, Place, Surroundings, To
 from problems.timing import least_along, least_durations
 from tpbso_casadi.scenario import LedStage, MovingStage
 
+MOST_POSTURES = 12  # of a stop
 DRAWN = 64  # postures of a place that states none, of which the nearest are kept
 MOST_WAYS = 3  # of the tool that is free to turn, from each posture
 MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
 FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
+
+
+@dataclass(eq=False)
+class SequenceStop:
+    """Postures in which the arm may stand before the first stage, or after one.
+
+    Attributes:
+        postures: (n, dof), rad.
+        parents: the posture of the stop before from which alone each is reached, (n,); -1 where from any.
+        paths: of the joints that lead there, where they are known; else None.
+    """
+
+    postures: FloatArray
+    parents: list[int]
+    paths: list[JointPath | None]
+
+    @classmethod
+    def free(cls, postures: FloatArray) -> SequenceStop:
+        """Postures that may be reached from anywhere."""
+        return cls(postures, [-1] * len(postures), [None] * len(postures))
+
+    def limited(self) -> SequenceStop:
+        """The stop with the first posture from each parent, then the second ones, up to so many."""
+        ranks = [self.parents[:number].count(parent) for number, parent in enumerate(self.parents)]
+        kept = sorted(np.argsort(ranks, kind="stable")[:MOST_POSTURES].tolist())
+        return SequenceStop(self.postures[kept], [self.parents[n] for n in kept], [self.paths[n] for n in kept])
+
+
+@dataclass(eq=False)
+class Edges:
+    """The motions of one stage between the postures before it and those after.
+
+    Attributes:
+        bounds: what each takes at least in free space, (before, after), s; infinite where there is none.
+        durations: of those that are planned; of others at least, along their path too; infinite where none was found.
+        motions: those that are planned.
+        kept: pairs of postures whose motion is that of an earlier plan.
+    """
+
+    bounds: FloatArray
+    durations: FloatArray
+    motions: dict[tuple[int, int], Trajectory | None] = field(default_factory=dict)
+    kept: set[tuple[int, int]] = field(default_factory=set)
+
+    def known(self, unknown: float) -> FloatArray:
+        """The durations, with what is not planned yet taken to need so many times as long; (before, after), s."""
+        found = self.durations * unknown
+        for pair in self.motions:
+            found[pair] = self.durations[pair]
+        return found
 
 
 def bounds_between(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:
@@ -44,6 +96,30 @@ def postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) -
     drawn = np.random.default_rng(1).uniform(low, high, (DRAWN, len(choices)))
     postures, there = goal.postures(robot, drawn)
     return np.asarray(postures[there])
+
+
+def soonest_at(
+    goals: Sequence[Place], robot: Robot, obstacles: Sequence[Any], near: FloatArray | None, key: str
+) -> FloatArray:
+    """Clear postures at any of the goals, the soonest reached from others (n, dof) first, a limited number, (m, dof).
+
+    Raises:
+        InvalidProblem: there is none.
+    """
+    found: list[FloatArray] = []
+    failures: list[InvalidProblem] = []
+    for goal in goals:
+        try:
+            found.append(postures_at(goal, robot, obstacles, key))
+        except InvalidProblem as error:
+            failures.append(error)
+    if not found:
+        raise failures[0]
+    postures = np.concatenate(found)
+    if near is None:
+        return postures[:MOST_POSTURES]
+    soonest = bounds_between(robot, near, postures).min(axis=0)
+    return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
 
 
 def ways_along(

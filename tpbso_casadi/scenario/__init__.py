@@ -10,7 +10,7 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
     subclass_of,
 )
-from tpbso_casadi.scenario.cells import ENDS, Cell, criteria_of, judged_by_stage, walked
+from tpbso_casadi.scenario.cells import ENDS, Cell, criteria_of, judged_by_stage, stage_times, walked
 from tpbso_casadi.scenario.constraints import HandSection
 from tpbso_casadi.scenario.input_files import (
     InputFolder,
@@ -179,6 +179,7 @@ __all__ = [
     "reading_of",
     "rows_table",
     "settings_table",
+    "stage_times",
     "subclass_of",
     "task_tables",
     "walked",

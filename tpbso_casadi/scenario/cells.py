@@ -49,6 +49,19 @@ def criteria_of(scenario: Scenario, trajectory: Trajectory, quantities: Mapping[
 def _criteria_of_sequence(
     scenario: Scenario, task: SequenceTask, trajectory: Trajectory, quantities: Mapping[str, FloatArray]
 ) -> SequenceCriteria:
+    times = stage_times(task, trajectory, quantities)
+    for number, (numbers, stage) in enumerate(task.legs):
+        if not stage.moves and not _stands(trajectory, times[number], times[number + 1], stage.pause):
+            raise ScenarioError(f"task.stages.{numbers[-1]}: the arm does not stand for {stage.pause:g} s, {ENDS}")
+    return judged_by_stage(scenario, trajectory, np.minimum(times[1:], trajectory.duration))
+
+
+def stage_times(task: SequenceTask, trajectory: Trajectory, quantities: Mapping[str, FloatArray]) -> FloatArray:
+    """When the stages of a motion begin, and the last one ends, (n + 1,), s.
+
+    Raises:
+        ScenarioError: when its stages end is not said, or is impossible.
+    """
     ends = np.asarray(quantities.get(ENDS, ()))
     times = np.append(0.0, ends)
     if (
@@ -57,10 +70,7 @@ def _criteria_of_sequence(
         or abs(times[-1] - trajectory.duration) > SAME_TIME
     ):
         raise ScenarioError(f"task.stages: {len(task.legs)} increasing times are needed, {ENDS}")
-    for number, (numbers, stage) in enumerate(task.legs):
-        if not stage.moves and not _stands(trajectory, times[number], times[number + 1], stage.pause):
-            raise ScenarioError(f"task.stages.{numbers[-1]}: the arm does not stand for {stage.pause:g} s, {ENDS}")
-    return judged_by_stage(scenario, trajectory, np.minimum(ends, trajectory.duration))
+    return times
 
 
 def _stands(trajectory: Trajectory, start: float, end: float, seconds: float) -> bool:

@@ -108,6 +108,11 @@ class MovingStage(StageSection):
         return {key: value for key, value in stated.items() if value is not None}
 
     @property
+    def manner(self) -> dict[str, Any]:
+        """The keys on which its motion depends between two postures that are known."""
+        return self.table()
+
+    @property
     def vias(self) -> list[Place] | None:
         """Places that are passed; none by default."""
         return None
@@ -166,6 +171,10 @@ class MoveStage(MovingStage):
         corner: Any = self.goal
         corner = replace(corner, within=self.blend)
         return following.replaced(via=[*(self.via or ()), corner, *(following.via or ())])
+
+    @property
+    def manner(self) -> dict[str, Any]:
+        return {key: value for key, value in self.table().items() if key != "goal"}
 
     @property
     def vias(self) -> list[Place] | None:
@@ -227,6 +236,11 @@ class LedStage(FreeAxisKeys, MovingStage):
             raise InvalidTable("does not hold 0, which is how the tool is turned at first", "turn")
         if self.max_tool_speed is not None and self.tool_speed is not None:
             raise InvalidTable("tool_speed says how fast the tool is; leave max_tool_speed out", "max_tool_speed")
+
+    @property
+    def manner(self) -> dict[str, Any]:
+        steady = self.tool_speed  # of which a plan says where it is kept
+        return super().manner | ({} if steady is None else {"tool_speed": [steady.speed, steady.tolerance]})
 
     @property
     def note(self) -> str:

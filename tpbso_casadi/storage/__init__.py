@@ -35,7 +35,7 @@ from tpbso_casadi.storage.run_folder import (
     stored_content,
     write_plan,
 )
-from tpbso_casadi.storage.stored_run import InvalidRun, checked, path_table, read_result, read_run
+from tpbso_casadi.storage.stored_run import InvalidRun, checked, path_table, read_earlier, read_result, read_run
 from tpbso_casadi.storage.tables import (
     CertificateResult,
     ConstraintResult,
@@ -82,6 +82,7 @@ __all__ = [
     "export_plan",
     "exported_rows",
     "path_table",
+    "read_earlier",
     "read_result",
     "read_run",
     "replace_folder",

@@ -14,7 +14,7 @@ import numpy as np
 from problems import InvalidProblem, Problem
 from problems.base import number_of
 from problems.motions import JointPath
-from tpbso_casadi.planning import SAME_PATH, JudgedMotion, PlannedMotion, Retiming
+from tpbso_casadi.planning import SAME_PATH, EarlierMotion, JudgedMotion, PlannedMotion, Retiming
 from tpbso_casadi.scenario import (
     Scenario,
     ScenarioError,
@@ -80,6 +80,17 @@ def read_result(folder: Path) -> RunResult:
         raise InvalidRun(str(error)) from error
     except ValueError as error:
         raise InvalidRun(f"{path}: {error}") from error
+
+
+def read_earlier(folder: Path) -> EarlierMotion:
+    """The motion of a run folder, as it was written: whoever uses it proves it again.
+
+    Raises:
+        InvalidRun: as of :func:`read_result`.
+    """
+    result = read_result(folder)
+    quantities = {name: np.array(values) for name, values in result.solution.quantities.items()}
+    return EarlierMotion(result.scenario, result.solution.trajectory, quantities)
 
 
 def check_table(path: Path, motion: JudgedMotion) -> None:

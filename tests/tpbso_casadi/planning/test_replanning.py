@@ -16,7 +16,7 @@ from problems.certify import ClearanceProof, prove_clearance
 from problems.limits import proximity_limits
 from problems.timing.from_motion import MotionState, fastest_move
 from tpbso_casadi import replan
-from tpbso_casadi.planning import PlannedMotion, plan
+from tpbso_casadi.planning import EarlierMotion, PlannedMotion, plan
 from tpbso_casadi.planning.plan import candidates_of
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.replanning.candidates import remaining
@@ -293,7 +293,7 @@ def test_a_motion_is_fitted_where_the_search_had_other_variables(planned: Planne
     times = np.linspace(0.0, 1.0, 11)
     apart = fitted.at(times * fitted.duration) - other.trajectory.at(times * other.trajectory.duration)
     assert np.abs(apart).max() < 0.1
-    from_motion = candidates_of(planned.problem, planned.motion)
+    from_motion = candidates_of(planned.problem, EarlierMotion.of(planned))
     assert from_motion is not None
     assert len(from_motion) == 1
     both = candidates_of(planned.problem, planned)

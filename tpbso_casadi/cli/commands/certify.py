@@ -145,7 +145,7 @@ def certify(options: argparse.Namespace) -> int:
             raise OutputError("--repair: needs a run folder; say --out DIR too")
         check_run_folder(beside(output.folder()))
     with named(options.trajectory):
-        status = written(scenario, None, output, options)
+        status = written(scenario, plan, output, options)
         if options.repair and output.folder is not None and status == Exit.INFEASIBLE:
             return repaired(scenario, beside(output.folder()), options)
         return status

@@ -22,6 +22,7 @@ from tpbso_casadi.cli.options import (
 )
 from tpbso_casadi.cli.output import Output, add_output_options, free_folder
 from tpbso_casadi.facade.retiming import retimed_scenario
+from tpbso_casadi.planning import plan
 from tpbso_casadi.scenario import Interpolation, Scenario, ScenarioError, is_folder, named
 
 TOLERANCES = ("blend", "fit")  # kinds of interpolation with a tolerance, which an option of their name states
@@ -94,7 +95,7 @@ def retime(options: argparse.Namespace) -> int:
     output = Output.of(options, partial(free_folder, name, scenario), title=name)
     output.check()
     with named(options.path):
-        return written(scenario, None, output, options)
+        return written(scenario, plan, output, options)
 
 
 def stated(path: Path, options: argparse.Namespace) -> Scenario:

@@ -30,6 +30,7 @@ from tpbso_casadi.cli.options import (
     is_silent,
     listed,
     machine_group,
+    path,
     printable_name,
     problem_group,
     search_group,
@@ -55,7 +56,7 @@ from tpbso_casadi.scenario import (
     named_solver,
     plugin_failures_named,
 )
-from tpbso_casadi.storage import OutputError, check_certificate, result_of
+from tpbso_casadi.storage import OutputError, check_certificate, read_earlier, result_of
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -142,6 +143,13 @@ def add_search_options(search: Group) -> None:
         help="refine the best candidate with IPOPT; in space sequential programs always do",
     )
     add_search_keys(search, "polish_starts")
+    search.add_argument(
+        "--warm-start",
+        type=path,
+        metavar="RUN",
+        help="a run folder of a similar scenario, with which the search begins; a sequence keeps the motions of stages "
+        "that are stated as they were [default: none]",
+    )
 
 
 def solve(options: argparse.Namespace) -> int:
@@ -151,14 +159,15 @@ def solve(options: argparse.Namespace) -> int:
         return Exit.FEASIBLE
     given, evaluation = load(options.scenario, options.allow_outside_files), evaluation_options(options)
     scenario = with_options(given, options)
+    earlier = None if options.warm_start is None else read_earlier(options.warm_start)
     output = Output.of(options, partial(run_folder, options, scenario), Path(options.scenario).stem)
     output.check()
     with named(options.scenario), plugin_failures_named(scenario, OutputError, InvalidEvaluation):
-        return written(scenario, evaluation, output, options)
+        return written(scenario, partial(plan, evaluation=evaluation, warm_start=earlier), output, options)
 
 
 def written(
-    scenario: Scenario, evaluation: EvaluationOptions | None, output: Output, options: argparse.Namespace
+    scenario: Scenario, planned: Callable[..., PlannedMotion], output: Output, options: argparse.Namespace
 ) -> int:
     """Plan, write and print the plan, then draw it; returns the exit status."""
     if output.certificate is not None:
@@ -166,7 +175,7 @@ def written(
     problem = scenario.problem() if scenario.task.is_searched else None
     with deferred_interrupt() as interruption:
         with _working(problem, options) as progress:
-            found, error = best_plan(partial(plan, scenario, progress, evaluation, problem))
+            found, error = best_plan(partial(planned, scenario, progress, problem=problem))
             solution = replace(found, name=output.title)
             folder = output.write(solution, progress)
         try:
