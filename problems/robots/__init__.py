@@ -3,6 +3,7 @@
 from problems.robots.appearance import LinkAppearance, appearance_text, read_appearances
 from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.bodies import Bodies, Body, BodyPairs
+from problems.robots.built_in import BUILT_IN, built_in
 from problems.robots.carried import Carried, payload_of
 from problems.robots.chain import Chain, ChainJoint, JointKind
 from problems.robots.closed_form import ClosedForm
@@ -52,7 +53,7 @@ from problems.robots.transform import (
     turned_by,
     unit_quaternions,
 )
-from problems.robots.urdf import BUILT_IN, built_in, read_urdf
+from problems.robots.urdf import read_urdf
 
 ROBOTS: dict[str, type[Robot]] = {"planar": PlanarArm}
 

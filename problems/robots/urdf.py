@@ -1,18 +1,14 @@
-"""Robots from URDF text, read with ``xml.etree`` alone; the robots that are built in."""
+"""Robots from URDF text, read with ``xml.etree`` alone."""
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from importlib.resources import files
-from typing import Any
+from dataclasses import dataclass, field
 
 from problems.base import InvalidProblem
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
 from problems.robots.description import RobotDescription
 from problems.robots.inertia import Inertia, combined, inertia_fault, moved_inertia
-from problems.robots.spheres_file import read_spheres
 from problems.robots.srdf import Srdf
 from problems.robots.transform import FixedFrame
 from problems.robots.urdf_elements import (
@@ -218,41 +214,3 @@ def _soft_limits(moving: list[UrdfJoint]) -> list[str]:
 def _massless(bodies: list[_Body]) -> list[str]:
     massless = [body.frames[0].name for body in bodies[1:] if not body.inertias]
     return [f"no masses stated for {', '.join(massless)}: torques are unknown"] if massless else []
-
-
-BUILT_IN: Collection[str] = ("panda", "ur5e", "iiwa14")
-
-
-def built_in(name: str, tip_link: str | None = None) -> RobotDescription:
-    """A built-in robot with its limits and spheres.
-
-    Args:
-        name: one of ``BUILT_IN``.
-        tip_link: the end of the chain; the robot's usual tool frame by default.
-
-    Raises:
-        InvalidProblem: there is no such robot, or no such link.
-    """
-    if name not in BUILT_IN:
-        raise InvalidProblem("model", f"{name!r} is not built in; there are {', '.join(BUILT_IN)}")
-    known = tomllib.loads(_text(f"{name}.toml"))
-    description = read_urdf(_text(f"{name}.urdf"), tip_link=tip_link or known["tip_link"])
-    return replace(
-        description.with_spheres(read_spheres(_text(f"{name}-spheres.toml"), description.links)),
-        title=known["title"],
-        max_acceleration=_known(description, known, "max_acceleration"),
-        max_jerk=_known(description, known, "max_jerk"),
-        disabled=tuple((one, two) for one, two in known["disabled"]),
-        notes=tuple(known["notes"]),
-    )
-
-
-def _known(description: RobotDescription, known: dict[str, Any], field: str) -> tuple[float, ...] | None:
-    """The values of the chain's joints; None where one of them has none."""
-    values: dict[str, float] = known.get(field, {})
-    names = [joint.name for joint in description.chain.joints]
-    return tuple(values[name] for name in names) if set(names) <= set(values) else None
-
-
-def _text(name: str) -> str:
-    return files(__package__).joinpath("models", name).read_text(encoding="utf-8")

@@ -102,10 +102,23 @@ def test_it_ends_the_chain() -> None:
     assert (sphere.name, sphere.link, sphere.radius) == ("part", 7, 0.05)
     place = (panda.chain.tip @ tool).apply((0.0, 0.02, 0.0))
     np.testing.assert_allclose(sphere.center, [float(value) for value in place], atol=1e-12)
-    arm = complete_arm(held, held.arm())
-    together = {frozenset((arm.spheres[a].name, arm.spheres[b].name)) for a, b in (*arm.kept_pairs, *arm.proven_pairs)}
+    cover = complete_arm(held, held.arm()).cover
+    assert cover is not None
+    together = {frozenset((cover.links[a].name, cover.links[b].name)) for a, b in cover.pairs}
     assert frozenset(("part", "panda_link0")) in together and frozenset(("part", "panda_hand")) not in together
     assert frozenset(("part", "panda_link6")) in together and frozenset(("panda_link7", "panda_link6")) not in together
+
+
+@pytest.mark.parametrize("size", [0.03, 0.3])
+def test_a_box_in_the_hand_of_a_built_in_robot_is_2_mm_thicker_than_it_is(size: float) -> None:
+    """No ball that proofs have for it reaches farther, which is all of its size for a search."""
+    box = Carried("box", (BoxShape(sizes=(size, size, size)),))
+    held = built_in("ur5e").carrying([box], Transform())
+    cover = complete_arm(held, held.arm()).cover
+    assert cover is not None
+    (balls,) = [link.balls for link in cover.links if link.name == "box"]
+    farthest = np.abs(balls.centers @ np.array(held.frame("box").pose.rotation)) + balls.radii[:, None]
+    assert size / 2.0 <= farthest.max() < size / 2.0 + 0.0021
 
 
 def test_names_are_taken_once() -> None:

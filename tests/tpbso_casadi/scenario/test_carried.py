@@ -58,8 +58,8 @@ def test_a_payload_that_is_stated_is_carried_too() -> None:
 
 
 def test_it_does_not_pass_through_anything() -> None:
-    high = TABLE | {"center": [0.45, 0.2, 0.3]}
-    with pytest.raises(ScenarioError, match=r"task\.start: part, table, Box at \(0\.45, 0\.2, 0\.3\): clearance"):
+    high = TABLE | {"center": [0.45, 0.2, 0.33]}
+    with pytest.raises(ScenarioError, match=r"task\.start: part, table: clearance"):
         scenario(carried=[BOX], obstacles=[high]).problem()
     arm = arm_of(scenario(carried=[BOX], obstacles=[high], may_touch=[["table", "part"]]))
     assert arm.may_touch == (("part", "table"),)
