@@ -23,6 +23,15 @@ from problems.motions.path_spline import (
     in_time,
     within,
 )
+from problems.motions.row_distances import (
+    RowChoice,
+    apart,
+    control_points,
+    fewest,
+    from_line,
+    held_and_joined,
+    rounding,
+)
 from problems.motions.rows import MotionRows, RowInterpolation
 from problems.motions.samples import SAMPLED_ORDERS, MotionView, Samples, increasing_choice, quantity_named
 from problems.motions.splines import (
@@ -64,6 +73,7 @@ __all__ = [
     "MotionView",
     "PathSpline",
     "Rates",
+    "RowChoice",
     "RowInterpolation",
     "SampleFunction",
     "SampleGrid",
@@ -75,8 +85,13 @@ __all__ = [
     "TorqueSlopes",
     "Trajectory",
     "advance",
+    "apart",
     "before",
+    "control_points",
+    "fewest",
+    "from_line",
     "gap",
+    "held_and_joined",
     "in_time",
     "increasing_choice",
     "interval_time",
@@ -86,6 +101,7 @@ __all__ = [
     "quantity_named",
     "random_states",
     "read",
+    "rounding",
     "sampling_matrix",
     "traced",
     "within",

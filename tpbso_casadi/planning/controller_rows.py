@@ -3,9 +3,10 @@
 A joint trajectory controller joins rows by quintics where they state accelerations, by cubics where they state
 velocities alone. Where rows stand where the pieces of a motion meet, and these are of no higher degree, that is the
 motion again, but for rounding: times are whole nanoseconds, which counts in pieces of microseconds. So what is too
-short joins its neighbour, what is of a higher degree is cut in parts, and the motion is slowed by the least factor with
-which its limits hold as the controller runs it; that motion is judged like any other. An end that moves is as fast as
-planned: what a slower motion misses there is added, and fades away over all of it.
+short joins its neighbour. Of the rows that are left, as few are taken as keep the controller's motion within an
+accuracy of the plan and its rates within their limits; a piece of a high degree is cut in parts for that. The motion is
+slowed by the least factor with which its limits hold as the controller runs it, and judged like any other. An end that
+moves is as fast as planned: what a slower motion misses there is added, and fades away over all of it.
 """
 
 from __future__ import annotations
@@ -20,14 +21,15 @@ from problems import Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.certify import exact_time_scale
-from problems.motions import MotionRows
-from tpbso_casadi.planning.motion import JudgedMotion
+from problems.motions import MotionRows, RowChoice, apart
+from tpbso_casadi.planning.motion import JudgedMotion, alternatives
 
 NANOSECOND = 1e-9  # s, in which messages count
 SHORTEST = (2e-6, 1e-5, 5e-5, 2e-4)  # s: what is shorter joins its neighbour
 AS_FAST = 1.00001  # factor that is good enough; else the best of these is taken
-PARTS, OFF = (1, 4, 16), 1e-6  # of pieces of a high degree, until what joins them is no farther from them, rad or m
-LOOKS = np.array([0.2, 0.5, 0.7])  # where between two rows; not only where what is symmetric meets
+PARTS = (1, 4, 16)  # of each piece, until rows between them are near enough
+ACCURACY = 1e-6  # rad or m, of what a controller makes of rows
+RATE_SLACK = 1e-6  # share by which rates between rows may exceed their limits, before the motion is slowed
 TRIES, MORE = 8, 2  # to find the factor: slower rows are other rows, so that each time more is added
 ROUNDING = 1e-9  # of the factor
 
@@ -49,14 +51,15 @@ class ControllerRows:
     time_scale: float = 1.0
 
     @classmethod
-    def of(cls, motion: JudgedMotion) -> ControllerRows:
+    def of(cls, motion: JudgedMotion, accuracy: float = ACCURACY) -> ControllerRows:
         """Rows from which a controller makes a motion that is proven, where any are found, else the fastest.
 
         Args:
             motion: that is to be run.
+            accuracy: how far the controller's motion may be from it where no other limit needs more, rad or m.
         """
         found: list[ControllerRows] = []
-        for rows in _slowed_rows(motion):
+        for rows in _slowed_rows(motion, accuracy):
             if rows.time_scale < AS_FAST and rows.joined.feasible:
                 return rows
             found.append(rows)
@@ -89,27 +92,35 @@ class ControllerRows:
         trajectory = MotionRows(self.stamps, position, velocity, others[0] if others else None).trajectory
         return self.source.timed_anew(trajectory)
 
+    @cached_property
+    def off(self) -> FloatArray:
+        """The largest distances of joints between what a controller makes and the source, for all t, (dof,)."""
+        return apart(self.joined.trajectory, self.source.trajectory)
+
     @property
     def said(self) -> str:
         """The rows described in words."""
         pieces, slower = "quintics" if self.accelerations else "cubics", self.time_scale - 1.0
         slowed = f", {100.0 * slower:.2g} % slower than planned" if slower else ""
-        return f"{len(self.times)} rows, joined by {pieces}: {self.joined.status_in_words}{slowed}"
+        near = f"{self.off.max():.2g} {alternatives(self.source.criteria.robot.joints.units)} from the plan at most"
+        return f"{len(self.times)} rows, joined by {pieces}, {near}: {self.joined.status_in_words}{slowed}"
 
 
 def _whole_nanoseconds(times: FloatArray) -> FloatArray:
-    return np.asarray(np.round(times / NANOSECOND) * NANOSECOND)
+    """Times in s as they are read from whole seconds and nanoseconds, to the last bit: short pieces hang on it."""
+    seconds, nanoseconds = np.divmod(np.round(times / NANOSECOND), round(1.0 / NANOSECOND))
+    return np.asarray(seconds + NANOSECOND * nanoseconds)
 
 
-def _slowed_rows(motion: JudgedMotion) -> Iterator[ControllerRows]:
+def _slowed_rows(motion: JudgedMotion, accuracy: float) -> Iterator[ControllerRows]:
     """Rows at places of several kinds, each as fast as they may be; what breaks limits by itself stays as it is."""
     smooth = motion.trajectory.jumps_below(3) is None
-    near = (
-        n for n in PARTS if _departure(_rows(motion, _knots(motion.trajectory.breakpoints, 0.0, n), 1.0, smooth)) < OFF
-    )
-    parts = next(near, PARTS[-1])
-    places = [_knots(motion.trajectory.breakpoints, least, parts) for least in SHORTEST]
-    for edges in {each.tobytes(): each for each in places}.values():
+    places = (times for least in SHORTEST for times in _places(motion, least, 3 if smooth else 2, accuracy))
+    tried = set[bytes]()
+    for edges in places:
+        if edges.tobytes() in tried:
+            continue
+        tried.add(edges.tobytes())
         scale = 1.0
         for attempt in range(TRIES):
             rows = _rows(motion, edges, scale, smooth)
@@ -120,10 +131,30 @@ def _slowed_rows(motion: JudgedMotion) -> Iterator[ControllerRows]:
         yield rows
 
 
-def _departure(rows: ControllerRows) -> float:
-    """How far what joins rows is from the motion at a few times between them, rad or m."""
-    between = rows.times[:-1, None] + np.diff(rows.times)[:, None] * LOOKS
-    return float(max(np.abs(rows.joined.trajectory.at(t) - rows.source.trajectory.at(t)).max() for t in between.T))
+def _places(motion: JudgedMotion, least: float, states: int, accuracy: float) -> tuple[FloatArray, FloatArray]:
+    """The times of as few rows as an accuracy needs, and of all of which they were chosen, s.
+
+    A row stands where a stage begins or ends, and at what the motion passes.
+    """
+    most = [bound * (1.0 + RATE_SLACK) for bound in motion.criteria.robot.limits.by_order]
+    stops = [time for stage in motion.stages for time in (stage.start, stage.end)]
+    stops += [milestone.time for milestone in motion.criteria.milestones(motion.trajectory)]
+    kept = np.unique(np.clip(stops, 0.0, motion.trajectory.duration))
+    for parts in PARTS:
+        candidates = _with_times(_knots(motion.trajectory.breakpoints, least, parts), kept, least)
+        choice = RowChoice(motion.trajectory, candidates, states, most, accuracy)
+        chosen = choice.fewest(kept)
+        if choice.off(chosen) <= accuracy:
+            break
+    return chosen, candidates
+
+
+def _with_times(edges: FloatArray, times: FloatArray, least: float) -> FloatArray:
+    """Edges with further times, s, each in the place of an edge that is nearer than ``least``."""
+    inner = edges[1:-1]
+    far = (np.abs(inner[:, None] - times) >= least).all(axis=1)
+    further = times[(times - edges[0] >= least) & (edges[-1] - times >= least)]
+    return np.union1d(np.concatenate([edges[:1], inner[far], edges[-1:]]), further)
 
 
 def _knots(breakpoints: FloatArray, least: float, parts: int) -> FloatArray:

@@ -14,8 +14,8 @@ import numpy as np
 from problems import CertificateStatus, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray, Range
+from problems.motions import control_points, fewest, from_line, rounding
 from tpbso_casadi.planning import JudgedMotion
-from tpbso_casadi.programs.deviation import control_points, fewest, from_line, rounding
 from tpbso_casadi.programs.program import Coding, Exporter, Program, Proof, Signal
 from tpbso_casadi.programs.proofs import clear_along, clear_within, is_of_postures, polyline, said
 

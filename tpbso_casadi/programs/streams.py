@@ -13,8 +13,8 @@ import numpy as np
 
 from problems import CertificateStatus, Trajectory
 from problems.base import FloatArray, Range
+from problems.motions import held_and_joined
 from tpbso_casadi.planning import JudgedMotion
-from tpbso_casadi.programs.deviation import deviations
 from tpbso_casadi.programs.program import Coding, Exporter, Program, Proof, Signal
 from tpbso_casadi.programs.proofs import clear_within, parts_of, said
 from tpbso_casadi.storage import OutputError
@@ -71,7 +71,7 @@ class Stream:
         """How far joints are from the plan at most, (dof,), where rows are held, and where they are joined by lines."""
         times = self.times.copy()
         times[-1] = self.lasting.duration
-        return deviations(self.lasting, times, self.rows)
+        return held_and_joined(self.lasting, times, self.rows)
 
     @cached_property
     def shares(self) -> dict[str, tuple[float, float]]:

@@ -15,9 +15,9 @@ from oracles import controllers
 from oracles.controllers import Read
 
 import tpbso_casadi as tp
+from problems.motions import control_points, fewest, from_line, held_and_joined
 from tpbso_casadi.cli.commands.export import main
 from tpbso_casadi.programs import EXPORTERS, StreamExporter
-from tpbso_casadi.programs.deviation import control_points, deviations, fewest, from_line
 from tpbso_casadi.storage import OutputError
 
 PULSES = [1341.4, -1341.4, 1000.0, 911.2, -911.2, 455.6]  # a degree
@@ -190,7 +190,7 @@ def test_fanuc_counts_its_third_axis_from_the_horizontal() -> None:
 def test_deviations_by_hand() -> None:
     """A parabola t^2 of one joint over a second, rows every half: joined, 1/16 off; held, 3/4."""
     motion = tp.Trajectory(np.array([0.0, 1.0]), np.array([[[1.0]], [[0.0]], [[0.0]]]))
-    held, lines = deviations(motion, np.array([0.0, 0.5, 1.0]), np.array([[0.0], [0.25], [1.0]]))
+    held, lines = held_and_joined(motion, np.array([0.0, 0.5, 1.0]), np.array([[0.0], [0.25], [1.0]]))
     assert held == pytest.approx(0.75, abs=1e-9)
     assert lines == pytest.approx(0.0625, abs=1e-9)
     both = tp.Trajectory(np.array([0.0, 1.0]), np.array([[[1.0, 0.0]], [[0.0, 1.0]], [[0.0, 0.0]]]))
