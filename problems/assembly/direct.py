@@ -18,7 +18,7 @@ class Approach:
     Attributes:
         start: the posture at the start, (dof,), rad.
         goal: that at the goal.
-        bound: no motion between them has a lower objective.
+        bound: no motion between them has a lower objective, the cost of its goal included.
     """
 
     start: FloatArray
@@ -74,7 +74,7 @@ class DirectPlanner:
         Args:
             approach: between which postures they lead.
             seed: of the paths.
-            to_beat: the objective of a motion that is known; infinite where none is.
+            to_beat: the objective of a motion that is known, with the cost of its goal; infinite where none is.
             running_out: whether no time is left.
         """
         return iter(())

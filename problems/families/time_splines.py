@@ -255,6 +255,8 @@ def encoding_of(task: Move, motion: TimeSpline) -> TimeControlPoints:
     """
     if task.vias:
         raise InvalidProblem("via", "motion 'time-spline' passes none")
+    if any(goal.cost for goal in task.goals):
+        raise InvalidProblem("goal", "motion 'time-spline' compares no costs; leave cost out")
     start, goals = _posture(task, "start", 0), [_posture(task, "goal", number) for number in range(len(task.goals))]
     return TimeControlPoints(
         motion=motion,

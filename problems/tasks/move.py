@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from problems.tasks.checks import check_choice, check_obstacles, check_range
 from problems.tasks.place import Elbow, Joints, Place, check_elbow
 from problems.tasks.task import Marker, MarkerKind, Milestone, Task
 
+COSTS = (0.0, 1e6)  # of goals, s, or the unit of what is minimised
 LARGEST_CORNER = 1.0  # m or rad: no via may be missed by more
 RATE_TOLERANCE = 1e-9  # of a joint's largest speed or acceleration; allows for rounding only
 
@@ -121,6 +123,7 @@ class Move(Task):
         total_time: bounds of T in s; None where nothing is promised.
         stay: how long after T the robot, which stands then, has to stay clear of obstacles that move, s.
         notes: on how the statement was read, a line each.
+        alternatives: all goals of the statement, of which ``goals`` are some; ``goals`` themselves where empty.
 
     Raises:
         InvalidProblem: a place cannot be reached, or a field is not one of the above.
@@ -135,7 +138,7 @@ class Move(Task):
         "stay",
     )
     zero_is_structure: ClassVar[tuple[str, ...]] = ("stay",)
-    inert: ClassVar[tuple[str, ...]] = ("notes",)
+    inert: ClassVar[tuple[str, ...]] = ("notes", "alternatives")
 
     robot: Robot
     start: Place
@@ -150,6 +153,7 @@ class Move(Task):
     goal_acceleration: tuple[float, ...] = ()
     stay: float = 0.0
     notes: tuple[str, ...] = ()
+    alternatives: tuple[Place, ...] = dataclasses.field(default=(), compare=False)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -169,6 +173,10 @@ class Move(Task):
         for field, places in (("start", (self.start,)), ("goal", self.goals)):
             if any(place.within for place in places):
                 raise InvalidProblem(field, "within is how far a via may be missed; leave it out")
+        for field, places in (("start", (self.start,)), ("via", self.vias)):
+            if any(place.cost for place in places):
+                raise InvalidProblem(field, "cost is that of a goal among several; leave it out")
+        check_within("goal", [goal.cost for goal in self.goals], COSTS, "s", "cost ")
         limits = self.robot.limits
         self._check_rates("start_velocity", limits.speed, "rad/s")
         self._check_rates("goal_velocity", limits.speed, "rad/s")
@@ -199,8 +207,8 @@ class Move(Task):
 
     def narrowed(self, start: Place, vias: tuple[Place, ...], goals: tuple[Place, ...]) -> Move:
         """The move between places that are its own more narrowly stated, and so need no check."""
-        move = copy(self)
-        for name, places in (("start", start), ("vias", vias), ("goals", goals)):
+        move, every = copy(self), self.alternatives or self.goals
+        for name, places in (("start", start), ("vias", vias), ("goals", goals), ("alternatives", every)):
             object.__setattr__(move, name, places)
         return move
 
@@ -277,18 +285,29 @@ class Move(Task):
 
     def reached_goal(self, theta: FloatArray) -> Place:
         """The goal that a posture (dof,) misses least, relative to its tolerance."""
+        return self._nearest(self.goals, theta)
+
+    def _nearest(self, goals: tuple[Place, ...], theta: FloatArray) -> Place:
         posture = ca.DM(theta).T
 
         def missed(place: Place) -> float:
             return float(np.abs(as_array(place.miss(self.robot, posture))).max()) / place.tolerance(self.robot)
 
-        return min(self.goals, key=missed)
+        return min(goals, key=missed)
+
+    @property
+    def goal_cost(self) -> float:
+        return min(goal.cost for goal in self.goals)
+
+    def added_cost(self, trajectory: Trajectory) -> float:
+        return self.reached_goal(trajectory.at(trajectory.breakpoints[-1:])[0]).cost
 
     def taken(self, trajectory: Trajectory) -> tuple[str, ...]:
         """The number of the goal that is reached of several, and turns of the tool that are free."""
         start, end = trajectory.at(trajectory.breakpoints[[0, -1]])
-        goal = self.reached_goal(end)
-        which = f"number {self.goals.index(goal) + 1} of {len(self.goals)}" if len(self.goals) > 1 else ""
+        goal, every = self.reached_goal(end), self.alternatives or self.goals
+        number = every.index(self._nearest(every, end)) + 1
+        which = f"number {number} of {len(every)}" if len(every) > 1 else ""
         found = {
             "start": self.start.taken(self.robot, start),
             "goal": ", ".join(filter(None, (which, goal.taken(self.robot, end)))),

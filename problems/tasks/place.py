@@ -113,11 +113,14 @@ class Place(Parametric, ABC):
         chosen_by_inverse_kinematics: whether redundancy values and a branch of the elbow determine the posture.
         always_reached: whether every choice of a posture is one that is there.
         within: how far from it a motion may pass: m of the tool, or rad of all joints together.
+        cost: added to what is minimised, where motions to several goals are compared, in its unit.
     """
 
+    inert: ClassVar[tuple[str, ...]] = ("cost",)
     chosen_by_inverse_kinematics: ClassVar[bool]
     always_reached: ClassVar[bool] = True
     within: float
+    cost: float
 
     @property
     @abstractmethod
@@ -247,9 +250,10 @@ class Place(Parametric, ABC):
         """
         raise InvalidProblem("place", f"no table states {type(self).__name__}")
 
-    def _with_tolerance(self, table: dict[str, Any]) -> dict[str, Any]:
-        """The table with how far from the place a motion may pass, where that is stated."""
-        return table | ({"within": float(self.within)} if self.within else {})
+    def _completed(self, table: dict[str, Any]) -> dict[str, Any]:
+        """The table with how far from the place a motion may pass, and what it costs, where that is stated."""
+        stated = {"within": float(self.within), "cost": float(self.cost)}
+        return table | {key: value for key, value in stated.items() if value}
 
 
 @dataclass(frozen=True)
@@ -262,15 +266,17 @@ class Joints(Place):
         turns: which of the values a whole turn apart a scenario's move takes: ``exact`` those that are stated,
             ``nearest`` those nearest to the posture before, within the ranges; None for the nearest of joints that turn
             without end, and the stated ones of others.
+        cost: of a goal among several, added to the duration or whatever is minimised.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("values",)
-    inert: ClassVar[tuple[str, ...]] = ("turns",)
+    inert: ClassVar[tuple[str, ...]] = ("turns", "cost")
     chosen_by_inverse_kinematics: ClassVar[bool] = False
 
     values: tuple[Angle, ...]
     within: float = 0.0
     turns: Turns | None = None
+    cost: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -314,7 +320,7 @@ class Joints(Place):
 
     def table(self) -> dict[str, Any]:
         turns = {} if self.turns is None else {"turns": self.turns}
-        return self._with_tolerance({"joints": [*map(float, self.values)], **turns})
+        return self._completed({"joints": [*map(float, self.values)], **turns})
 
 
 @dataclass(frozen=True)
@@ -324,6 +330,7 @@ class Position(Place):
     Args:
         point: m.
         within: how far from it a motion may pass, m.
+        cost: of a goal among several, added to the duration or whatever is minimised.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("point",)
@@ -331,6 +338,7 @@ class Position(Place):
 
     point: tuple[float, ...]
     within: float = 0.0
+    cost: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -372,4 +380,4 @@ class Position(Place):
 
     def table(self) -> list[float] | dict[str, Any]:
         point = [*map(float, self.point)]
-        return point if len(point) == 2 and not self.within else self._with_tolerance({"position": point})
+        return point if len(point) == 2 and not (self.within or self.cost) else self._completed({"position": point})

@@ -138,6 +138,7 @@ class Pose(Place):
         free: an axis of the tool about which it may turn against the quaternion; None for none.
         turn: the least and the most turn about it, rad, right-handed; None where any will do.
         tilt: how far this axis may lean, rad, with any turn.
+        cost: of a goal among several, added to the duration or whatever is minimised.
     """
 
     numbers: ClassVar[tuple[str, ...]] = ("point", "quaternion", "branch")
@@ -151,6 +152,7 @@ class Pose(Place):
     free: AxisName | None = None
     turn: TurnRange | None = None
     tilt: Angle = 0.0
+    cost: float = 0.0
 
     @classmethod
     def from_matrix(cls, matrix: FloatArray) -> Pose:
@@ -345,7 +347,7 @@ class Pose(Place):
         turned = {} if self.quaternion is None else {"quaternion": [*map(float, self.quaternion)]}
         free = {"free": self.free, "turn": self.turn and [*map(float, self.turn)], "tilt": float(self.tilt)}
         stated = {key: value for key, value in free.items() if value}
-        return self._with_tolerance({"position": [*map(float, self.point)], **turned, **stated})
+        return self._completed({"position": [*map(float, self.point)], **turned, **stated})
 
 
 def _in_space(robot: Robot, field: str = "goal", name: str = "") -> SpatialArm:

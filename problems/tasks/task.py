@@ -145,6 +145,15 @@ class Task(Parametric, ABC):
         """Lines on how the statement was read, for whoever made it."""
         return ()
 
+    @property
+    def goal_cost(self) -> float:
+        """The least that is added to the objective where motions to several goals are compared; 0 by default."""
+        return 0.0
+
+    def added_cost(self, trajectory: Trajectory) -> float:
+        """The cost of the goal that a motion reaches, added to its objective in comparisons; 0 by default."""
+        return 0.0
+
     def taken(self, trajectory: Trajectory) -> tuple[str, ...]:
         """Lines on what a motion takes of that which the statement leaves to choose; none by default."""
         return ()

@@ -181,6 +181,7 @@ class Attach(StatedStage):
         name: of the obstacle, or of the body.
         body: a shape in the tool's frame, such as :class:`Box`, or its table; an obstacle where None.
         mass: kg; what is carried has no weight where None, which is said beside the certificate.
+        touch: names of links, obstacles and what else is carried, whose contact with it is allowed while it is held.
     """
 
     kind: ClassVar[str] = "attach"
@@ -188,10 +189,11 @@ class Attach(StatedStage):
     name: str
     body: Obstacle | Mapping[str, Any] | None = None
     mass: float | None = None
+    touch: Sequence[str] | None = None
 
     def table(self, arm: StatedRobot, name: str) -> dict[str, Any]:
         own = {"kind": self.kind, "name": self.name}
-        own |= {} if self.mass is None else {"mass": plain(self.mass)}
+        own |= {key: plain(getattr(self, key)) for key in ("mass", "touch") if getattr(self, key) is not None}
         body = None if self.body is None else obstacle_of(self.body, f"{name}.body")
         if isinstance(body, Obstacle):
             return own | {"body": replace(body, name=self.name)}

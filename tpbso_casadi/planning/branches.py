@@ -64,7 +64,7 @@ def best_of_branches(
     for branch in problem.branches:
         if planning.is_cut_short and raced:
             break
-        if WORTH * _in_time(branch) < min((each.result.cost for each in raced), default=inf):
+        if WORTH * _in_time(branch) + _added(branch) < min(map(_compared, raced), default=inf):
             raced += _attempted(raced, planning, partial(planning.search, branch, budget))
     if planning.failures:
         return _as_plan(_finalists(raced)[0], planning, len(raced))
@@ -94,10 +94,19 @@ def _finalists(raced: Sequence[SearchRecord]) -> list[SearchRecord]:
     """The best of the race, those last that slip through something between their samples."""
     clear: list[SearchRecord] = []
     slipping: list[SearchRecord] = []
-    for each in sorted(raced, key=lambda one: one.result.cost):
-        if len(clear) < FINALISTS and not (clear and each.result.cost > CLOSE * clear[0].result.cost):
+    for each in sorted(raced, key=_compared):
+        if len(clear) < FINALISTS and not (clear and _compared(each) > CLOSE * _compared(clear[0])):
             (slipping if each.motion.worst_violation > DEEP else clear).append(each)
     return (clear or slipping)[:FINALISTS]
+
+
+def _compared(raced: SearchRecord) -> float:
+    """The cost of a search's motion with that of its goal."""
+    return raced.result.cost + _added(raced.problem)
+
+
+def _added(branch: Problem[Any]) -> float:
+    return branch.criteria.task.goal_cost
 
 
 def _in_time(branch: Problem[Any]) -> float:

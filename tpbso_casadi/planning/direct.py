@@ -46,7 +46,7 @@ def _directly(problem: Problem[Any], planning: Planning) -> PlannedMotion | None
     if planning.settings.first or found.problem is None or not found.problem.direct.ends_may_move:
         return found
     least = min(branch.direct.least_bound for branch in problem.branches or (problem,))
-    return found if found.objective <= ABOUT_AS_GOOD * least else along_paths(problem, planning, found)
+    return found if found.motion.compared <= ABOUT_AS_GOOD * least else along_paths(problem, planning, found)
 
 
 def at_the_bound(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
@@ -83,7 +83,7 @@ def along_paths(problem: Problem[Any], planning: Planning, known: PlannedMotion 
     approaches = [(branch, each) for branch in problem.branches or (problem,) for each in branch.direct.approaches()]
     tried: list[FloatArray] = []
     for branch, approach in sorted(approaches, key=lambda one: one[1].bound):
-        to_beat = np.inf if best is None else best[0].objective
+        to_beat = np.inf if best is None else best[0].compared
         if WORTH_TRYING * approach.bound >= to_beat:
             break
         ends = np.concatenate([approach.start, approach.goal])

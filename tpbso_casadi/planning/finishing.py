@@ -211,8 +211,8 @@ def is_better(motion: JudgedMotion, before: JudgedMotion) -> bool:
     if not motion.feasible or not before.feasible:
         return motion.feasible
     if objective.is_time_dependent or not objective.sooner_is_better:
-        return motion.objective < before.objective
-    same = motion.objective <= before.objective + SAME_OBJECTIVE * abs(before.objective)
+        return motion.compared < before.compared
+    same = motion.compared <= before.compared + SAME_OBJECTIVE * abs(before.compared)
     return same and motion.trajectory.duration < before.trajectory.duration
 
 

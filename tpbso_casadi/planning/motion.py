@@ -265,14 +265,19 @@ class JudgedMotion:
         return [(part, weight, part.of_motion(self.trajectory, robot, self.times)) for weight, part in objective.terms]
 
     @property
+    def compared(self) -> float:
+        """The objective with the cost of the goal that is reached."""
+        return self.objective + self.criteria.task.added_cost(self.trajectory)
+
+    @property
     def merit(self) -> float:
-        """One number to compare motions by, lower is better: the objective; more than any where a limit is broken.
+        """One number to compare motions by, lower is better: :attr:`compared`; more than any where a limit is broken.
 
         Infinite where the trajectory is no motion: where a number of it is not finite.
         """
         if not self.trajectory.is_finite:
             return inf
-        return self.objective if self.feasible else INFEASIBLE_MERIT * (1.0 + self.worst_violation)
+        return self.compared if self.feasible else INFEASIBLE_MERIT * (1.0 + self.worst_violation)
 
 
 def motion_of(problem: Problem[Any], x: FloatArray) -> JudgedMotion:

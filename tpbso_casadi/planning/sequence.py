@@ -189,13 +189,14 @@ class SequencePlanner:
             return self._led(layer, cell, before)
         statement = cell.statement(stage, before.postures[0])
         criteria = statement.judged()
-        goals = list(criteria.task.goals)  # type: ignore[attr-defined]
+        task: Any = criteria.task  # a move
+        goals = list(task.goals)
         if self.task.cyclic and layer == len(self.moving) - 1:
             if not all(any(goal.is_at(criteria.robot, theta) for goal in goals) for theta in stops[0].postures):
                 raise InvalidProblem("goal", "is not where the sequence begins, as that of a cycle has to be")
             return SequenceStop.free(stops[0].postures)
         found = self._postures(criteria.robot, criteria.obstacles, goals, before.postures, "goal")
-        return SequenceStop.free(found)
+        return SequenceStop.free(found, np.array([task.reached_goal(theta).cost for theta in found]))
 
     def _postures(
         self, robot: Robot, obstacles: Sequence[Any], goals: Sequence[Place], near: FloatArray | None, key: str
@@ -296,7 +297,8 @@ class SequencePlanner:
         """
         budget, unknown, thorough = EDGES_EACH * len(self.moving), EXPECTED, False
         while True:
-            chain = self._shortest([edges.known(unknown) for edges in self.edges])
+            stops = zip(self.edges, self.stops[1:], strict=True)
+            chain = self._shortest([edges.known(unknown) + stop.costs for edges, stop in stops])
             if chain is None and not thorough:
                 thorough = True
                 self._forget_failures()

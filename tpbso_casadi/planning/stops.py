@@ -32,16 +32,18 @@ class SequenceStop:
         postures: (n, dof), rad.
         parents: the posture of the stop before from which alone each is reached, (n,); -1 where from any.
         paths: of the joints that lead there, where they are known; else None.
+        costs: of the goals that they reach, s, (n,) or one for all.
     """
 
     postures: FloatArray
     parents: list[int]
     paths: list[JointPath | None]
+    costs: FloatArray | float = 0.0
 
     @classmethod
-    def free(cls, postures: FloatArray) -> SequenceStop:
+    def free(cls, postures: FloatArray, costs: FloatArray | float = 0.0) -> SequenceStop:
         """Postures that may be reached from anywhere."""
-        return cls(postures, [-1] * len(postures), [None] * len(postures))
+        return cls(postures, [-1] * len(postures), [None] * len(postures), costs)
 
     def limited(self) -> SequenceStop:
         """The stop with the first posture from each parent, then the second ones, up to so many."""
@@ -107,10 +109,12 @@ def soonest_at(
         InvalidProblem: there is none.
     """
     found: list[FloatArray] = []
+    costs: list[float] = []
     failures: list[InvalidProblem] = []
     for goal in goals:
         try:
             found.append(postures_at(goal, robot, obstacles, key))
+            costs += [goal.cost] * len(found[-1])
         except InvalidProblem as error:
             failures.append(error)
     if not found:
@@ -118,7 +122,7 @@ def soonest_at(
     postures = np.concatenate(found)
     if near is None:
         return postures[:MOST_POSTURES]
-    soonest = bounds_between(robot, near, postures).min(axis=0)
+    soonest = bounds_between(robot, near, postures).min(axis=0) + costs
     return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
 
 

@@ -21,7 +21,7 @@ from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.sequence import SequenceTask
-from tpbso_casadi.scenario.stages import MovingStage, OutputStage, StageSection, tool_frames
+from tpbso_casadi.scenario.stages import AttachStage, MovingStage, OutputStage, StageSection, tool_frames
 from tpbso_casadi.scenario.validation import ScenarioError
 
 ENDS = "stage_ends"  # the quantity of a plan that says when its stages end, s
@@ -92,12 +92,14 @@ class Cell:
         robot: with an empty hand.
         obstacles: that stand around.
         carried: by the tool.
+        contacts: pairs of names of what has been taken up and of what it may touch.
     """
 
     scenario: Scenario
     robot: Robot
     obstacles: tuple[ObstacleSection, ...]
     carried: tuple[CarriedSection, ...]
+    contacts: tuple[tuple[str, str], ...] = ()
 
     @classmethod
     def at_first(cls, scenario: Scenario) -> Self:
@@ -111,22 +113,25 @@ class Cell:
                 raise ScenarioError(f"obstacles.{number}: moves; in a sequence obstacles stand still")
         return cls(scenario, scenario.robot_table.build(), tuple(scenario.obstacles), tuple(scenario.carried))
 
-    def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Self:
+    def attached(self, stage: AttachStage, posture: FloatArray) -> Self:
         """The cell with a body in the hand: an obstacle as it lies, or one that is stated in the tool's frame.
 
         Raises:
             ScenarioError: there is no such obstacle, or one is carried by that name already.
         """
+        name, mass, body = stage.name, stage.mass, stage.body
         if name in [held.name for held in self.carried]:
             raise ScenarioError(f"name: {name!r} is carried already")
+        self._check_names(stage.touch)
+        contacts = (*self.contacts, *((name, other) for other in stage.touch))
         if body is not None:
-            return replace(self, carried=(*self.carried, CarriedSection(mass=mass, body=body)))
+            return replace(self, carried=(*self.carried, CarriedSection(mass=mass, body=body)), contacts=contacts)
         index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
         taken = self.obstacles[index]
         body = _posed(taken, np.linalg.solve(self._tool(posture), _pose_of(taken)))
         others, held = (*self.obstacles[:index], *self.obstacles[index + 1 :]), CarriedSection(mass=mass, body=body)
         held.build()  # which raises where it cannot be carried
-        return replace(self, obstacles=others, carried=(*self.carried, held))
+        return replace(self, obstacles=others, carried=(*self.carried, held), contacts=contacts)
 
     def detached(self, name: str, posture: FloatArray) -> Self:
         """The cell with a body that was carried standing where it is now.
@@ -138,7 +143,17 @@ class Cell:
         held = self.carried[index].body
         body = _posed(held, self._tool(posture) @ _pose_of(held))
         others = (*self.carried[:index], *self.carried[index + 1 :])
-        return replace(self, obstacles=(*self.obstacles, body), carried=others)
+        contacts = tuple(pair for pair in self.contacts if pair[0] != name)
+        return replace(self, obstacles=(*self.obstacles, body), carried=others, contacts=contacts)
+
+    def _check_names(self, names: Sequence[str]) -> None:
+        """Check that there is a link, an obstacle or something carried of each name; else a ScenarioError."""
+        around, held = ([each.name for each in bodies if each.name] for bodies in (self.obstacles, self.carried))
+        known = [*self.robot.bodies.names, *around, *held]
+        for number, name in enumerate(names):
+            if name not in known:
+                reason = f"nothing is called {name!r}{did_you_mean(name, known)}; there are {', '.join(known)}"
+                raise ScenarioError(f"touch.{number}: {reason}")
 
     @staticmethod
     def _index(name: str, names: Sequence[str], what: str) -> int:
@@ -174,12 +189,13 @@ class Cell:
         scenario, robot = self.scenario, self.robot
         goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)))
         start = Joints(tuple(map(float, posture)))
-        stated = {"goal": in_their_turns(goals), "via": in_their_turns(stage.vias)}
-        task = PointToPointTask(kind="point-to-point", start=start, **stated)
+        places = {"goal": in_their_turns(goals), "via": in_their_turns(stage.vias)}
+        task = PointToPointTask(kind="point-to-point", start=start, **places)
         further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
         margin = scenario.model.margin if stage.margin is None else stage.margin
         key = "arm" if scenario.arm is not None else "robot"
-        pairs = [pair for pair in (*scenario.may_touch, *stage.may_touch) if self._concerns(pair)]
+        stated = (*scenario.may_touch, *self.contacts, *stage.may_touch)
+        pairs = [pair for pair in stated if self._concerns(pair)]
         solver = scenario.solver
         if "name" not in solver.stated_keys:
             solver = solver.replaced(name=scenario.robot_table.usual_solver)

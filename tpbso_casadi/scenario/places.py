@@ -75,10 +75,11 @@ class JointsTable(Section):
     joints: Annotated[list[Number], Count(1, MOST_LINKS)]
     within: NotNegative = 0.0
     turns: Turns | None = None
+    cost: NotNegative = 0.0
 
     def built(self) -> Joints:
         """The posture that the table states."""
-        return Joints(tuple(self.joints), self.within, self.turns)
+        return Joints(tuple(self.joints), self.within, self.turns, self.cost)
 
 
 class PositionTable(Section):
@@ -86,10 +87,11 @@ class PositionTable(Section):
 
     position: PlanarPoint
     within: NotNegative = 0.0
+    cost: NotNegative = 0.0
 
     def built(self) -> Position:
         """The position that the table states."""
-        return Position(self.position, self.within)
+        return Position(self.position, self.within, self.cost)
 
 
 class FreeAxisKeys(Section):
@@ -118,10 +120,11 @@ class PoseTable(FreeAxisKeys):
     position: SpacePoint
     quaternion: Quaternion | None = None
     within: NotNegative = 0.0
+    cost: NotNegative = 0.0
 
     def built(self) -> Pose:
         """The pose that the table states."""
-        return Pose(self.position, self.quaternion, (), self.within, self.free, self.turn, self.tilt)
+        return Pose(self.position, self.quaternion, (), self.within, self.free, self.turn, self.tilt, self.cost)
 
 
 def read_place(value: Any) -> Place:

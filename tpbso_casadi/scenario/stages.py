@@ -14,11 +14,10 @@ from problems.base import Count, FloatArray, InvalidTable, Range, ReadBy, as_arr
 from problems.limits import FreeAxis
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, SteadySpeed, StraightLine, ToolCurve, ToolPath
-from tpbso_casadi.scenario.carried import BODY, Contacts
+from tpbso_casadi.scenario.carried import BODY, MOST_CONTACTS, Contacts
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
-from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.places import (
     AnyGoals,
@@ -50,7 +49,7 @@ Name: TypeAlias = Annotated[Word, Count(1, LONGEST_WORD)]
 class Changing(Protocol):
     """A state of a sequence, as far as stages change it."""
 
-    def attached(self, name: str, mass: float | None, body: ObstacleSection | None, posture: FloatArray) -> Self:
+    def attached(self, stage: AttachStage, posture: FloatArray) -> Self:
         """The state with a body in the hand: an obstacle by its name, or one in the tool's frame."""
 
     def detached(self, name: str, posture: FloatArray) -> Self:
@@ -370,18 +369,25 @@ class PathStage(LedStage):
 
 
 class AttachStage(StageSection):
-    """The hand takes up an obstacle by its name, as it lies; or a body with a shape, posed in the tool's frame."""
+    """The hand takes up an obstacle by its name, as it lies; or a body with a shape, posed in the tool's frame.
+
+    Attributes:
+        touch: names of links, obstacles and what else is carried, whose contact with it is allowed while it is held.
+    """
 
     kind: Literal["attach"]
     name: Name
     mass: Positive | None = None
+    touch: Annotated[list[Name], Count(0, MOST_CONTACTS)] = field(default_factory=list)
     body: AnyObstacle | None = field(default=None, repr=False)
 
     @classmethod
     def from_table(cls, content: Any) -> Self:
         if isinstance(content, Mapping) and "shape" in content:
-            own = {key: content[key] for key in ("kind", "name", "mass") if key in content}
-            content = own | {BODY: {key: value for key, value in content.items() if key not in ("kind", "mass")}}
+            own = {key: content[key] for key in ("kind", "name", "mass", "touch") if key in content}
+            content = own | {
+                BODY: {key: value for key, value in content.items() if key not in ("kind", "mass", "touch")}
+            }
         with flat(BODY):
             return super().from_table(content)
 
@@ -393,7 +399,7 @@ class AttachStage(StageSection):
         return self if self.body is None else self.replaced(body=self.body.with_files(folder))
 
     def changed(self, cell: C, posture: FloatArray) -> C:
-        return cell.attached(self.name, self.mass, self.body, posture)
+        return cell.attached(self, posture)
 
 
 class DetachStage(StageSection):

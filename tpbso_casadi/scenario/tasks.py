@@ -71,7 +71,7 @@ def _stated_points(task: PathFollowing | PathTracing | SpaceTracing) -> dict[str
 
 STATED: dict[type[Task], Statement] = {
     PointToPoint: Statement(PointToPointTask, {"motion": "paper"}),
-    Move: Statement(PointToPointTask, {"motion": "spline"}, _stated_places, ("goals", "vias")),
+    Move: Statement(PointToPointTask, {"motion": "spline"}, _stated_places, ("goals", "vias", "alternatives")),
     PathFollowing: Statement(PointsTask, {"motion": "paper"}, _stated_points, ("path",)),
     PathTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),
     SpaceTracing: Statement(PointsTask, {"motion": "spline"}, _stated_points, ("path",)),

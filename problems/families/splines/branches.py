@@ -30,13 +30,14 @@ def branched(task: Move) -> tuple[Move, ...]:
         InvalidProblem: a place has no posture that is clear.
     """
     places = (task.start, *task.vias, *task.goals)
-    if all(place.always_reached for place in places) and not (task.robot.dim == 3 and len(task.goals) > 1):
+    one_each = len(task.goals) > 1 and (task.robot.dim == 3 or any(goal.cost for goal in task.goals))
+    if all(place.always_reached for place in places) and not one_each:
         return (task,)
     start = task.start.branches(task.robot, task.obstacles, None, "start")[0]
     vias = _nearest_vias(task, start)
     near = branch_posture(task.robot, (start, *vias)[-1])
     made = [task.narrowed(start, vias, (goal,)) for goal in _goals(task, near)]
-    return tuple(sorted(made, key=least_time)[:MOST_BRANCHES])
+    return tuple(sorted(made, key=lambda move: least_time(move) + move.goal_cost)[:MOST_BRANCHES])
 
 
 def _nearest_vias(task: Move, start: Place) -> tuple[Place, ...]:

@@ -225,6 +225,7 @@ class PathPlanner(MovePlanner):
         self, approach: Approach, seed: int, to_beat: float, running_out: Callable[[], bool]
     ) -> Iterator[Trajectory]:
         world, start, goal, vias = self._world, approach.start, approach.goal, self.task.vias
+        bound, to_beat = approach.bound - self.task.goal_cost, to_beat - self.task.goal_cost
         try:
             motions = self._motions(start, goal)
         except InvalidProblem:  # of ends that move
@@ -232,7 +233,7 @@ class PathPlanner(MovePlanner):
         usual = np.array([branch_posture(self.robot, via) for via in vias]).reshape(-1, self.robot.dof)
         passages = Passages(motions, self.robot, vias) if vias else None
         for through in postures_on_the_way(self.robot, vias, usual, start, goal):
-            if approach.bound >= to_beat or (to_beat < np.inf and running_out()):
+            if bound >= to_beat or (to_beat < np.inf and running_out()):
                 return
             if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
@@ -313,9 +314,8 @@ class PathPlanner(MovePlanner):
             ]
             theta = self._clear_postures(np.concatenate(near))
             times = least_times(self.task, theta - start)
-            bounds = self.objective.lower_bound(
-                DirectMoves(robot=self.robot, start=start, goals=theta, durations=times)
-            ).tolist()
+            moves = DirectMoves(robot=self.robot, start=start, goals=theta, durations=times)
+            bounds = (self.objective.lower_bound(moves) + self.task.goal_cost).tolist()
             made = [Approach(start, goal, bound) for goal, bound in zip(theta, bounds, strict=True)]
             found += zip(bounds, times.tolist(), made, strict=True)
         return [approach for _, _, approach in sorted(found, key=lambda each: each[:2])]

@@ -26,6 +26,7 @@ from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning import BOUND
 from tpbso_casadi.planning.stops import led_along
 from tpbso_casadi.scenario import Cell, pieces_in
+from tpbso_casadi.scenario.stages import AttachStage
 from tpbso_casadi.storage import checked
 
 HOME = [0.0, -0.6, 0.0, -2.2, 0.0, 1.6, 0.785]
@@ -449,11 +450,33 @@ def test_wrong_stages_in_python(stage: Any, line: str) -> None:
 def test_a_body_that_is_put_down_is_where_it_was_held() -> None:
     scenario = tp.scenario_of("examples/pick-and-place.toml")
     cell, posture = Cell.at_first(scenario), np.array(HOME)
-    held = cell.attached("part", 0.4, None, posture)
+    taken = AttachStage(kind="attach", name="part", mass=0.4, touch=["table"])
+    held = cell.attached(taken, posture)
+    assert held.contacts == (("part", "table"),)
     assert [body.name for body in held.carried] == ["part"]
     assert "part" not in [obstacle.name for obstacle in held.obstacles]
     back = held.detached("part", posture)
     (part,) = [obstacle for obstacle in back.obstacles if obstacle.name == "part"]
     assert np.allclose(part.pose[0], PART["center"], atol=1e-12)
     with pytest.raises(tp.ScenarioError, match="carried already"):
-        held.attached("part", None, None, posture)
+        held.attached(taken, posture)
+    assert back.contacts == ()
+    with pytest.raises(tp.ScenarioError, match=r"touch.0: nothing is called 'tabel'; did you mean table?"):
+        cell.attached(taken.replaced(touch=["tabel"]), posture)
+
+
+def test_what_is_held_touches_what_is_said_once() -> None:
+    """A part stands on a table: it is lifted, and put down again, with that contact stated where it is taken up."""
+    table = tp.Box(center=(0.6, 0.0, -0.05), size=(0.8, 1.4, 0.1), name="table")
+    part = tp.Box(center=(0.45, -0.3, 0.05), size=(0.04, 0.04, 0.1), name="part")
+    arm, start = tp.robot("ur5e", tool={"position": [0.0, 0.0, 0.15]}), [0.0, -1.6, 1.4, -1.4, -1.57, 0.0]
+    lift = tp.Line(by=[0.0, 0.0, 0.1])
+    stages = [tp.MoveTo(tp.Pose((0.45, -0.3, 0.1), (1.0, 0.0, 0.0, 0.0))), tp.Attach("part"), lift]
+    with pytest.raises(tp.ScenarioError, match=r"stages\[2\] .*part, table"):
+        tp.sequence(arm, start=start, stages=stages, obstacles=[table, part])
+    stages[1] = tp.Attach("part", touch=["table"])
+    stages += [tp.Line(by=[0.0, 0.0, -0.1]), tp.Detach("part"), lift]
+    plan = tp.sequence(arm, start=start, stages=stages, obstacles=[table, part])
+    assert plan.certified
+    (contact,) = [line for line in plan.not_judged if "part and table" in line]
+    assert contact.endswith("in stage 3 (line), stage 4 (line)")
