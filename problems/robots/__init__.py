@@ -54,6 +54,7 @@ from problems.robots.transform import (
     unit_quaternions,
 )
 from problems.robots.urdf import read_urdf
+from problems.robots.urdf_elements import document
 
 ROBOTS: dict[str, type[Robot]] = {"planar": PlanarArm}
 
@@ -114,6 +115,7 @@ __all__ = [
     "built_in",
     "complete_arm",
     "covers_text",
+    "document",
     "largest_holding_torques",
     "least_tracking_error",
     "matrix_of",

@@ -118,17 +118,20 @@ class Chain(Parametric):
         """The joints with masses, which have to be known, regrouped: other bodies that take the same torques."""
         return tuple(regrouped([joint.rigid for joint in self.joints]))
 
+    @property
+    def torque_gap(self) -> str:
+        """The reason why torques are not known; empty where all masses are stated and possible."""
+        faults = (joint.fault for joint in self.joints if joint.fault)
+        return next(faults, f"no masses are stated for {', '.join(self.massless)}" if self.massless else "")
+
     def check_masses(self, field: str) -> None:
         """Check that all masses are known and possible, so that torques are known.
 
         Raises:
             InvalidProblem: they are not, and ``field`` has no effect without them.
         """
-        fault = next((joint.fault for joint in self.joints if joint.fault), "")
-        if fault:
-            raise InvalidProblem(field, f"torques are not known: {fault}")
-        if self.massless:
-            raise InvalidProblem(field, f"torques are not known: no masses are stated for {', '.join(self.massless)}")
+        if self.torque_gap:
+            raise InvalidProblem(field, f"torques are not known: {self.torque_gap}")
 
     def with_friction(self, viscous: Sequence[float] | None, coulomb: Sequence[float] | None) -> Chain:
         """The chain with other friction, where it is given.

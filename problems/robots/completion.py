@@ -192,8 +192,8 @@ class OwnContacts:
             yield f"{', '.join(apart)}: no joint connects them with the arm"
         yield from self._held()
         following = [joint.name for joint in description.off_chain if joint.leader]
-        if description.chain.massless and self.arm.max_torque is None:
-            yield f"torques: no masses are stated for {', '.join(description.chain.massless)}"
+        if description.chain.torque_gap and self.arm.max_torque is None:
+            yield f"torques: {description.chain.torque_gap}"
         elif following:
             yield f"torques of what {', '.join(following)} move: its masses are counted as if it stood at zero"
 

@@ -320,9 +320,9 @@ class RobotDescription:
         return None if given is None and known is None else self._each(field, given, known)
 
     def _torques(self, given: PerJoint | None) -> tuple[float, ...] | None:
-        """The given torques; else the efforts, where they and the masses of all joints are known."""
+        """The given torques; else the efforts, where they and the masses of all joints are known and possible."""
         efforts = [joint.effort for joint in self.chain.joints]
-        known = None not in efforts and not self.chain.massless
+        known = None not in efforts and not self.chain.torque_gap
         return self._each_or_none("max_torque", given, efforts if known else None)
 
     def _ranges(self, given: Ranges | None) -> tuple[tuple[float, float], ...]:

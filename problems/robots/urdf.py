@@ -1,14 +1,15 @@
-"""Robots from URDF text, read with ``xml.etree`` alone."""
+"""Robots from the text of a URDF or an MJCF, read with ``xml.etree`` alone."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from problems.base import InvalidProblem
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
 from problems.robots.description import RobotDescription
 from problems.robots.inertia import Inertia, combined, inertia_fault, moved_inertia
+from problems.robots.mjcf import read_mjcf
 from problems.robots.srdf import Srdf
 from problems.robots.transform import FixedFrame
 from problems.robots.urdf_elements import (
@@ -17,7 +18,7 @@ from problems.robots.urdf_elements import (
     document,
     refused,
 )
-from problems.robots.urdf_tree import Tree
+from problems.robots.urdf_tree import RobotFile, Tree
 
 MOST_JOINTS = 50
 
@@ -30,7 +31,7 @@ def read_urdf(
     srdf: Srdf | None = None,
     group: str | None = None,
 ) -> RobotDescription:
-    """The arm that a URDF describes.
+    """The arm that a URDF or an MJCF describes.
 
     Args:
         text: of the file.
@@ -49,8 +50,8 @@ def read_urdf(
         InvalidProblem: ``urdf``, ``base_link``, ``tip_link``, ``locked`` or ``group`` is impossible, with the reason in
             one line.
     """
-    robot = document(text)
-    stated = Tree.of(robot)
+    file = _file(text)
+    stated = file.tree
     tree = stated.locked(locked or {})
     if srdf is not None and (group is not None or tip_link is None):
         group = srdf.group_of(tree, group)
@@ -69,7 +70,7 @@ def read_urdf(
     frames = {frame.name: frame for body in bodies for frame in body.frames}
     tip = frames[joints[-1].child]
     chain = Chain(
-        name=robot.get("name") or "robot",
+        name=file.name,
         joints=tuple(_joint(joint, frames[joint.parent], body) for joint, body in zip(moving, bodies[1:], strict=True)),
         base_link=base,
         tip_link=tip.name,
@@ -85,6 +86,7 @@ def read_urdf(
     notes += [note for body in bodies for note in body.faults] + [joint.note for joint in off_chain]
     notes += [f"no joint connects {', '.join(apart)} with {base!r}: left out"] if apart else []
     notes += _soft_limits(moving) + _massless(bodies)
+    allowed = () if srdf is None else srdf.may_touch(frames)
     shapes = tuple((name, tree.links[name].shapes) for name in frames if tree.links[name].shapes)
     description = RobotDescription(
         chain=chain,
@@ -95,11 +97,24 @@ def read_urdf(
         apart=apart,
         visuals=tuple((name, tree.links[name].visuals) for name in frames if tree.links[name].visuals),
         unseen=tuple((name, tree.links[name].unseen) for name in frames if tree.links[name].unseen),
-        notes=(*notes, *(() if srdf is None else srdf.notes)),
-        disabled=() if srdf is None else srdf.may_touch(frames),
-        postures={} if srdf is None else srdf.postures([joint.name for joint in moving], group),
+        notes=(*notes, *file.notes, *(() if srdf is None else srdf.notes)),
+        disabled=(*(pair for pair in file.may_touch if frames.keys() >= {*pair}), *allowed),
+        postures=_postures(file, moving)
+        | ({} if srdf is None else srdf.postures([joint.name for joint in moving], group)),
     )
     return description.with_covers({})
+
+
+def _file(text: str) -> RobotFile:
+    """The robot of a URDF or an MJCF, by the root element of its text."""
+    root = document(text)
+    return read_mjcf(root) if root.tag == "mujoco" else RobotFile(name=root.get("name") or "robot", tree=Tree.of(root))
+
+
+def _postures(file: RobotFile, moving: Sequence[UrdfJoint]) -> dict[str, tuple[float, ...]]:
+    """The named postures that state all of some joints."""
+    complete = {name: values for name, values in file.postures.items() if values.keys() >= {j.name for j in moving}}
+    return {name: tuple(values[joint.name] for joint in moving) for name, values in complete.items()}
 
 
 def _check(moving: list[UrdfJoint], base: str) -> None:

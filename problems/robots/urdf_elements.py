@@ -42,10 +42,10 @@ def refused(reason: str) -> InvalidProblem:
 
 
 def document(text: str) -> ET.Element:
-    """The ``robot`` element of a text.
+    """The ``robot`` element of a URDF, or the ``mujoco`` element of an MJCF.
 
     Raises:
-        InvalidProblem: it is too long, no XML, no URDF, or a xacro that has to be expanded first.
+        InvalidProblem: it is too long, no XML, neither of them, or a xacro that has to be expanded first.
     """
     if len(text) > MOST_CHARACTERS:
         raise refused(f"{len(text)} characters, of at most {MOST_CHARACTERS}")
@@ -56,13 +56,14 @@ def document(text: str) -> ET.Element:
             XACRO if "unbound prefix" in str(error) and "xacro:" in text else f"no XML: {' '.join(str(error).split())}"
         )
         raise refused(reason) from error
-    if robot.tag != "robot":
-        raise refused(f"its root is <{robot.tag}>, not <robot>")
+    if robot.tag not in ROOTS:
+        raise refused(f"its root is <{robot.tag}>, not {' or '.join(f'<{tag}>' for tag in ROOTS)}")
     if any(_is_of_xacro(element) for element in robot.iter()):
         raise refused(XACRO)
     return robot
 
 
+ROOTS = ("robot", "mujoco")
 XACRO = "a xacro file: let its name end with .xacro, or expand it first (xacro FILE > robot.urdf)"
 
 
@@ -217,10 +218,21 @@ class UrdfJoint:
         """The joint fixed at a value, rad or m; at none if it has several degrees of freedom."""
         if self.kind not in MOVING:
             return replace(self, kind="fixed")
-        turned = moved(self.origin, self.axis, self.kind != "prismatic", ca.DM(value))
-        entries = [[float(entry) for entry in row] for row in (*turned.rotation, turned.translation)]
-        pose = Transform(snapped(np.array(entries[:3])), as_point(entries[3]))
-        return replace(self, kind="fixed", origin=pose)
+        return replace(self, kind="fixed", origin=placed_at(self.origin, self.axis, self.kind != "prismatic", value))
+
+
+def placed_at(pose: Transform, axis: Point3, turns: bool, value: float) -> Transform:
+    """The pose, in numbers, of what a joint moves when it has a value, rad or m.
+
+    Args:
+        pose: of it at zero.
+        axis: unit vector.
+        turns: whether the joint is revolute; else it slides.
+        value: of the joint.
+    """
+    reached = moved(pose, axis, turns, ca.DM(value))
+    entries = [[float(entry) for entry in row] for row in (*reached.rotation, reached.translation)]
+    return Transform(snapped(np.array(entries[:3])), as_point(entries[3]))
 
 
 def read_link(element: ET.Element, colours: Mapping[str, Colour]) -> UrdfLink:

@@ -6,7 +6,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
@@ -28,10 +28,10 @@ MOST_LINKS = 1_000
 FARTHEST = 1e4  # rad or m, that a joint stands from zero
 MOST_NAMED = 6  # chains, in a message
 FEWEST_JOINTS, LONGEST_FINGER = 3, 3  # after so many joints, several chains of no more are fingers
-TOOLS = tuple(map(re.compile, (r"^tool0$", r"tcp", r"tool", r"(^|_)ee(f|_|$)|end_?effector", r"flange")))
+TOOLS = tuple(map(re.compile, (r"^tool0$", r"tcp", r"tool", r"(^|_)ee(f|_|$)|end_?effector", r"flange", r"attachment")))
 ACCESSORIES = re.compile(
     "grip|finger|thumb|knuckle|jaw|claw|wheel|caster|suspension|head|neck|camera|optical|laser|lidar|imu|sensor|antenna"
-    "|sonar|range|accelerometer"
+    "|sonar|range|accelerometer|driver|coupler|follower"
 )
 
 
@@ -65,11 +65,19 @@ class Tree:
         Raises:
             InvalidProblem: two of a name, a link that no one states, a loop.
         """
-        if len(robot.findall("link")) > MOST_LINKS:
-            raise refused(f"more than {MOST_LINKS} links")
         colours = read_colours(robot)
         links = [read_link(element, colours) for element in robot.findall("link")]
-        joints = [read_joint(element) for element in robot.findall("joint")]
+        return cls.checked(links, [read_joint(element) for element in robot.findall("joint")])
+
+    @classmethod
+    def checked(cls, links: Sequence[UrdfLink], joints: Sequence[UrdfJoint]) -> Tree:
+        """The tree of links and joints.
+
+        Raises:
+            InvalidProblem: two of a name, a link that no one states, a loop.
+        """
+        if len(links) > MOST_LINKS:
+            raise refused(f"more than {MOST_LINKS} links")
         tree = cls({link.name: link for link in links}, {joint.name: joint for joint in joints})
         for kind, stated, names in (("links", links, tree.links), ("joints", joints, tree.joints)):
             if len(stated) > len(names):
@@ -278,6 +286,25 @@ class Tree:
             yield joint, joint.parent, joint.origin.inverse
         for joint in self.children[link]:
             yield joint, joint.child, joint.origin
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotFile:
+    """The tree of a robot, with names, contacts and postures, as a file of any kind states it.
+
+    Attributes:
+        name: of the robot.
+        tree: its links and joints.
+        may_touch: names of links whose contacts the file does not count.
+        postures: values of joints by their names, rad or m, by the names of the postures.
+        notes: what is not planned with, a line each.
+    """
+
+    name: str
+    tree: Tree
+    may_touch: tuple[tuple[str, str], ...] = ()
+    postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def _some(names: list[str]) -> str:

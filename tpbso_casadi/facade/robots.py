@@ -87,12 +87,12 @@ AnyRobot: TypeAlias = StatedRobot | Robot | str | Path | Sequence[float] | Float
 
 
 def robot(model: AnyRobot, **keys: Any) -> StatedRobot:
-    """A robot: built in, of a URDF or of a configuration of MoveIt, or in the plane.
+    """A robot: built in, of a URDF, an MJCF or a configuration of MoveIt, or in the plane.
 
     Args:
-        model: ``"panda"``, ``"ur5e"`` or ``"iiwa14"``; the path of a URDF file, or of the folder of a configuration of
-            MoveIt; the link lengths (k,) of a planar arm in m; a :class:`PlanarArm` or a robot of any other class, as
-            an object; or a robot that :func:`robot` made.
+        model: ``"panda"``, ``"ur5e"`` or ``"iiwa14"``; the path of a URDF or MJCF file, or of the folder of a
+            configuration of MoveIt; the link lengths (k,) of a planar arm in m; a :class:`PlanarArm` or a robot of any
+            other class, as an object; or a robot that :func:`robot` made.
         keys: of the [robot] table, or of [arm] for link lengths, such as ``max_speed`` (one number or one a joint,
             rad/s), ``max_acceleration`` (rad/s^2), ``max_jerk`` (rad/s^3), ``joint_limits`` (k pairs, rad),
             ``max_torque`` (N m), ``limits`` (a joint_limits.yaml), ``group``, ``spheres``, ``payload``.

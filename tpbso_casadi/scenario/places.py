@@ -51,7 +51,8 @@ def with_postures(value: Any, postures: Mapping[str, tuple[float, ...]]) -> Any:
     """
     if isinstance(value, NamedPosture):
         if value.name not in postures:
-            known = f"; there are {', '.join(postures)}" if postures else ": an srdf or a moveit_config names postures"
+            sources = "an srdf, a moveit_config or an MJCF names postures"
+            known = f"; there are {', '.join(postures)}" if postures else f": {sources}"
             raise InvalidTable(f"no posture {value.name!r}{known}")
         return Joints(postures[value.name])
     if isinstance(value, list):

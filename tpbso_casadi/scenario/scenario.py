@@ -259,9 +259,7 @@ class Scenario(FileSection):
     def _postures(self) -> Mapping[str, tuple[float, ...]]:
         """The postures that the robot's files name, of all joints, rad or m."""
         table = self.robot_table
-        if not isinstance(table, SpatialRobotSection) or table.srdf_text is None:
-            return {}
-        return table.description().postures
+        return table.description().postures if isinstance(table, SpatialRobotSection) else {}
 
     @property
     def robot_table(self) -> ArmSection | RobotSection | SpatialRobotSection:

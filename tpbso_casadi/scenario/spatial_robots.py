@@ -35,6 +35,7 @@ from problems.robots import (
 )
 from tpbso_casadi.scenario.input_files import InputFolder, read_text
 from tpbso_casadi.scenario.joint_limits_file import JointLimitsFile
+from tpbso_casadi.scenario.mjcf_includes import with_includes
 from tpbso_casadi.scenario.moveit_config import ASSISTANT, moveit_keys
 from tpbso_casadi.scenario.packages import RobotFiles
 from tpbso_casadi.scenario.validation import (
@@ -254,7 +255,10 @@ class SpatialRobotSection(Section):
             files = self._files(folder)
             path = files.path(getattr(self, key))
             is_xacro, arguments = path.suffix == XACRO, self.xacro_arguments
-            text = expanded(path, arguments, files, all_known=key == "urdf") if is_xacro else read_text(path)
+            if is_xacro:
+                text = expanded(path, arguments, files, all_known=key == "urdf")
+            else:
+                text = with_includes(path, read_text(path), files)
             if len(text) > LARGEST_TEXT:
                 raise ScenarioError(f"{path}: longer than {LARGEST_TEXT} characters")
         return text
@@ -295,7 +299,7 @@ class SpatialRobotSection(Section):
                 max_torque=self.max_torque,
                 viscous_friction=self.viscous_friction,
                 coulomb_friction=self.coulomb_friction,
-                payload=stated if description.chain.massless else payload_of(carried, stated),
+                payload=stated if description.chain.torque_gap else payload_of(carried, stated),
                 gravity=self.gravity,
                 self_margin=self.self_margin,
                 tracking=self._tracking,

@@ -169,7 +169,8 @@ def test_an_inertia_that_no_body_has_is_noted() -> None:
 
 def test_torques_of_what_no_body_is_are_not_known() -> None:
     inertia_fault = crane(HEAVY.replace('izz="0.3"', 'izz="0.9"'))
-    for stated in ({}, {"max_torque": [7.0, 9.0]}, {"payload": Payload(mass=1.0)}, {"coulomb_friction": 0.0}):
+    assert inertia_fault.arm(max_acceleration=1.0).max_torque is None
+    for stated in ({"max_torque": [7.0, 9.0]}, {"payload": Payload(mass=1.0)}, {"coulomb_friction": 0.0}):
         with pytest.raises(InvalidProblem, match="torques are not known: link 'mast': no body has its inertia"):
             inertia_fault.arm(max_acceleration=1.0, **stated)
 

@@ -191,7 +191,7 @@ def parser() -> OneLineParser:
     )
     for command in (listing, shown, covering):
         add_verbose(command, default=argparse.SUPPRESS)
-    files = "a URDF, or the folder of a configuration of MoveIt"
+    files = "a URDF, an MJCF, or the folder of a configuration of MoveIt"
     shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{listed(BUILT_IN)}, {files}")
     covering.add_argument("robot", metavar="FILE.urdf", help=files)
     for command in (shown, covering):
