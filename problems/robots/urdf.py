@@ -30,6 +30,7 @@ def read_urdf(
     locked: Mapping[str, float] | None = None,
     srdf: Srdf | None = None,
     group: str | None = None,
+    visual_geometry: bool = False,
 ) -> RobotDescription:
     """The arm that a URDF or an MJCF describes.
 
@@ -41,6 +42,7 @@ def read_urdf(
         locked: joints that are held at values, rad or m, by their names; those that mimic them follow.
         srdf: what states groups, named postures, and links that may touch.
         group: that is planned, of the SRDF; the only chain without a hand by default.
+        visual_geometry: whether links are as they are shown, not as their collision geometry says.
 
     Returns:
         Its chain, the spheres that hold its collision shapes, and notes: a line for each thing that the file
@@ -51,7 +53,7 @@ def read_urdf(
             one line.
     """
     file = _file(text)
-    stated = file.tree
+    stated = file.tree.with_visual_geometry if visual_geometry else file.tree
     tree = stated.locked(locked or {})
     if srdf is not None and (group is not None or tip_link is None):
         group = srdf.group_of(tree, group)

@@ -6,7 +6,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -31,7 +31,7 @@ FEWEST_JOINTS, LONGEST_FINGER = 3, 3  # after so many joints, several chains of 
 TOOLS = tuple(map(re.compile, (r"^tool0$", r"tcp", r"tool", r"(^|_)ee(f|_|$)|end_?effector", r"flange", r"attachment")))
 ACCESSORIES = re.compile(
     "grip|finger|thumb|knuckle|jaw|claw|wheel|caster|suspension|head|neck|camera|optical|laser|lidar|imu|sensor|antenna"
-    "|sonar|range|accelerometer|driver|coupler|follower"
+    "|sonar|range|accelerometer|drive|coupler|follower"
 )
 
 
@@ -100,6 +100,20 @@ class Tree:
         if len(reached) < len(self.links):
             lost = next(link for link in self.links if link not in reached)
             raise refused(f"link {lost!r} is in a loop, which cannot be planned")
+
+    @property
+    def with_visual_geometry(self) -> Tree:
+        """The tree in which what is shown of a link must not touch anything, where something is shown of it.
+
+        Raises:
+            InvalidProblem: ``urdf`` shows what cannot be read.
+        """
+        unread = next((link for link in self.links.values() if link.unseen), None)
+        if unread is not None:
+            raise refused(f"link {unread.name!r}: its visual geometry is not read: {unread.unseen}")
+        shown = {name: tuple(visual.shape for visual in link.visuals) for name, link in self.links.items()}
+        links = {name: replace(link, shapes=shown[name] or link.shapes) for name, link in self.links.items()}
+        return Tree(links, self.joints)
 
     @cached_property
     def above(self) -> dict[str, UrdfJoint]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Annotated, ClassVar, Self, TypeAlias
+from typing import Annotated, ClassVar, Literal, Self, TypeAlias
 
 from problems import InvalidProblem
 from problems.base import CACHE_SIZE, Count, InvalidTable, Range
@@ -147,6 +147,7 @@ class SpatialRobotSection(Section):
     disabled_pairs: LinkPairs | None = None
     kept_pairs: LinkPairs | None = None
     ignore_geometry: list[Word] | None = None
+    geometry: Literal["collision", "visual"] | None = None
     packages: dict[Word, FileName] = field(default_factory=dict)
     cover_overhang: Annotated[float, Range(0.003, 0.1)] | None = None
     fine_overhang: Annotated[float, Range(0.001, 0.1)] | None = None
@@ -356,6 +357,8 @@ class SpatialRobotSection(Section):
         if self.model is not None:
             if self.base_link is not None:
                 raise InvalidProblem("base_link", "a robot that is built in has its own")
+            if self.geometry is not None:
+                raise InvalidProblem("geometry", "a robot that is built in has its own")
             return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
             name = self.urdf or self.moveit_config
@@ -364,7 +367,8 @@ class SpatialRobotSection(Section):
             raise InvalidProblem("group", "of what? a group is one of an srdf")
         locked = tuple(sorted((self.locked or {}).items()))
         ends, group = (self.base_link, self.tip_link), (self.srdf_text, self.group)
-        return _described_between(self.urdf_text, ends, locked, group, self.looks_text, self.covers_text)
+        texts = (self.looks_text, self.covers_text)
+        return _described_between(self.urdf_text, ends, locked, group, self.geometry == "visual", *texts)
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -389,12 +393,13 @@ def _described_between(
     ends: tuple[str | None, str | None],
     locked: tuple[tuple[str, float], ...],
     group: tuple[str | None, str | None],
+    visual_geometry: bool,
     appearances: str | None,
     covers: str | None,
 ) -> RobotDescription:
     """The description of a robot between two links, or of a group of an SRDF, as texts state it."""
     srdf = None if group[0] is None else read_srdf(group[0])
-    description = read_urdf(urdf, *ends, dict(locked), srdf, group[1])
+    description = read_urdf(urdf, *ends, dict(locked), srdf, group[1], visual_geometry)
     if appearances is not None:
         description = description.with_appearances(read_appearances(appearances))
     return description if covers is None else description.with_covers(read_covers(covers))

@@ -51,6 +51,31 @@ def test_the_cover_is_of_the_meshes_where_they_stand(arm: SpatialArm) -> None:
     assert arm.left_out.others == ("torques: no masses are stated for lower, middle, upper",)
 
 
+SHOWN = '<link name="upper"><visual><geometry>{}</geometry></visual>'
+
+
+def test_what_is_shown_of_links_is_their_geometry_if_that_is_wished(tmp_path: Path) -> None:
+    """A link that shows a slim box is one; the others, of which nothing is shown, stay as they are."""
+    urdf = write_meshed(tmp_path)
+    urdf.write_text(meshed_urdf().replace('<link name="upper">', SHOWN.format('<box size="0.02 0.02 0.1"/>')))
+    for geometry, across in (("visual", 0.012), ("collision", 0.032)):
+        arm = tp.robot(urdf, geometry=geometry, **LIMITS).model
+        assert isinstance(arm, SpatialArm) and arm.cover is not None
+        widths = [float((np.abs(each.balls.centers[:, 0]) + each.balls.radii).max()) for each in arm.cover.links]
+        np.testing.assert_allclose(widths, [0.032, 0.032, across], atol=2e-4)
+
+
+def test_visual_geometry_that_cannot_be_is_refused(tmp_path: Path) -> None:
+    urdf = write_meshed(tmp_path)
+    urdf.write_text(meshed_urdf().replace('<link name="upper">', SHOWN.format('<cone radius="1"/>')))
+    with pytest.raises(ScenarioError, match=r"urdf: link 'upper': its visual geometry is not read: .* a shape <cone>"):
+        tp.robot(urdf, geometry="visual", **LIMITS)
+    with pytest.raises(ScenarioError, match="geometry: a robot that is built in has its own"):
+        _ = tp.robot("panda", geometry="visual").model
+    with pytest.raises(ScenarioError, match="geometry: input should be 'collision' or 'visual'"):
+        tp.robot(urdf, geometry="shown", **LIMITS)
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

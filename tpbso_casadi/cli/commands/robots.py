@@ -206,6 +206,11 @@ def parser() -> OneLineParser:
             "--limits", metavar="FILE", help=defaulting("limits of joints, a joint_limits.yaml", "those of the robot")
         )
         command.add_argument(
+            "--geometry",
+            choices=("collision", "visual"),
+            help=defaulting("the geometry of the links that must not touch anything", "collision"),
+        )
+        command.add_argument(
             "--package",
             action="append",
             default=[],
@@ -327,7 +332,7 @@ def robot_table(options: argparse.Namespace) -> SpatialRobotSection:
     Raises:
         ScenarioError: it cannot be, or a file cannot be read.
     """
-    keys = {key: getattr(options, key) for key in ("base_link", "tip_link", "group", "limits")}
+    keys = {key: getattr(options, key) for key in ("base_link", "tip_link", "group", "limits", "geometry")}
     stated = {key: value for key, value in keys.items() if value is not None}
     stated |= {"packages": pairs_of("--package", options.package, "FOLDER")}
     stated |= {"xacro_arguments": pairs_of("--xacro-argument", options.xacro_argument, "VALUE")}
