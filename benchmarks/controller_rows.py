@@ -22,7 +22,7 @@ from benchmarks.certificate_files import plans
 from benchmarks.motion_bench_maker.options import add_problem_options
 from tpbso_casadi.facade.robots import StatedRobot
 from tpbso_casadi.planning import PlannedMotion
-from tpbso_casadi.storage import export_plan
+from tpbso_casadi.programs import exporter_of
 
 
 def judged(plan: PlannedMotion, folder: Path) -> tp.Plan:
@@ -30,7 +30,7 @@ def judged(plan: PlannedMotion, folder: Path) -> tp.Plan:
     scenario = plan.scenario
     content = scenario.table()
     return tp.certify(
-        str(export_plan(folder, plan, "ros-json")),
+        str(exporter_of("ros-json").program(plan).write(folder)[0]),
         StatedRobot(scenario.robot_table),
         obstacles=content["obstacles"],
         margin=content["model"]["margin"],

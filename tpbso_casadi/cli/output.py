@@ -29,12 +29,9 @@ from tpbso_casadi.cli.options import (
 )
 from tpbso_casadi.figures import figure_writers
 from tpbso_casadi.planning import PlannedMotion, Progress
+from tpbso_casadi.programs import DEFAULT_RATE, EXPORTERS, HIGHEST_RATE, exporter_at
 from tpbso_casadi.scenario import Scenario
 from tpbso_casadi.storage import (
-    DEFAULT_RATE,
-    EXPORTS,
-    HIGHEST_RATE,
-    MESSAGES,
     OtherPlan,
     OutputError,
     Writer,
@@ -43,8 +40,6 @@ from tpbso_casadi.storage import (
     check_file,
     check_run_folder,
     check_writable,
-    export_plan,
-    exported_rows,
     stored_content,
     write_certificate,
     write_plan,
@@ -69,10 +64,10 @@ def add_output_options(parser: argparse.ArgumentParser, default: str) -> None:
     output.add_argument(
         "--export",
         action="append",
-        choices=EXPORTS,
+        choices=EXPORTERS.names(),
         default=[],
         metavar="KIND",
-        help=defaulting(f"for a robot: {listed(EXPORTS)}; repeatable", "none"),
+        help=defaulting(f"for a robot: {listed(EXPORTERS.names())}; repeatable", "none"),
     )
     output.add_argument(
         "--rate",
@@ -97,7 +92,7 @@ class Output:
             plan may have taken the place. None where there is no folder.
         named: whether the user named the folder, who may have a run of another plan replaced there.
         formats: of the figures; none where none are drawn.
-        exports: their kinds, keys of ``EXPORTS``.
+        exports: their kinds, names in ``EXPORTERS``.
         rate: of their rows, Hz; None where none is stated.
         certificate: file for a certificate; None where none is written.
         film: animation file; None where there is none. It may lie in the run folder.
@@ -180,9 +175,9 @@ class Output:
                 return folder
 
     def told(self, plan: PlannedMotion) -> Iterator[str]:
-        """Remarks on files that hold another motion than the plan, or maybe do: rows for a controller."""
-        for kind in [kind for kind in self.exports if kind in MESSAGES][:1]:
-            yield f"joint_trajectory: {exported_rows(plan, kind, self.rate).said}"
+        """Remarks on files that hold another motion than the plan, or maybe do: rows and points for a controller."""
+        for kind in self.exports:
+            yield from exporter_at(kind, self.rate).program(plan).remarks
 
     def add(self, plan: PlannedMotion, folder: Path | None, progress: Progress, interruption: Interruption) -> None:
         """Add exports, figures and film to a plan that is written; after a request to stop only what is complete.
@@ -196,7 +191,7 @@ class Output:
                 write_certificate(self.certificate, plan.motion)
             else:
                 self.certificate.unlink(missing_ok=True)  # it would be taken for one of this motion
-        exports = [partial(export_plan, plan=plan, kind=kind, rate=self.rate) for kind in self.exports]
+        exports = [exporter_at(kind, self.rate).program(plan).write for kind in self.exports]
         further: list[Writer] = [*exports, *figure_writers(plan, self.formats)]
         is_inside = folder is not None and self.film is not None and self._place_in(folder) is not None
         if is_inside:

@@ -286,7 +286,7 @@ class Plan:
 
         Args:
             folder: to write; what another run has left there is replaced.
-            export: further files: ``ros-json``, ``ros-yaml``, ``csv`` or ``npz``.
+            export: further files, ``csv`` or other kinds of :meth:`program`.
             figures: formats of the figures: ``png``, ``pdf`` or ``svg``; empty for none.
             rate: of the rows of the exports, Hz. Where it is left out, 100, and those for ROS are chosen so that what
                 a controller makes of them is proven, see :attr:`controller_rows`.
@@ -305,17 +305,17 @@ class Plan:
         return place
 
     def program(self, kind: str, **settings: Any) -> Program:
-        """A program for a controller, with what is proven of the motion that the controller makes of it.
+        """A program for a controller, a message or a table, with what is proven of the motion that is made of it.
 
         Args:
-            kind: ``urscript``, ``urscript-movej``, ``krl``, ``rsi``, ``rapid``, ``egm``, ``fanuc``, ``franka``,
-                ``inform``, the name of an entry point or ``package.module:Class``.
+            kind: ``ros-json``, ``ros-yaml``, ``csv``, ``npz``, ``urscript``, ``urscript-movej``, ``krl``, ``rsi``,
+                ``rapid``, ``egm``, ``fanuc``, ``franka``, ``inform``, an entry point or ``package.module:Class``.
             settings: of this kind, such as ``accuracy`` or ``outputs``.
 
         Raises:
             OutputError: there is no such kind or setting, or the plan cannot be stated in it.
         """
-        return exporter_of(kind, settings).program(self.motion)
+        return exporter_of(kind, settings).program(self.planned)
 
     def certificate(self, path: str | Path) -> Path:
         """Write a certificate that others can check with NumPy alone: ``python check_certificate.py FILE``.

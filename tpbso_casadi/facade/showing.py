@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from problems.base import shown_value
 from tpbso_casadi.facade.arguments import in_words_of_python, positive
 from tpbso_casadi.planning import PlannedMotion
-from tpbso_casadi.storage import DEFAULT_RATE, EXPORTS, Writer, equal_steps, export_plan
+from tpbso_casadi.programs import EXPORTERS, exporter_at
+from tpbso_casadi.storage import Writer
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,8 +54,6 @@ def exports_of(plan: PlannedMotion, kinds: Sequence[str], rate: float | None = N
         OutputError: it makes too many rows.
     """
     hertz = None if rate is None else positive("rate", rate, "Hz")
-    exports = chosen("export", kinds, EXPORTS)
-    if exports:
-        with in_words_of_python():
-            equal_steps(plan.motion, hertz or DEFAULT_RATE)
-    return [partial(export_plan, plan=plan, kind=kind, rate=hertz) for kind in exports]
+    exports = chosen("export", kinds, EXPORTERS.names())
+    with in_words_of_python():
+        return [exporter_at(kind, hertz).program(plan).write for kind in exports]

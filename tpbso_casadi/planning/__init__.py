@@ -1,6 +1,6 @@
 """From a scenario to a verified plan: search, refine, verify."""
 
-from tpbso_casadi.planning.controller_rows import ControllerRows
+from tpbso_casadi.planning.controller_rows import ACCURACY, ControllerRows
 from tpbso_casadi.planning.finishing import (
     AS_FAST,
     CANDIDATES,
@@ -27,6 +27,7 @@ from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.sequence import BOUND, NoMotion
 
 __all__ = [
+    "ACCURACY",
     "AS_FAST",
     "BOUND",
     "CANDIDATES",

@@ -98,12 +98,17 @@ class ControllerRows:
         return apart(self.joined.trajectory, self.source.trajectory)
 
     @property
-    def said(self) -> str:
-        """The rows described in words."""
+    def described(self) -> str:
+        """The rows in words, without whether they are proven."""
         pieces, slower = "quintics" if self.accelerations else "cubics", self.time_scale - 1.0
         slowed = f", {100.0 * slower:.2g} % slower than planned" if slower else ""
         near = f"{self.off.max():.2g} {alternatives(self.source.criteria.robot.joints.units)} from the plan at most"
-        return f"{len(self.times)} rows, joined by {pieces}, {near}: {self.joined.status_in_words}{slowed}"
+        return f"{len(self.times)} rows, joined by {pieces}, {near}{slowed}"
+
+    @property
+    def said(self) -> str:
+        """The rows described in words, and whether they are proven."""
+        return f"{self.described}: {self.joined.status_in_words}"
 
 
 def _whole_nanoseconds(times: FloatArray) -> FloatArray:

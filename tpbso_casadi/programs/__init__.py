@@ -1,4 +1,4 @@
-"""Programs for controllers: one exporter for each kind, found by its name."""
+"""Plans for other programs: messages, tables, programs for controllers; one exporter for each kind, by its name."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,17 +9,23 @@ from tpbso_casadi.programs.franka import Franka
 from tpbso_casadi.programs.inform import Inform
 from tpbso_casadi.programs.krl import Krl, Rsi
 from tpbso_casadi.programs.points import Leg, PointExporter, Route
-from tpbso_casadi.programs.program import Coding, Exporter, Program, Proof, Signal
+from tpbso_casadi.programs.program import Coding, ControllerExporter, Exporter, Program, Proof, Signal
 from tpbso_casadi.programs.rapid import Egm, Rapid
+from tpbso_casadi.programs.ros import RosJson, RosYaml
 from tpbso_casadi.programs.streams import RowTable, Stream, StreamExporter
+from tpbso_casadi.programs.tables import DEFAULT_RATE, HIGHEST_RATE, Csv, Npz
 from tpbso_casadi.programs.urscript import MoveJ, ServoJ
 from tpbso_casadi.scenario import Catalogue, PluginError, subclass_of
 from tpbso_casadi.storage import OutputError
 
 EXPORTERS: Catalogue[type[Exporter]] = Catalogue(
-    kind="program",
+    kind="export",
     group="tpbso_casadi.programs",
     registry={
+        "ros-json": RosJson,
+        "ros-yaml": RosYaml,
+        "csv": Csv,
+        "npz": Npz,
         "urscript": ServoJ,
         "urscript-movej": MoveJ,
         "krl": Krl,
@@ -35,7 +41,16 @@ EXPORTERS: Catalogue[type[Exporter]] = Catalogue(
 )
 
 
-def exporter_of(kind: str, settings: Mapping[str, Any]) -> Exporter:
+NO_SETTINGS: Mapping[str, Any] = {}
+
+
+def exporter_at(kind: str, rate: float | None) -> Exporter:
+    """The exporter of a kind, at a rate in Hz where one is stated and the kind has one."""
+    exporter = exporter_of(kind)
+    return exporter if rate is None or "rate" not in exporter.schema() else exporter_of(kind, {"rate": rate})
+
+
+def exporter_of(kind: str, settings: Mapping[str, Any] = NO_SETTINGS) -> Exporter:
     """The exporter of a kind with its settings, as plain data.
 
     Raises:
@@ -48,8 +63,11 @@ def exporter_of(kind: str, settings: Mapping[str, Any]) -> Exporter:
 
 
 __all__ = [
+    "DEFAULT_RATE",
     "EXPORTERS",
+    "HIGHEST_RATE",
     "Coding",
+    "ControllerExporter",
     "Exporter",
     "Leg",
     "PointExporter",
@@ -60,5 +78,6 @@ __all__ = [
     "Signal",
     "Stream",
     "StreamExporter",
+    "exporter_at",
     "exporter_of",
 ]

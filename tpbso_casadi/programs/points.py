@@ -15,9 +15,17 @@ from problems import CertificateStatus, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray, Range
 from problems.motions import control_points, fewest, from_line, rounding
-from tpbso_casadi.planning import JudgedMotion
-from tpbso_casadi.programs.program import Coding, Exporter, Program, Proof, Signal
-from tpbso_casadi.programs.proofs import clear_along, clear_within, is_of_postures, polyline, said
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion
+from tpbso_casadi.programs.program import Coding, ControllerExporter, Program, Proof, Signal
+from tpbso_casadi.programs.proofs import (
+    clear_along,
+    clear_within,
+    has_moving_obstacles,
+    is_clearance,
+    is_of_postures,
+    polyline,
+    said,
+)
 
 CANDIDATES = 1000  # at least, of a motion
 
@@ -122,7 +130,7 @@ class Route:
         return np.concatenate([self.start, *(leg.values[1:] for leg in self.legs)])
 
 
-class PointExporter(Exporter):
+class PointExporter(ControllerExporter):
     """A writer of joint moves from point to point, with a stop at each.
 
     Attributes:
@@ -146,19 +154,20 @@ class PointExporter(Exporter):
             notes: lines of comment.
         """
 
-    def program(self, motion: JudgedMotion) -> Program:
-        robot = motion.criteria.robot
+    def program(self, plan: PlannedMotion) -> Program:
+        motion, robot = plan.motion, plan.criteria.robot
         coding = self.coding(robot)
         steps = tuple(self._steps(motion, coding))
         route = Route(robot, coding, coding.encoded(motion.trajectory.at(np.zeros(1))), steps)
+        lines = [leg.lines for leg in route.legs]
         off, spread = (np.max([getattr(leg, of) for leg in route.legs], axis=0) for of in ("off", "spread"))
         program = Program(
             content=f"{self.title}: {route.count + 1} points, a stop at each, {said(robot, off)} from the plan at most",
-            proofs=tuple(self._proofs(motion, [leg.lines for leg in route.legs], spread)),
+            proofs=tuple(self._proofs(robot, lines, spread)),
             assumptions=("the robot stands at the first point", self.path),
             unstated=(
                 f"times, speeds and accelerations: those of the controller at {self.speed:g} %",
-                *self._free(motion),
+                *_free(lines),
                 *self.silent([step for step in steps if isinstance(step, Signal)]),
             ),
             planned=motion.status,
@@ -179,22 +188,22 @@ class PointExporter(Exporter):
     def _leg(self, criteria: Criteria, motion: Trajectory, coding: Coding) -> Leg:
         return Leg.of(criteria, motion, coding, self.accuracy, self.longest)
 
-    def _proofs(
-        self, motion: JudgedMotion, lines: list[tuple[Criteria, Trajectory]], spread: FloatArray
-    ) -> Iterator[Proof]:
+    def _proofs(self, robot: Robot, lines: list[tuple[Criteria, Trajectory]], spread: FloatArray) -> Iterator[Proof]:
         """Proofs on the lines between points, and on other paths where the maker does not document that it is these."""
         yield Proof("path along straight lines of the joints from point to point", clear_along(lines))
         if not self.documented:
-            far = said(motion.criteria.robot, spread)
+            far = said(robot, spread)
             yield Proof(
                 f"clearances where each joint goes from point to point on its own, {far} from the middle at most",
                 clear_within(lines, spread, at_planned_times=False),
             )
-        if any(obstacle.moves for obstacle in motion.criteria.obstacles):
+        if has_moving_obstacles(lines):
             reason = "clearances from obstacles that move: the controller decides when the robot is where"
             yield Proof(reason, CertificateStatus.UNDECIDED)
 
-    def _free(self, motion: JudgedMotion) -> list[str]:
-        """A line on limits that no proof on the path speaks of."""
-        names = dict.fromkeys(limit.name for limit in motion.criteria.judged_limits if not is_of_postures(limit))
-        return [f"limits that hold for the plan alone: {', '.join(names)}"] if names else []
+
+def _free(lines: list[tuple[Criteria, Trajectory]]) -> list[str]:
+    """A line on limits that no proof on the path speaks of."""
+    limits = {limit.name: limit for criteria, _ in lines for limit in criteria.judged_limits}
+    names = [name for name, limit in limits.items() if not is_clearance(limit) and not is_of_postures(limit)]
+    return [f"limits that hold for the plan alone: {', '.join(names)}"] if names else []

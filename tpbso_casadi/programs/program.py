@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from textwrap import wrap
-from typing import IO, Annotated, ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 
 from problems import CertificateStatus, Robot
 from problems.base import Checked, FloatArray, InvalidTable, Table
-from tpbso_casadi.planning import JudgedMotion
-from tpbso_casadi.storage import OutputError, write_text, writing
+from tpbso_casadi.planning import PlannedMotion
+from tpbso_casadi.storage import OutputError, write_with, writing
 
 
 class Proof(NamedTuple):
@@ -40,7 +40,7 @@ class Program:
         assumptions: what the maker does not document, or what has to be so; a line each.
         unstated: what the plan has and the format cannot say; a line each.
         planned: the status of the plan itself.
-        files: texts by the names of their files.
+        files: texts, or bytes, by the names of their files.
     """
 
     content: str
@@ -48,7 +48,7 @@ class Program:
     assumptions: tuple[str, ...]
     unstated: tuple[str, ...]
     planned: CertificateStatus
-    files: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, str | bytes] = field(default_factory=dict)
 
     @property
     def proven(self) -> bool:
@@ -60,18 +60,23 @@ class Program:
         """The content, the plan, the proofs, the assumptions and what is not said, a line each."""
         return [
             self.content,
-            f"{self.planned}: the plan itself",
+            f"{self.planned}: {ITSELF}",
             *(f"{proof.status}: {proof.statement}" for proof in self.proofs),
             *(f"assumed: {line}" for line in self.assumptions),
             *(f"not in the program: {line}" for line in self.unstated),
         ]
 
     @property
+    def remarks(self) -> list[str]:
+        """The content and the proofs beside the plan that is known; none where nothing is to be proven."""
+        return [line for line in self.lines if not line.endswith(ITSELF)] if self.proofs else []
+
+    @property
     def notes(self) -> list[str]:
         """The content, the proofs and all else in short lines, as comments."""
         return [part for line in self.lines for part in wrap(line, LONGEST_NOTE, subsequent_indent="  ")]
 
-    def with_files(self, files: Mapping[str, str]) -> Program:
+    def with_files(self, files: Mapping[str, str | bytes]) -> Program:
         """The program with its files, of which the comments say what is known."""
         return replace(self, files=files)
 
@@ -83,13 +88,14 @@ class Program:
         """
         place = Path(folder)
         with writing(place):
-            return [write_text(place / name, partial(_write, text=text)) for name, text in self.files.items()]
+            return [write_with(place / name, partial(_write, content=content)) for name, content in self.files.items()]
 
 
-def _write(file: IO[str], text: str) -> None:
-    file.write(text)
+def _write(path: Path, content: str | bytes) -> None:
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
+ITSELF = "the plan itself"
 LONGEST_NAME, LONGEST_NOTE = 24, 76  # characters
 
 
@@ -154,10 +160,27 @@ IN_RADIANS, IN_DEGREES = (1.0, 1.0), (180.0 / np.pi, 1000.0)
 
 
 class Exporter(Table, ABC):
-    """A writer of programs for the controllers of one maker; its keys are the settings.
+    """A writer of plans for other programs; its keys are the settings.
 
     Attributes:
-        title: the controller and the kind of program.
+        title: of the format.
+    """
+
+    title: ClassVar[str]
+
+    @abstractmethod
+    def program(self, plan: PlannedMotion) -> Program:
+        """The files of a plan, with what is known of the motion that is made of them.
+
+        Raises:
+            OutputError: the format cannot state it, or a setting is missing.
+        """
+
+
+class ControllerExporter(Exporter):
+    """A writer of programs for the controllers of one maker.
+
+    Attributes:
         axes: that it has at most.
         per_unit: numbers in a rad of a joint that turns, and in a m of one that slides.
         digits: of the numbers behind the point.
@@ -166,21 +189,12 @@ class Exporter(Table, ABC):
             ``name=word``, and then a negative number switches off.
     """
 
-    title: ClassVar[str]
     axes: ClassVar[int]
     per_unit: ClassVar[tuple[float, float]] = IN_DEGREES
     digits: ClassVar[int] = 6
 
     name: Annotated[str, Checked(_identifier)] = "tpbso"
     outputs: dict[str, int] = field(default_factory=dict)
-
-    @abstractmethod
-    def program(self, motion: JudgedMotion) -> Program:
-        """The program of a motion.
-
-        Raises:
-            OutputError: the format cannot state it, or a setting is missing.
-        """
 
     def signal(self, name: str, value: bool | float | str) -> Signal:
         """A signal of a plan as this program tells it."""

@@ -25,6 +25,11 @@ def parts_of(motion: JudgedMotion) -> Iterator[tuple[Criteria, Trajectory]]:
             yield stage.criteria, stage.motion(motion.trajectory)
 
 
+def has_moving_obstacles(parts: Iterable[tuple[Criteria, Trajectory]]) -> bool:
+    """Whether any obstacle moves, so that it matters when the robot is where."""
+    return any(obstacle.moves for criteria, _ in parts for obstacle in criteria.obstacles)
+
+
 def clear_within(
     parts: Iterable[tuple[Criteria, Trajectory]], errors: FloatArray, at_planned_times: bool = True
 ) -> CertificateStatus:

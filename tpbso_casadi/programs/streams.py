@@ -14,9 +14,9 @@ import numpy as np
 from problems import CertificateStatus, Trajectory
 from problems.base import FloatArray, Range
 from problems.motions import held_and_joined
-from tpbso_casadi.planning import JudgedMotion
-from tpbso_casadi.programs.program import Coding, Exporter, Program, Proof, Signal
-from tpbso_casadi.programs.proofs import clear_within, parts_of, said
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion
+from tpbso_casadi.programs.program import Coding, ControllerExporter, Program, Proof, Signal
+from tpbso_casadi.programs.proofs import clear_within, has_moving_obstacles, parts_of, said
 from tpbso_casadi.storage import OutputError
 
 SAME_TIME = 1e-9  # of a period: a motion that is so little longer than whole periods needs no row more
@@ -87,7 +87,7 @@ class Stream:
         return found
 
 
-class StreamExporter(Exporter):
+class StreamExporter(ControllerExporter):
     """A writer of rows at the period of a controller that is sent one after the other.
 
     Attributes:
@@ -109,8 +109,8 @@ class StreamExporter(Exporter):
             notes: lines of comment.
         """
 
-    def program(self, motion: JudgedMotion) -> Program:
-        robot = motion.criteria.robot
+    def program(self, plan: PlannedMotion) -> Program:
+        motion, robot = plan.motion, plan.criteria.robot
         coding = self.coding(robot)
         if motion.trajectory.duration / self.period > MOST_ROWS:
             raise OutputError(f"{self.title}: more than {MOST_ROWS} rows")
@@ -131,7 +131,7 @@ class StreamExporter(Exporter):
 
         Rows that are held are postures of the plan up to a period ago, which matters for obstacles that move.
         """
-        robot, moving = motion.criteria.robot, any(obstacle.moves for obstacle in motion.criteria.obstacles)
+        robot, moving = motion.criteria.robot, has_moving_obstacles(parts_of(motion))
         lines = clear_within(parts_of(motion), joined)
         yield Proof(f"clearances where rows are joined by lines, {said(robot, joined)} from the plan at most", lines)
         yield Proof(

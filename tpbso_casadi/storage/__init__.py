@@ -2,17 +2,6 @@
 
 from tpbso_casadi.plain import BrokenSeal, check_seal, sealed
 from tpbso_casadi.storage.certificate import check_certificate, check_certificate_file, write_certificate
-from tpbso_casadi.storage.exporting import (
-    DEFAULT_RATE,
-    EXPORTS,
-    HIGHEST_RATE,
-    MESSAGES,
-    equal_steps,
-    export_plan,
-    exported_rows,
-    table_of,
-    write_motion,
-)
 from tpbso_casadi.storage.files import (
     OutputError,
     check_file,
@@ -23,6 +12,7 @@ from tpbso_casadi.storage.files import (
     write_with,
     writing,
 )
+from tpbso_casadi.storage.motion_tables import table_of, write_motion
 from tpbso_casadi.storage.recomputation import Contradiction
 from tpbso_casadi.storage.result import InvalidResult, RunResult, StoredRun, result_of, stored
 from tpbso_casadi.storage.run_folder import (
@@ -48,11 +38,7 @@ from tpbso_casadi.storage.tables import (
 )
 
 __all__ = [
-    "DEFAULT_RATE",
-    "EXPORTS",
-    "HIGHEST_RATE",
     "LARGEST_RESULT",
-    "MESSAGES",
     "BrokenSeal",
     "CertificateResult",
     "ConstraintResult",
@@ -78,9 +64,6 @@ __all__ = [
     "check_seal",
     "check_writable",
     "checked",
-    "equal_steps",
-    "export_plan",
-    "exported_rows",
     "path_table",
     "read_earlier",
     "read_result",

@@ -15,8 +15,8 @@ from solvers import Interruption
 from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
 from tpbso_casadi.planning import JudgedMotion, PlannedMotion
 from tpbso_casadi.scenario import ScenarioError, read_text
-from tpbso_casadi.storage.exporting import PIECES, write_motion, write_pieces, write_stages
 from tpbso_casadi.storage.files import TEMPORARY, OutputError, check_writable, replacing, write_text, writing
+from tpbso_casadi.storage.motion_tables import PIECES, write_motion, write_pieces, write_stages
 from tpbso_casadi.storage.result import folder_result
 
 LOG = logging.getLogger(__name__)

@@ -25,7 +25,7 @@ from tpbso_casadi.scenario import (
     read_bytes,
     read_text,
 )
-from tpbso_casadi.storage.exporting import PIECES, TORQUE, table_of
+from tpbso_casadi.storage.motion_tables import PIECES, TORQUE, table_of
 from tpbso_casadi.storage.recomputation import ROUNDING, Contradiction, check_result, check_trajectory
 from tpbso_casadi.storage.result import InvalidResult, RunResult, StoredRun
 from tpbso_casadi.storage.run_folder import LARGEST_RESULT, SUFFIXES, digest_of

@@ -20,7 +20,7 @@ from helpers.scenes import SWING, TWO_LINKS, toml
 from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning import JudgedMotion
 from tpbso_casadi.storage import read_run
-from tpbso_casadi.storage.exporting import write_motion
+from tpbso_casadi.storage.motion_tables import write_motion
 
 process = pytest.mark.process
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")

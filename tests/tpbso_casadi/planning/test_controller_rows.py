@@ -17,8 +17,13 @@ import tpbso_casadi as tp
 from problems import Trajectory
 from tpbso_casadi.cli.commands import solve
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion, plan
+from tpbso_casadi.programs import exporter_at
 from tpbso_casadi.scenario import parse_scenario
-from tpbso_casadi.storage import export_plan
+
+
+def export_plan(folder: Path, plan: PlannedMotion, kind: str, rate: float | None = None) -> Path:
+    return exporter_at(kind, rate).program(plan).write(folder)[0]
+
 
 JERK = 80.0
 PANDA: dict[str, Any] = {
@@ -69,9 +74,10 @@ def test_the_message_is_a_motion_that_keeps_the_limits_and_is_as_fast(plan: Any,
 
 def test_accelerations_are_stated_where_they_do_not_jump() -> None:
     assert panda().controller_rows.accelerations
-    assert panda().controller_rows.said.endswith("% slower than planned")
+    assert panda().controller_rows.described.endswith("% slower than planned")
     assert not jerky().controller_rows.accelerations
-    assert "5 rows, joined by cubics, 1.9e-10 rad from the plan at most: certified" in jerky().controller_rows.said
+    assert jerky().controller_rows.said.startswith("5 rows, joined by cubics, 1.9e-10 rad from the plan at most")
+    assert jerky().controller_rows.said.endswith(": certified")
 
 
 def test_what_is_read_back_is_certified(tmp_path: Path) -> None:
@@ -161,7 +167,7 @@ def test_the_command_line_says_what_the_rows_are(tmp_path: Path, capsys: pytest.
     said = capsys.readouterr().out
     count = len(json.loads((place / "joint_trajectory.json").read_text())["points"])
     assert f"joint_trajectory: {count} rows, joined by " in said
-    assert ": certified" in said
+    assert "certified: what the controller's splines make of the rows" in said
 
 
 @pytest.mark.parametrize("accuracy", [1e-6, 1e-3])

@@ -34,6 +34,7 @@ READERS: dict[str, Any] = {
     "inform": partial(controllers.inform, pulses=PULSES),
 }
 POINTS = [kind for kind in READERS if not issubclass(EXPORTERS.find(kind), StreamExporter)]
+OTHERS = ("ros-json", "ros-yaml", "csv", "npz")  # which tests of messages and tables read back
 EACH = pytest.mark.parametrize("kind", READERS)
 CENTER, SIZE, MARGIN = np.array([0.35, 0.45, 0.5]), np.array([0.1, 0.1, 0.7]), 0.005
 D, A, ALPHA = (  # of a UR5e, m and quarter turns, as Universal Robots publishes them
@@ -110,7 +111,7 @@ def test_the_table_of_the_arm_is_that_of_the_plan() -> None:
 
 
 def test_there_is_a_reader_of_every_kind() -> None:
-    assert set(READERS) == set(EXPORTERS.registry)
+    assert {*READERS, *OTHERS} == {*EXPORTERS.registry}
 
 
 @pytest.mark.parametrize("count", [2_000, pytest.param(100_000, marks=pytest.mark.slow)])
@@ -175,6 +176,18 @@ def test_near_points_prove_joints_that_go_on_their_own(kind: str) -> None:
     assert clear(np.concatenate([lower + rng.random(lower.shape) * (upper - lower) for _ in range(10)]))
 
 
+def test_points_among_obstacles_that_move_are_not_proven_and_rows_are() -> None:
+    cart = {"shape": "box", "center": [0.9, -0.9, 0.3], "size": [0.2, 0.2, 0.2], "velocity": [0.05, 0.0, 0.0]}
+    judged = tp.certify(plan(), obstacles=[cart])
+    assert judged.certified
+    assert judged.program("rsi").proven
+    points = judged.program("urscript-movej")
+    assert not points.proven
+    assert (
+        "undecided: clearances from obstacles that move: the controller decides when the robot is where" in points.lines
+    )
+
+
 def test_a_program_of_a_plan_that_is_too_near_is_not_proven() -> None:
     program = plan().program("urscript-movej", accuracy=0.2)
     assert not program.proven
@@ -206,7 +219,7 @@ def test_deviations_by_hand() -> None:
 @pytest.mark.parametrize(
     ("kind", "settings", "line"),
     [
-        ("urscrpt", {}, "no program 'urscrpt'; did you mean urscript?"),
+        ("urscrpt", {}, "no export 'urscrpt'; did you mean urscript?"),
         ("krl", {"accurracy": 1.0}, "accurracy: unknown key; did you mean accuracy?"),
         ("krl", {"accuracy": 2.0}, "accuracy: input should be less than or equal to 1, not 2.0"),
         ("krl", {"name": "my-job"}, "name: at most 24 letters, digits and underscores are needed, a letter first"),

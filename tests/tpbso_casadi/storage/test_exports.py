@@ -18,12 +18,14 @@ from helpers.space_plans import space_plan
 from scipy.spatial.transform import Rotation
 
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
+from tpbso_casadi.programs import exporter_at
+from tpbso_casadi.programs.ros import message_yaml, ros_message
 from tpbso_casadi.scenario import InputFolder, read_joint_rows
-from tpbso_casadi.storage import EXPORTS, export_plan, table_of, write_motion
-from tpbso_casadi.storage.exporting import message_yaml, ros_message
+from tpbso_casadi.storage import table_of, write_motion
 from tpbso_casadi.storage.recomputation import Contradiction
 from tpbso_casadi.storage.stored_run import check_table
 
+KINDS = ("ros-json", "ros-yaml", "csv", "npz")
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 MOTIONS: dict[
     str, tuple[Callable[[], JudgedMotion], list[str], float]
@@ -72,7 +74,7 @@ def test_every_export_holds_the_same_motion(
 ) -> None:
     whole = motion()
     joints = range(1, whole.criteria.robot.dof + 1)
-    paths = {kind: export_plan(tmp_path, planned(whole), kind, rate) for kind in EXPORTS}
+    paths = {kind: exporter_at(kind, rate).program(planned(whole)).write(tmp_path)[0] for kind in KINDS}
     header, rows = table(paths["csv"])
     arrays, message = np.load(paths["npz"]), json.loads(paths["ros-json"].read_text())
     assert header == ["t", *(f"{quantity}{joint}" for quantity in ("q", "qd", "qdd") for joint in joints), *last]

@@ -59,7 +59,7 @@ def parser() -> OneLineParser:
 def export(options: argparse.Namespace) -> int:
     """Write the program, say what is proven; returns the exit status."""
     exporter = exporter_of(options.kind, settings_of(options.set))
-    program = exporter.program(read_run(options.run).motion)
+    program = exporter.program(read_run(options.run))
     name = f"{options.run.resolve().name}-{options.kind.rpartition(':')[2]}"
     written = program.write(options.out or options.run.resolve().parent / name)
     if options.json:
