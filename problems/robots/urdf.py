@@ -27,7 +27,7 @@ def read_urdf(
     text: str,
     base_link: str | None = None,
     tip_link: str | None = None,
-    locked: Mapping[str, float] | None = None,
+    locked: Mapping[str, float] | str | None = None,
     srdf: Srdf | None = None,
     group: str | None = None,
     visual_geometry: bool = False,
@@ -39,7 +39,8 @@ def read_urdf(
         base_link: what stands still; the root by default.
         tip_link: the end of the chain; by default that of the group, or else the tool's frame before fingers, where
             there is one arm alone.
-        locked: joints that are held at values, rad or m, by their names; those that mimic them follow.
+        locked: joints that are held at values, rad or m, by their names; those that mimic them follow. Or the name of
+            a posture of the SRDF or the file, in which joints off the chain are held.
         srdf: what states groups, named postures, and links that may touch.
         group: that is planned, of the SRDF; the only chain without a hand by default.
         visual_geometry: whether links are as they are shown, not as their collision geometry says.
@@ -54,18 +55,15 @@ def read_urdf(
     """
     file = _file(text)
     stated = file.tree.with_visual_geometry if visual_geometry else file.tree
-    tree = stated.locked(locked or {})
-    if srdf is not None and (group is not None or tip_link is None):
-        group = srdf.group_of(tree, group)
-    if srdf is not None and group is not None and tip_link is None:
-        base, tip_link = srdf.ends(tree, group)
-        base_link = base_link or base
-    base, joints, notes = tree.chain(base_link, tip_link)
+    ends = _Ends(base_link, tip_link, srdf, group)
+    locked = _held(file, stated, ends, locked) if isinstance(locked, str) else dict(locked or {})
+    tree = stated.locked(locked)
+    base, joints, notes, group = ends.chain(tree)
     moving = [joint for joint in joints if joint.kind != "fixed"]
     _check(moving, base)
     along = {joint.name for joint in moving}
     standing, values, leads = tree.standing(along)
-    _check_followers(stated, locked or {}, base, along, leads)
+    _check_followers(stated, locked, base, along, leads)
     firsts = [LinkFrame(base, 0)]
     firsts += [LinkFrame(joint.child, number, parent=joint.parent) for number, joint in enumerate(moving, 1)]
     bodies = [_body(standing, first, along, {*values, *leads}) for first in firsts]
@@ -95,7 +93,7 @@ def read_urdf(
         links=tuple(frames.values()),
         shapes=shapes,
         off_chain=tuple(off_chain),
-        locked=tuple(({name: value for name, value in held.items() if value is not None} | dict(locked or {})).items()),
+        locked=tuple(({name: value for name, value in held.items() if value is not None} | locked).items()),
         apart=apart,
         visuals=tuple((name, tree.links[name].visuals) for name in frames if tree.links[name].visuals),
         unseen=tuple((name, tree.links[name].unseen) for name in frames if tree.links[name].unseen),
@@ -111,6 +109,46 @@ def _file(text: str) -> RobotFile:
     """The robot of a URDF or an MJCF, by the root element of its text."""
     root = document(text)
     return read_mjcf(root) if root.tag == "mujoco" else RobotFile(name=root.get("name") or "robot", tree=Tree.of(root))
+
+
+@dataclass(frozen=True)
+class _Ends:
+    """The ends of a chain as they are stated: links, or a group of an SRDF."""
+
+    base_link: str | None
+    tip_link: str | None
+    srdf: Srdf | None
+    group: str | None
+
+    def chain(self, tree: Tree) -> tuple[str, list[UrdfJoint], list[str], str | None]:
+        """The base, the joints from it to the tip, notes on what was not stated, and the group."""
+        base, tip, group = self.base_link, self.tip_link, self.group
+        if self.srdf is not None and (group is not None or tip is None):
+            group = self.srdf.group_of(tree, group)
+        if self.srdf is not None and group is not None and tip is None:
+            first, tip = self.srdf.ends(tree, group)
+            base = base or first
+        return *tree.chain(base, tip), group
+
+
+def _held(file: RobotFile, tree: Tree, ends: _Ends, posture: str) -> dict[str, float]:
+    """The values, rad or m, that a named posture states of joints off the chain.
+
+    Raises:
+        InvalidProblem: ``locked`` names no posture, or one that states none of these.
+    """
+    states = [(name, values) for name, values in file.postures.items()]
+    states += [] if ends.srdf is None else [(state.name, state.values) for state in ends.srdf.states]
+    named = [values for name, values in states if name == posture]
+    if not named:
+        known = f"; there are {', '.join(dict.fromkeys(name for name, _ in states))}" if states else ""
+        raise InvalidProblem("locked", f"no posture {posture!r}{known}")
+    along = {joint.name for joint in ends.chain(tree)[1]}
+    stated = {name: value for values in named for name, value in values.items()}
+    held = {name: value for name, value in stated.items() if name not in along and name in tree.joints}
+    if not held:
+        raise InvalidProblem("locked", f"posture {posture!r} states no joint off the chain")
+    return held
 
 
 def _postures(file: RobotFile, moving: Sequence[UrdfJoint]) -> dict[str, tuple[float, ...]]:

@@ -137,7 +137,7 @@ class SpatialRobotSection(Section):
     base_link: Word | None = None
     tip_link: Word | None = None
     group: Word | None = None
-    locked: dict[Word, Number] = field(default_factory=dict)
+    locked: dict[Word, Number] | Word = field(default_factory=dict)
     spheres: FileName | None = None
     spheres_text: FileText | None = None
     srdf: FileName | None = None
@@ -365,7 +365,7 @@ class SpatialRobotSection(Section):
             raise InvalidProblem("urdf", f"{name!r} has not been read; only a scenario file can name one")
         if self.group is not None and self.srdf_text is None:
             raise InvalidProblem("group", "of what? a group is one of an srdf")
-        locked = tuple(sorted((self.locked or {}).items()))
+        locked = self.locked if isinstance(self.locked, str) else tuple(sorted((self.locked or {}).items()))
         ends, group = (self.base_link, self.tip_link), (self.srdf_text, self.group)
         texts = (self.looks_text, self.covers_text)
         return _described_between(self.urdf_text, ends, locked, group, self.geometry == "visual", *texts)
@@ -391,7 +391,7 @@ class _Statement:
 def _described_between(
     urdf: str,
     ends: tuple[str | None, str | None],
-    locked: tuple[tuple[str, float], ...],
+    locked: tuple[tuple[str, float], ...] | str,
     group: tuple[str | None, str | None],
     visual_geometry: bool,
     appearances: str | None,
@@ -399,7 +399,8 @@ def _described_between(
 ) -> RobotDescription:
     """The description of a robot between two links, or of a group of an SRDF, as texts state it."""
     srdf = None if group[0] is None else read_srdf(group[0])
-    description = read_urdf(urdf, *ends, dict(locked), srdf, group[1], visual_geometry)
+    held = locked if isinstance(locked, str) else dict(locked)
+    description = read_urdf(urdf, *ends, held, srdf, group[1], visual_geometry)
     if appearances is not None:
         description = description.with_appearances(read_appearances(appearances))
     return description if covers is None else description.with_covers(read_covers(covers))

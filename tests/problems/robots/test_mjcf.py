@@ -127,6 +127,7 @@ def test_the_arm_has_masses_postures_and_pairs_that_may_touch() -> None:
     assert arm.chain.tip_link == "tcp" and arm.chain.name == "arm"
     assert arm.chain.joints[0].inertia is not None and arm.chain.joints[0].inertia.mass == 2.0
     assert dict(arm.postures) == {"home": (1.0, 0.1, 0.5)} and ("base", "lower") in arm.disabled
+    assert dict(read_urdf(ARM, base_link="base", locked="home").locked)["left_finger"] == 0.02
     held = read_urdf(ARM, base_link="base", locked={"left_finger": 0.03})
     places = {frame.name: frame.pose.translation[1] for frame in held.links}
     assert places["finger"] == pytest.approx(0.03) and places["thumb"] == pytest.approx(0.01 - 0.03)

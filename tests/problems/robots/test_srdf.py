@@ -113,6 +113,20 @@ def test_named_postures_are_those_of_all_joints_and_of_the_group_first() -> None
     assert read(states + state("far", "other", turn=0, slide=0.7)).postures == {"up": (2.0, 0.2), "far": (0.0, 0.7)}
 
 
+def test_a_hand_is_held_in_its_named_posture() -> None:
+    states = state("open", "hand", grip=0.02) + state("up", turn=1, slide=0.5)
+    srdf = read_srdf(f"<robot>{group()}{states}</robot>")
+    assert dict(read_urdf(ARM, locked="open", srdf=srdf).locked)["grip"] == 0.02
+    for name, line in (
+        ("shut", "locked: no posture 'shut'; there are open, up"),
+        ("up", "locked: posture 'up' states no joint off the chain"),
+    ):
+        with pytest.raises(InvalidProblem, match=rf"^{line}$"):
+            read_urdf(ARM, locked=name, srdf=srdf)
+    with pytest.raises(InvalidProblem, match=r"^locked: no posture 'open'$"):
+        read_urdf(ARM, tip_link="tool0", locked="open")
+
+
 def test_links_that_may_touch() -> None:
     pairs = '<disable_collisions link1="mast" link2="jib" reason="Never"/><disable_default_collisions link="plate"/>'
     disabled = read(f'{pairs}<enable_collisions link1="jib" link2="plate"/>').disabled
