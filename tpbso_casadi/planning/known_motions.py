@@ -166,7 +166,7 @@ def scene_of(cell: Cell) -> str:
 
 def _key(cell: Cell, stage: MovingStage) -> str:
     """Everything but obstacles and ends on which a motion of a stage depends, as text."""
-    return _text([stage.manner, list(cell.carried), cell.scenario.may_touch])
+    return _text([stage.manner, list(cell.carried), cell.scenario.may_touch, cell.contacts])
 
 
 def _same(one: FloatArray, other: FloatArray) -> bool:

@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache, partial
 from itertools import islice, pairwise
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -25,14 +25,23 @@ from problems import InvalidProblem, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray
 from problems.motions import JointPath
-from problems.tasks import Place, Surroundings
+from problems.tasks import Move, Place, Surroundings
 from problems.timing import least_along, retime, retime_below
 from tpbso_casadi.planning.direct import directly, judged, polished
 from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.known_motions import EarlierMotion, KnownMotions, scene_of
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
-from tpbso_casadi.planning.stops import Edges, SequenceStop, bounds_between, soonest_at, ways_along
+from tpbso_casadi.planning.stops import (
+    MOST_POSTURES,
+    Edges,
+    SequenceStop,
+    bounds_between,
+    in_short_turns,
+    postures_at,
+    reached_at,
+    ways_along,
+)
 from tpbso_casadi.planning.visits import Visits, shortest_way
 from tpbso_casadi.scenario import (
     ENDS,
@@ -166,7 +175,9 @@ class SequencePlanner:
         try:
             cell = Cell.at_first(self.scenario)
             robot = self.scenario.model.kept_by(cell.robot)
-            start = self._postures(robot, (), [self.task.start], None, "start")
+            start = self._earlier_at(robot, [self.task.start])
+            if not start.size:
+                start = postures_at(self.task.start, robot, (), "start")[:MOST_POSTURES]
         except InvalidProblem as error:
             raise ScenarioError(f"task.{error.field}: {error.reason}") from error
         stops = [SequenceStop.free(start)]
@@ -187,27 +198,21 @@ class SequencePlanner:
         cell = self._cell(layer, [stop.postures[0] for stop in stops])
         if stage.tool_path(cell.robot, before.postures[0]) is not None:
             return self._led(layer, cell, before)
-        statement = cell.statement(stage, before.postures[0])
-        criteria = statement.judged()
-        task: Any = criteria.task  # a move
-        goals = list(task.goals)
+        criteria = cell.statement(stage, before.postures[0]).judged()
+        robot, move = criteria.robot, cast(Move, criteria.task)
         if self.task.cyclic and layer == len(self.moving) - 1:
-            if not all(any(goal.is_at(criteria.robot, theta) for goal in goals) for theta in stops[0].postures):
+            if not all(any(goal.is_at(robot, theta) for goal in move.goals) for theta in stops[0].postures):
                 raise InvalidProblem("goal", "is not where the sequence begins, as that of a cycle has to be")
             return SequenceStop.free(stops[0].postures)
-        found = self._postures(criteria.robot, criteria.obstacles, goals, before.postures, "goal")
-        return SequenceStop.free(found, np.array([task.reached_goal(theta).cost for theta in found]))
+        earlier = self._earlier_at(robot, move.goals)
+        if earlier.size:
+            return SequenceStop.free(earlier, np.array([move.reached_goal(theta).cost for theta in earlier]))
+        reached = reached_at(move.goals, robot, criteria.obstacles, "goal")
+        return in_short_turns(move, reached, before.postures)
 
-    def _postures(
-        self, robot: Robot, obstacles: Sequence[Any], goals: Sequence[Place], near: FloatArray | None, key: str
-    ) -> FloatArray:
-        """Postures at any of the goals, (n, dof): those of an earlier plan; where it has none, those soonest reached.
-
-        Raises:
-            InvalidProblem: there is none.
-        """
-        earlier = [theta for theta in self._known.postures if any(goal.is_at(robot, theta) for goal in goals)]
-        return np.array(earlier) if earlier else soonest_at(goals, robot, obstacles, near, key)
+    def _earlier_at(self, robot: Robot, goals: Sequence[Place]) -> FloatArray:
+        """The postures of an earlier plan that are at any of the goals, (n, dof)."""
+        return self._known.postures[[any(goal.is_at(robot, theta) for goal in goals) for theta in self._known.postures]]
 
     def _led(self, layer: int, cell: Cell, before: SequenceStop) -> SequenceStop:
         """The stop to which the tool is led, from each posture before; at postures of an earlier plan alone, if any.
@@ -341,7 +346,7 @@ class SequencePlanner:
                 self._steady |= {(layer, pair): serving} if serving is not stage else {}
             elif path is not None:
                 motion = self._timed(layer, pair, cell, start, path)
-            elif self.stops[layer + 1].parents[pair[1]] >= 0:
+            elif isinstance(stage, LedStage):
                 motion = None  # another plan led the tool there, in another scene
             else:
                 motion = self._moved(cell, stage, (start, goal), thorough)

@@ -13,11 +13,12 @@ from problems import InvalidProblem, Robot, Trajectory
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.robots import SpatialArm
-from problems.tasks import Following, FreeTurns, Joints, Place, Surroundings, ToolPath
+from problems.tasks import Following, FreeTurns, Joints, Move, Place, ShortTurns, Surroundings, ToolPath
 from problems.timing import least_along, least_durations
 from tpbso_casadi.scenario import LedStage, MovingStage
 
 MOST_POSTURES = 12  # of a stop
+TURN = 2.0 * np.pi  # rad
 DRAWN = 64  # postures of a place that states none, of which the nearest are kept
 MOST_WAYS = 3  # of the tool that is free to turn, from each posture
 MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
@@ -49,7 +50,8 @@ class SequenceStop:
         """The stop with the first posture from each parent, then the second ones, up to so many."""
         ranks = [self.parents[:number].count(parent) for number, parent in enumerate(self.parents)]
         kept = sorted(np.argsort(ranks, kind="stable")[:MOST_POSTURES].tolist())
-        return SequenceStop(self.postures[kept], [self.parents[n] for n in kept], [self.paths[n] for n in kept])
+        costs = np.broadcast_to(self.costs, len(self.postures))[kept]
+        return SequenceStop(self.postures[kept], [self.parents[n] for n in kept], [self.paths[n] for n in kept], costs)
 
 
 @dataclass(eq=False)
@@ -100,30 +102,67 @@ def postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) -
     return np.asarray(postures[there])
 
 
-def soonest_at(
-    goals: Sequence[Place], robot: Robot, obstacles: Sequence[Any], near: FloatArray | None, key: str
-) -> FloatArray:
-    """Clear postures at any of the goals, the soonest reached from others (n, dof) first, a limited number, (m, dof).
+def reached_at(goals: Sequence[Place], robot: Robot, obstacles: Sequence[Any], key: str) -> dict[int, FloatArray]:
+    """Clear postures at goals, by the numbers of those that have any, each (n, dof).
 
     Raises:
         InvalidProblem: there is none.
     """
-    found: list[FloatArray] = []
-    costs: list[float] = []
+    found: dict[int, FloatArray] = {}
     failures: list[InvalidProblem] = []
-    for goal in goals:
+    for number, goal in enumerate(goals):
         try:
-            found.append(postures_at(goal, robot, obstacles, key))
-            costs += [goal.cost] * len(found[-1])
+            found[number] = postures_at(goal, robot, obstacles, key)
         except InvalidProblem as error:
             failures.append(error)
     if not found:
         raise failures[0]
-    postures = np.concatenate(found)
-    if near is None:
-        return postures[:MOST_POSTURES]
-    soonest = bounds_between(robot, near, postures).min(axis=0) + costs
-    return np.asarray(postures[np.argsort(soonest, kind="stable")[:MOST_POSTURES]])
+    return found
+
+
+def in_short_turns(move: Move, reached: dict[int, FloatArray], before: FloatArray) -> SequenceStop:
+    """The stop at the goals of a move: endless joints are in the turns that are nearest to postures before, (n, dof).
+
+    Stated joints are reached in the turns nearest to the posture before alone, other places in any turn.
+
+    Args:
+        move: that leads there from any of the postures before.
+        reached: postures at its goals, by their numbers, each (m, dof).
+        before: the postures, of which there is a limited number.
+    """
+    found = [_in_turns_from(move, reached, posture) for posture in before]
+    stated = [[place.values for place in goals if isinstance(place, Joints)] for goals, _ in found]
+    costs = np.concatenate([np.full(len(postures), move.goals[number].cost) for number, postures in reached.items()])
+    if any(each != stated[0] for each in stated):
+        each_from = zip(found, before, strict=True)
+        stops = [_soonest(move, postures, costs, theta[None]) for (_, postures), theta in each_from]
+        parents = [number for number, stop in enumerate(stops) for _ in stop.postures]
+        postures, added = (np.concatenate(parts) for parts in zip(*((s.postures, s.costs) for s in stops), strict=True))
+        return SequenceStop(postures, parents, [None] * len(parents), added).limited()
+    rows = {row.tobytes(): (row, cost) for _, postures in found for row, cost in zip(postures, costs, strict=True)}
+    postures, added = map(np.array, zip(*rows.values(), strict=True))
+    return _soonest(move, postures, added, before)
+
+
+def _in_turns_from(
+    move: Move, reached: dict[int, FloatArray], posture: FloatArray
+) -> tuple[tuple[Place, ...], FloatArray]:
+    """The goals of a move, and postures at them, (n, dof), in the turns nearest to a posture (dof,)."""
+    turns, endless = ShortTurns(move.robot, Joints(tuple(posture.tolist()))), np.array(move.robot.endless)
+    turns.passed(move.vias)
+    goals, found = turns.reached(move.goals), []
+    for number, postures in reached.items():
+        goal = goals[number]
+        nearest = postures + TURN * np.where(endless, np.rint((posture - postures) / TURN), 0.0)
+        found.append(np.array([goal.values]) if isinstance(goal, Joints) else nearest)
+    return goals, np.concatenate(found)
+
+
+def _soonest(move: Move, postures: FloatArray, costs: FloatArray, before: FloatArray) -> SequenceStop:
+    """The stop at those of postures (m, dof), with costs (m,), that are soonest reached from others, (n, dof)."""
+    first = bounds_between(move.robot, before, postures).min(axis=0) + costs
+    kept = np.argsort(first, kind="stable")[:MOST_POSTURES]
+    return SequenceStop.free(postures[kept], costs[kept])
 
 
 def ways_along(

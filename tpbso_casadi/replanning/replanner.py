@@ -20,7 +20,7 @@ from problems import InvalidProblem, Obstacle, Place, Trajectory
 from problems.base import COORDINATES, FloatArray, check_within, conformed, shown
 from problems.certify import ClearanceProof
 from problems.scene import standing
-from problems.tasks import check_at_least, check_obstacles
+from problems.tasks import Joints, ShortTurns, check_at_least, check_obstacles
 from problems.timing import MotionState
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.replanning.candidates import (
@@ -248,8 +248,9 @@ class Replanner:
             self._checked = goal, still
 
     def _postures(self, end: FloatArray, goal: Place | None) -> list[FloatArray]:
-        """Postures to go to, (k,) each, rad: of a place that leaves a choice, the nearest to the motion's end."""
-        return [place.projected(self.robot, end) for place in (self._goals if goal is None else (goal,))]
+        """Postures to go to, (k,) each, rad: of a place that leaves a choice, and of turns, the nearest to the end."""
+        turns = ShortTurns(self.robot, Joints(tuple(end.tolist())))
+        return [place.projected(self.robot, end) for place in turns.reached(self._goals if goal is None else (goal,))]
 
 
 def replan(

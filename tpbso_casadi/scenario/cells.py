@@ -187,10 +187,9 @@ class Cell:
             InvalidProblem: the stage cannot begin there.
         """
         scenario, robot = self.scenario, self.robot
-        goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)))
+        goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)), turns="exact")
         start = Joints(tuple(map(float, posture)))
-        places = {"goal": in_their_turns(goals), "via": in_their_turns(stage.vias)}
-        task = PointToPointTask(kind="point-to-point", start=start, **places)
+        task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias)
         further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
         margin = scenario.model.margin if stage.margin is None else stage.margin
         key = "arm" if scenario.arm is not None else "robot"
@@ -212,13 +211,6 @@ class Cell:
     def _concerns(self, pair: Sequence[str]) -> bool:
         """Whether a contact is one of the robot, as long as what it names stands around or is carried."""
         return sum(name in [obstacle.name for obstacle in self.obstacles] for name in pair) < 2
-
-
-def in_their_turns(places: Any) -> Any:
-    """Places of a sequence, whose joints have the values that are stated: stages before may end in several turns."""
-    if isinstance(places, list):
-        return [in_their_turns(place) for place in places]
-    return replace(places, turns="exact") if isinstance(places, Joints) else places
 
 
 def _posed(body: ObstacleSection, pose: Any) -> ObstacleSection:
@@ -282,9 +274,11 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
     obstacles = build_obstacles(list(scenario.obstacles), robot.dof)
-    legs = zip(labels, scenario.task.legs, strict=True)  # type: ignore[attr-defined]
-    notes = tuple(f"{label}: {leg.note}" for label, (_, leg) in legs if isinstance(leg, MovingStage) and leg.note)
-    task = StagedTask(robot, obstacles, stops, shown_around(cells, trajectory, times), notes)
+    notes = []
+    for one, (_, leg) in zip(stages, scenario.task.legs, strict=True):  # type: ignore[attr-defined]
+        if one.criteria is not None:
+            notes += [f"{one.label}: {note}" for note in (leg.note, *one.criteria.task.notes) if note]
+    task = StagedTask(robot, obstacles, stops, shown_around(cells, trajectory, times), tuple(notes))
     return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages))
 
 

@@ -73,7 +73,7 @@ class SequenceTask(TaskSection):
         """The task with its visits in another order, which is given from then on."""
         moves = [number for number, stage in enumerate(self.stages) if stage.moves]
         before, after = self.stages[: moves[0]], self.stages[moves[-1] :] if self.cyclic else []
-        stages = [*before, *(stage for visit in order for stage in self.visits[visit]), *after]
+        stages = [*before, *(stage.in_stated_turns for visit in order for stage in self.visits[visit]), *after]
         return self.replaced(stages=stages, order="given")
 
     @property
@@ -82,9 +82,14 @@ class SequenceTask(TaskSection):
 
     @property
     def legs(self) -> list[tuple[range, StageSection]]:
-        """The stages as the arm runs them, with their numbers from 0 on: blended moves are one with those behind."""
+        """The stages as the arm runs them, with their numbers from 0 on: blended moves are one with those behind.
+
+        In a free order, and at the end of a cycle, joints have the stated values.
+        """
         found: list[tuple[range, StageSection]] = []
-        for number, stage in enumerate(self.stages):
+        ending = max(number for number, stage in enumerate(self.stages) if stage.moves) if self.cyclic else -1
+        for number, each in enumerate(self.stages):
+            stage = each.in_stated_turns if self.order == "free" or number == ending else each
             before = found[-1][1] if found else None
             if isinstance(before, MoveStage) and before.blend is not None and isinstance(stage, MoveStage):
                 found[-1] = range(found[-1][0].start, number + 1), before.blended(stage)

@@ -86,6 +86,11 @@ class StageSection(Section):
         """The stage with the content of the files that it names."""
         return self
 
+    @property
+    def in_stated_turns(self) -> Self:
+        """The stage whose joints have the stated values, not those of the nearest turns."""
+        return self
+
 
 class MovingStage(StageSection):
     """A stage in which the arm moves; what it states of contacts, margin, limits and payload holds in it alone."""
@@ -146,11 +151,10 @@ class MoveStage(MovingStage):
     via: AnyPlaces | None = None
     blend: Positive | None = None
 
-    def check(self) -> None:
-        for key, places in (("goal", self.goal), ("via", self.via or [])):
-            listed = places if isinstance(places, list) else [places]
-            if any(isinstance(place, Joints) and place.turns == "nearest" for place in listed):
-                raise InvalidTable("in a sequence joints have the values that are stated; leave turns out", key)
+    @property
+    def in_stated_turns(self) -> Self:
+        goal = [_as_stated(place) for place in self.goal] if isinstance(self.goal, list) else _as_stated(self.goal)
+        return self.replaced(goal=goal, via=None if self.via is None else [_as_stated(place) for place in self.via])
 
     def unlike(self, behind: Sequence[StageSection]) -> str | None:
         """Why it cannot be blended with the first of the stages behind it; None where it can."""
@@ -454,6 +458,10 @@ def read_stage(table: Any) -> StageSection:
 
 
 AnyStage = Annotated[StageSection, ReadBy(read_stage)]
+
+
+def _as_stated(place: Place) -> Place:
+    return replace(place, turns="exact") if isinstance(place, Joints) else place
 
 
 def _tool(robot: Robot, posture: FloatArray) -> tuple[FloatArray, FloatArray | None]:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.running import line_of
 from hypothesis import given
 from hypothesis import strategies as st
 
 import tpbso_casadi as tp
 from problems.tasks import Joints, Place, Position, ShortTurns
+from tpbso_casadi.replanning import Replanner
 from tpbso_casadi.scenario import parse_scenario
 
 TURN = 2.0 * np.pi
@@ -79,9 +79,35 @@ def test_a_plan_takes_them_says_so_and_is_audited() -> None:
     assert moved.motion.criteria.task.notes
 
 
-def test_values_in_a_sequence_are_those_that_are_stated() -> None:
-    goal = {"joints": [0.1, 0.1], "turns": "nearest"}
-    task = {"kind": "sequence", "start": {"joints": [0.0, 0.0]}, "stages": [{"kind": "move", "goal": goal}]}
-    arm = {"link_lengths": [0.5, 0.5], "max_speed": 2.0, "max_acceleration": 10.0}
-    line = line_of(lambda: parse_scenario({"arm": arm, "task": task}))
-    assert line.endswith("in a sequence joints have the values that are stated; leave turns out"), line
+def test_stages_go_the_short_way_and_a_cycle_ends_in_its_turns(tmp_path: Path) -> None:
+    start, there = Joints((3.0, 0.5)), Joints((-3.0, 0.5))
+    plan = tp.sequence(FREE, start=start, stages=[there, Joints((-2.8, 0.7)), start])
+    ends = [float(plan.trajectory(stage.end)[0]) for stage in plan.stages]
+    assert plan.certified
+    np.testing.assert_allclose(ends, [-3.0 + TURN, -2.8 + TURN, 3.0], atol=1e-9)
+    notes = plan.motion.criteria.task.notes
+    assert [note[:28] for note in notes] == ["stage 1 (move): goal: joint ", "stage 2 (move): goal: joint "]
+    assert tp.read_run(plan.save(tmp_path / "run", figures=())).certified
+    exact = tp.sequence(FREE, start=start, stages=[Joints((-3.0, 0.5), turns="exact")])
+    assert exact.trajectory(exact.duration)[0] == pytest.approx(-3.0)
+    cycle = tp.sequence(FREE, start=start, stages=[Joints((0.5, 0.5)), Joints((-2.0, 0.5)), start], cyclic=True)
+    assert cycle.trajectory(cycle.duration)[0] == pytest.approx(3.0)
+    free = tp.sequence(FREE, start=start, stages=[there, Joints((2.0, 0.5))], order="free")
+    assert free.certified and free.trajectory(free.stages[-1].end)[0] == pytest.approx(-3.0)
+
+
+def test_a_point_is_reached_in_a_near_turn() -> None:
+    """From 3.0 rad its two postures lie beyond half a turn, or before it; joints after them keep that turn."""
+    point = FREE.skeleton(np.array([[3.4, 0.1]]))[0, -1]
+    plan = tp.sequence(FREE, start=Joints((3.0, 0.5)), stages=[tp.Position(tuple(point.tolist())), Joints((-2.9, 0.3))])
+    assert plan.certified and plan.duration < 1.0
+    theta = plan.trajectory.at(plan.times)[:, 0]
+    assert theta.min() > 2.5 and theta.max() < 4.0
+
+
+def test_a_replan_goes_the_short_way() -> None:
+    task = {"kind": "point-to-point", "start": {"joints": [3.0, 0.5]}, "goal": {"joints": [3.1, 0.5]}}
+    arm = {"link_lengths": [0.5, 0.5], "max_speed": [2.0, 2.0], "max_acceleration": [10.0, 10.0]}
+    replanner = Replanner(parse_scenario({"arm": arm, "task": task}), evaluations=20)
+    step = replanner.replan(replanner.first().trajectory, [], Joints((-3.0, 0.5)))
+    assert step.trajectory.value_at_end()[0] == pytest.approx(-3.0 + TURN)
