@@ -47,7 +47,7 @@ from problems.base.matrix import (
     total,
 )
 from problems.base.minima import bounded_minimum
-from problems.base.numbers import number_of, whole_of
+from problems.base.numbers import number_of, rounded_up, whole_of
 from problems.base.piecewise import BSpline, PiecewisePolynomial, basis_functions, real_roots
 from problems.base.polynomials import (
     bernstein,
@@ -140,6 +140,7 @@ __all__ = [
     "real_roots",
     "repeated",
     "rotation_of",
+    "rounded_up",
     "shown",
     "shown_value",
     "smallest",

@@ -1,7 +1,8 @@
-"""Numbers in the texts of files."""
+"""Numbers in texts: read from files, rounded up to be shown."""
 
 from __future__ import annotations
 
+import math
 import re
 
 DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?"
@@ -33,3 +34,12 @@ def number_of(text: str) -> float:
     if NUMBER.fullmatch(stripped) is None:
         raise ValueError(f"not a number: {text!r:.60}")
     return float(stripped)
+
+
+def rounded_up(value: float, digits: int = 2) -> float:
+    """The least number with few digits that is no smaller than a positive one; 0 for 0."""
+    if value == 0.0:
+        return 0.0
+    unit = 10.0 ** (math.floor(math.log10(value)) + 1 - digits)
+    found = float(f"{math.ceil(value / unit) * unit:.{digits}g}")
+    return found if found >= value else float(f"{(math.ceil(value / unit) + 1) * unit:.{digits}g}")

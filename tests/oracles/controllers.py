@@ -67,7 +67,7 @@ def urscript(files: Mapping[str, str]) -> Read:
     )
     call = rf"  servoj\(\[(.*)\], t=({NUMBER}), lookahead_time={NUMBER}, gain=\d+\)"
     kinds = {
-        "move": rf"(?:{call}|  movej\(\[(.*)\], a=({NUMBER}), v=({NUMBER})\))",
+        "move": rf"(?:{call}|  movej\(\[(.*)\], a=({NUMBER}), v=({NUMBER})(?:, r={NUMBER})?\))",
         "output": r"  set_digital_out\((\d+), (True|False)\)",
         "wait": rf"  sleep\(({NUMBER})\)",
         "start": r"  start = \[(.*)\]",
@@ -98,11 +98,11 @@ def krl(files: Mapping[str, str]) -> Read:
     _, _, head, *lines, last, _ = source.split("\n")
     assert re.fullmatch(r"DEF \w+\(\)", head) and last == "END"
     kinds = {
-        "move": r"S?PTP (\w+)",
+        "move": r"S?PTP (\w+)(?: C_PTP)?",
         "output": r"\$OUT\[(\d+)\]=(TRUE|FALSE)",
         "wait": rf"WAIT SEC ({NUMBER})",
     }
-    ignored = rf";.*|INT I|BAS\(#INITMOV,0\)|FOR I=1 TO 6|\$VEL_AXIS\[I\]={NUMBER}|ENDFOR"
+    ignored = rf";.*|INT I|BAS\(#INITMOV,0\)|FOR I=1 TO 6|\$VEL_AXIS\[I\]={NUMBER}|ENDFOR|\$APO\.CPTP=50"
     return joined(steps_of(lines, kinds, ignored), points.__getitem__, None)
 
 
@@ -116,7 +116,7 @@ def rapid(files: Mapping[str, str], outputs: Mapping[str, int]) -> Read:
         assert len(numbers(own)) == 6 and more.split(", ") == ["9E9"] * 6
         points[name] = np.radians(numbers(own)).tolist()
     kinds = {
-        "move": r"    MoveAbsJ (\w+), v1000, fine, \w+;",
+        "move": r"    MoveAbsJ (\w+), v1000, (?:fine|z10), \w+;",
         "set": r"    SetDO (\w+), ([01]);",
         "wait": rf"    WaitTime ({NUMBER});",
     }
@@ -142,7 +142,7 @@ def fanuc(files: Mapping[str, str]) -> Read:
     assert [int(line[:4]) for line in lines] == [*range(1, len(lines) + 1)]
     assert f"LINE_COUNT\t= {len(lines)};" in found[2]
     kinds = {
-        "move": r"\s*\d+:J P\[(\d+)\] \d+% FINE ;",
+        "move": r"\s*\d+:J P\[(\d+)\] \d+% (?:FINE|CNT100) ;",
         "output": r"\s*\d+:DO\[(\d+)\]=(ON|OFF) ;",
         "wait": rf"\s*\d+:WAIT ({NUMBER})\(sec\) ;",
     }
@@ -165,7 +165,7 @@ def inform(files: Mapping[str, str], pulses: list[float]) -> Read:
         points[name] = np.radians(np.array(numbers(body)) / pulses).tolist()
     assert len(points) == int(found[1])
     kinds = {
-        "move": rf"MOVJ (C\d{{5}}) VJ={NUMBER} PL=0",
+        "move": rf"MOVJ (C\d{{5}}) VJ={NUMBER} PL=[01]",
         "output": r"DOUT OT#\((\d+)\) (ON|OFF)",
         "wait": rf"TIMER T=({NUMBER})",
     }

@@ -19,7 +19,7 @@ import numpy as np
 
 from problems import Trajectory
 from problems.assembly import Criteria
-from problems.base import FloatArray
+from problems.base import FloatArray, rounded_up
 from problems.certify import exact_time_scale
 from problems.motions import MotionRows, RowChoice, apart
 from tpbso_casadi.planning.motion import JudgedMotion, alternatives
@@ -102,8 +102,8 @@ class ControllerRows:
         """The rows in words, without whether they are proven."""
         pieces, slower = "quintics" if self.accelerations else "cubics", self.time_scale - 1.0
         slowed = f", {100.0 * slower:.2g} % slower than planned" if slower else ""
-        near = f"{self.off.max():.2g} {alternatives(self.source.criteria.robot.joints.units)} from the plan at most"
-        return f"{len(self.times)} rows, joined by {pieces}, {near}{slowed}"
+        off, unit = rounded_up(self.off.max()), alternatives(self.source.criteria.robot.joints.units)
+        return f"{len(self.times)} rows, joined by {pieces}, {off:g} {unit} from the plan at most{slowed}"
 
     @property
     def said(self) -> str:

@@ -38,13 +38,16 @@ class Fanuc(PointExporter):
     Attributes:
         j23: what the controller's J3 has of the second joint: J3 = joint 3 + j23 times joint 2. FANUC counts J3 from
             the horizontal, most URDFs from the upper arm.
+        cnt: of corners, the larger the rounder.
         tool, frame: numbers of the user tool and frame of the points.
     """
 
     title: ClassVar[str] = "FANUC LS, J moves"
     axes: ClassVar[int] = 9
     path: ClassVar[str] = "FANUC says that axes start and stop together, not how they go in between"
+    corner: ClassVar[str] = "FANUC does not say how far from a point CNT begins"
 
+    cnt: Annotated[int, Range(least=0, most=100)] = 100
     j23: Annotated[int, Range(least=-1, most=1)] = 0
     tool: Annotated[int, Range(least=1, most=29)] = 1
     frame: Annotated[int, Range(least=0, most=61)] = 0
@@ -60,7 +63,8 @@ class Fanuc(PointExporter):
         lines = [f"! SEE {name}.TXT", f"J P[1] {self.speed:.0f}% FINE"]
         for step in route.numbered:
             if isinstance(step, int):
-                lines.append(f"J P[{step + 1}] {self.speed:.0f}% FINE")
+                end = f"CNT{self.cnt}" if step in route.corners else "FINE"
+                lines.append(f"J P[{step + 1}] {self.speed:.0f}% {end}")
             elif isinstance(step, Signal):
                 state = "ON" if step.on else "OFF"
                 lines.append(f"! {step.said}" if step.output is None else f"DO[{step.output}]={state}")

@@ -6,11 +6,12 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from problems import Robot
+from problems.base import Range
 from tpbso_casadi.programs.points import PointExporter, Route
 from tpbso_casadi.programs.program import Coding, Signal
 from tpbso_casadi.storage import OutputError
@@ -22,13 +23,16 @@ class Inform(PointExporter):
     Attributes:
         pulses_per_degree: of each axis, per mm of one that slides, with a sign where the axis turns the other way; the
             controller's parameter file ``ALL.PRM`` has them.
+        position_level: of corners, the larger the rounder.
     """
 
     title: ClassVar[str] = "Yaskawa INFORM, MOVJ"
     axes: ClassVar[int] = 8
     digits: ClassVar[int] = 0
+    corner: ClassVar[str] = "Yaskawa states radii for position levels, not along which path they are rounded"
     path: ClassVar[str] = "Yaskawa speaks of joint interpolation, and does not say how axes go in between"
 
+    position_level: Annotated[int, Range(least=1, most=8)] = 1
     pulses_per_degree: list[float] = field(default_factory=list)
 
     def coding(self, robot: Robot) -> Coding:
@@ -46,7 +50,8 @@ class Inform(PointExporter):
         lines = [f"'SEE {name}.TXT", f"MOVJ C00000 VJ={self.speed:.2f} PL=0"]
         for step in route.numbered:
             if isinstance(step, int):
-                lines.append(f"MOVJ C{step:05} VJ={self.speed:.2f} PL=0")
+                level = self.position_level if step in route.corners else 0
+                lines.append(f"MOVJ C{step:05} VJ={self.speed:.2f} PL={level}")
             elif isinstance(step, Signal):
                 state = "ON" if step.on else "OFF"
                 lines.append(f"'{step.said}" if step.output is None else f"DOUT OT#({step.output}) {state}")

@@ -23,16 +23,25 @@ class Krl(PointExporter):
     title: ClassVar[str] = "KUKA KRL, SPTP"
     axes: ClassVar[int] = len(AXES)
     path: ClassVar[str] = "KUKA says that axes start and stop together, not how they go in between"
+    corner: ClassVar[str] = "C_PTP begins at half of a move, $APO.CPTP=50; KUKA does not say along which path"
 
     def text(self, route: Route, notes: list[str]) -> dict[str, str]:
         rows = map(route.coding.text, route.values)
         points = [", ".join(map(" ".join, zip(AXES, row, strict=False))) for row in rows]
         data = [f"DECL E6AXIS XP{number}={{{point}}}" for number, point in enumerate(points)]
         lines = [f";{note}" for note in notes]
-        lines += ["INT I", "BAS(#INITMOV,0)", "FOR I=1 TO 6", f"$VEL_AXIS[I]={self.speed:g}", "ENDFOR", "PTP XP0"]
+        lines += [
+            "INT I",
+            "BAS(#INITMOV,0)",
+            "FOR I=1 TO 6",
+            f"$VEL_AXIS[I]={self.speed:g}",
+            "ENDFOR",
+            "$APO.CPTP=50",
+            "PTP XP0",
+        ]
         for step in route.numbered:
             if isinstance(step, int):
-                lines.append(f"SPTP XP{step}")
+                lines.append(f"PTP XP{step} C_PTP" if step in route.corners else f"SPTP XP{step}")
             elif isinstance(step, Signal):
                 state = "TRUE" if step.on else "FALSE"
                 lines.append(f";{step.said}" if step.output is None else f"$OUT[{step.output}]={state}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -47,19 +47,28 @@ class Leg:
     off: FloatArray
 
     @classmethod
-    def of(cls, criteria: Criteria, motion: Trajectory, coding: Coding, accuracy: float, longest: float | None) -> Leg:
+    def of(
+        cls,
+        criteria: Criteria,
+        motion: Trajectory,
+        start: FloatArray,
+        coding: Coding,
+        accuracy: float,
+        longest: float | None,
+    ) -> Leg:
         """The fewest points that keep every joint of a motion within an accuracy of the lines between them.
 
         Args:
             criteria: by which the motion is judged.
             motion: of the joints.
+            start: the numbers of its first point, with which the leg before ended, (1, dof).
             coding: of the numbers in the program.
             accuracy: rad, or m of a joint that slides.
             longest: the most that a joint moves from point to point, rad or m; None for whatever it is.
         """
         edges = motion.times(CANDIDATES)
         cut, curves = control_points(motion, edges)
-        values = coding.encoded(cut.at(cut.breakpoints))
+        values = np.concatenate([start, coding.encoded(cut.at(cut.breakpoints[1:]))])
         points = coding.decoded(values)
 
         def off(first: int, last: int) -> FloatArray:
@@ -83,6 +92,11 @@ class Leg:
         """How far joints that go from point to point each on its own are from a point of the line, (dof,)."""
         return np.asarray(np.abs(np.diff(self.points, axis=0)).max(axis=0) / 2.0)
 
+    @property
+    def cut(self) -> FloatArray:
+        """How far joints in triangles of a point and the middles of its lines are from these lines at most, (dof,)."""
+        return np.asarray(np.abs(np.diff(self.points, 2, axis=0)).max(axis=0, initial=0.0) / 4.0)
+
 
 Step: TypeAlias = Leg | Signal | float  # a move, a signal that is told, or a wait in s
 
@@ -96,12 +110,20 @@ class Route:
         coding: of the numbers in it.
         start: where it begins, (1, dof), as numbers.
         steps: in their order.
+        rounded: whether corners are rounded rather than stopped at.
     """
 
     robot: Robot
     coding: Coding
     start: FloatArray
     steps: tuple[Step, ...]
+    rounded: bool
+
+    @property
+    def corners(self) -> frozenset[int]:
+        """The numbers of points that are rounded: none at which a leg begins or ends."""
+        ends = np.cumsum([len(leg.points) - 1 for leg in self.legs]).tolist()
+        return frozenset(range(1, self.count)) - {*ends} if self.rounded else frozenset()
 
     @property
     def numbered(self) -> Iterator[int | Signal | float]:
@@ -136,14 +158,17 @@ class PointExporter(ControllerExporter):
     Attributes:
         documented: whether the maker says that joints move along straight lines.
         path: what the maker documents of the path between two points.
+        corner: likewise, of the path that rounds a point.
     """
 
     documented: ClassVar[bool] = False
     path: ClassVar[str]
+    corner: ClassVar[str]
 
     accuracy: Annotated[float, Range(least=1e-6, most=1.0)] = 0.005
     longest: Annotated[float, Range(least=1e-4)] | None = None
     speed: Annotated[float, Range(least=0.1, most=100.0)] = 20.0
+    corners: Literal["stop", "round"] = "stop"
 
     @abstractmethod
     def text(self, route: Route, notes: list[str]) -> dict[str, str]:
@@ -157,14 +182,15 @@ class PointExporter(ControllerExporter):
     def program(self, plan: PlannedMotion) -> Program:
         motion, robot = plan.motion, plan.criteria.robot
         coding = self.coding(robot)
-        steps = tuple(self._steps(motion, coding))
-        route = Route(robot, coding, coding.encoded(motion.trajectory.at(np.zeros(1))), steps)
-        lines = [leg.lines for leg in route.legs]
-        off, spread = (np.max([getattr(leg, of) for leg in route.legs], axis=0) for of in ("off", "spread"))
+        start, rounded = coding.encoded(motion.trajectory.at(np.zeros(1))), self.corners == "round"
+        steps = tuple(self._steps(motion, start, coding))
+        route = Route(robot, coding, start, steps, rounded)
+        lines, off = [leg.lines for leg in route.legs], np.max([leg.off for leg in route.legs], axis=0)
+        at_points = "corners rounded" if rounded else "a stop at each"
         program = Program(
-            content=f"{self.title}: {route.count + 1} points, a stop at each, {said(robot, off)} from the plan at most",
-            proofs=tuple(self._proofs(robot, lines, spread)),
-            assumptions=("the robot stands at the first point", self.path),
+            content=f"{self.title}: {route.count + 1} points, {at_points}, {said(robot, off)} from the plan at most",
+            proofs=tuple(self._proofs(route, lines)),
+            assumptions=("the robot stands at the first point", self.path, *([self.corner] if rounded else [])),
             unstated=(
                 f"times, speeds and accelerations: those of the controller at {self.speed:g} %",
                 *_free(lines),
@@ -174,28 +200,36 @@ class PointExporter(ControllerExporter):
         )
         return program.with_files(self.text(route, program.notes))
 
-    def _steps(self, motion: JudgedMotion, coding: Coding) -> Iterator[Step]:
+    def _steps(self, motion: JudgedMotion, start: FloatArray, coding: Coding) -> Iterator[Step]:
+        leg_of = partial(Leg.of, coding=coding, accuracy=self.accuracy, longest=self.longest)
         if not motion.stages:
-            yield self._leg(motion.criteria, motion.trajectory, coding)
+            yield leg_of(motion.criteria, motion.trajectory, start)
         for stage in motion.stages:
             if stage.signal is not None:
                 yield self.signal(*stage.signal)
             if stage.criteria is not None:
-                yield self._leg(stage.criteria, stage.motion(motion.trajectory), coding)
+                leg = leg_of(stage.criteria, stage.motion(motion.trajectory), start)
+                start = leg.values[-1:]
+                yield leg
             elif stage.end > stage.start:
                 yield stage.end - stage.start
 
-    def _leg(self, criteria: Criteria, motion: Trajectory, coding: Coding) -> Leg:
-        return Leg.of(criteria, motion, coding, self.accuracy, self.longest)
-
-    def _proofs(self, robot: Robot, lines: list[tuple[Criteria, Trajectory]], spread: FloatArray) -> Iterator[Proof]:
+    def _proofs(self, route: Route, lines: list[tuple[Criteria, Trajectory]]) -> Iterator[Proof]:
         """Proofs on the lines between points, and on other paths where the maker does not document that it is these."""
+
+        def near(errors: FloatArray) -> tuple[str, CertificateStatus]:
+            return said(route.robot, errors), clear_within(lines, errors, at_planned_times=False)
+
+        cut, spread = (np.max([getattr(leg, of) for leg in route.legs], axis=0) for of in ("cut", "spread"))
         yield Proof("path along straight lines of the joints from point to point", clear_along(lines))
+        if route.corners:
+            far, status = near(cut)
+            yield Proof(f"clearances where corners cut at most half of both lines, {far} from them at most", status)
         if not self.documented:
-            far = said(robot, spread)
+            far, status = near(spread)
             yield Proof(
                 f"clearances where each joint goes from point to point on its own, {far} from the middle at most",
-                clear_within(lines, spread, at_planned_times=False),
+                status,
             )
         if has_moving_obstacles(lines):
             reason = "clearances from obstacles that move: the controller decides when the robot is where"

@@ -99,7 +99,12 @@ ITSELF = "the plan itself"
 LONGEST_NAME, LONGEST_NOTE = 24, 76  # characters
 
 
-def _identifier(name: str) -> str:
+def identifier(name: str) -> str:
+    """A name that is one in the languages of all controllers.
+
+    Raises:
+        InvalidTable: it is none.
+    """
     if not (name.isascii() and name.isidentifier() and len(name) <= LONGEST_NAME):
         raise InvalidTable(f"at most {LONGEST_NAME} letters, digits and underscores are needed, a letter first")
     return name
@@ -193,7 +198,7 @@ class ControllerExporter(Exporter):
     per_unit: ClassVar[tuple[float, float]] = IN_DEGREES
     digits: ClassVar[int] = 6
 
-    name: Annotated[str, Checked(_identifier)] = "tpbso"
+    name: Annotated[str, Checked(identifier)] = "tpbso"
     outputs: dict[str, int] = field(default_factory=dict)
 
     def signal(self, name: str, value: bool | float | str) -> Signal:

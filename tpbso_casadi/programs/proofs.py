@@ -8,7 +8,7 @@ import numpy as np
 
 from problems import CertificateStatus, InvalidProblem, Limit, Obstacle, Robot, Trajectory
 from problems.assembly import Criteria
-from problems.base import FloatArray
+from problems.base import FloatArray, rounded_up
 from problems.certify import limit_verdicts
 from problems.limits import complete_limits, depends_on_speed, limits_of
 from tpbso_casadi.planning import JudgedMotion
@@ -95,13 +95,14 @@ def polyline(points: FloatArray) -> Trajectory:
 
 
 def metres(robot: Robot, errors: FloatArray) -> float:
-    """How far a ball or line of a body can be from where it is planned, if joints are off by errors (dof,), m."""
+    """How far a point of a link can be from where it is planned if joints are off by errors (dof,), m."""
     bodies = robot.bodies
     if not bodies.each:
         return float(robot.reach()[1] * errors.sum())
-    return float((np.abs(bodies.levers) @ (np.abs(bodies.turns) @ errors)).max())
+    radii = np.array([[float(body.radius)] for body in bodies.each])
+    return float(((np.abs(bodies.levers) + radii) @ (np.abs(bodies.turns) @ errors)).max())
 
 
 def said(robot: Robot, errors: FloatArray) -> str:
     """Errors of joints (dof,) in words, as what they are and what they move."""
-    return f"{errors.max():.2g} rad, {1e3 * metres(robot, errors):.2g} mm of a link"
+    return f"{rounded_up(errors.max()):g} rad, {rounded_up(1e3 * metres(robot, errors)):g} mm of a link"

@@ -7,10 +7,11 @@ time, along a path that is not linear.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
+from problems.base import Checked
 from tpbso_casadi.programs.points import PointExporter, Route
-from tpbso_casadi.programs.program import Signal
+from tpbso_casadi.programs.program import Signal, identifier
 from tpbso_casadi.programs.streams import RowTable
 
 ROBOT_AXES, EXTERNAL_AXES, NONE = 6, 6, "9E9"
@@ -22,15 +23,18 @@ class Rapid(PointExporter):
     title: ClassVar[str] = "ABB RAPID, MoveAbsJ"
     axes: ClassVar[int] = ROBOT_AXES + EXTERNAL_AXES
     path: ClassVar[str] = "ABB says that all axes arrive together, not how they go in between"
+    corner: ClassVar[str] = "a zone is at most half of a move, and its path a parabola, as ABB says of the tool"
 
-    tool: str = "tool0"
+    tool: Annotated[str, Checked(identifier)] = "tool0"
+    zone: Annotated[str, Checked(identifier)] = "z10"
 
     def text(self, route: Route, notes: list[str]) -> dict[str, str]:
         points = [self._target(row) for row in map(route.coding.text, route.values)]
         lines = [f"    VelSet {self.speed:g}, 5000;", f"    MoveAbsJ p0, v1000, fine, {self.tool};"]
         for step in route.numbered:
             if isinstance(step, int):
-                lines.append(f"    MoveAbsJ p{step}, v1000, fine, {self.tool};")
+                zone = self.zone if step in route.corners else "fine"
+                lines.append(f"    MoveAbsJ p{step}, v1000, {zone}, {self.tool};")
             elif isinstance(step, Signal):
                 lines.append(f"    ! {step.said}" if step.output is None else f"    SetDO {step.name}, {int(step.on)};")
             else:

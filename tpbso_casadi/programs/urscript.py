@@ -8,11 +8,15 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-from problems.base import Range
+import casadi as ca
+import numpy as np
+
+from problems.base import Range, as_array
 from tpbso_casadi.programs.points import PointExporter, Route
 from tpbso_casadi.programs.program import IN_RADIANS, Signal
 from tpbso_casadi.programs.streams import Stream, StreamExporter
 
+BLENDED = 0.9  # share of the way of the tool to the middle of a line that a blend takes at most
 AT_START = 0.01  # rad: an arm that is farther from the first row does not begin
 
 
@@ -67,6 +71,16 @@ class ServoJ(StreamExporter):
         return {f"{self.name}.script": script(self.name, notes, rows[0], [*lines, "  stopj(2.0)"])}
 
 
+def blend_radii(route: Route) -> dict[int, float]:
+    """The radii of corners in m, rounded down to mm: no farther than to the middles of both lines."""
+    points = route.coding.decoded(route.values)
+    middles = (points[:-1] + points[1:]) / 2.0
+    tool, half = (as_array(route.robot.tool.position(ca.DM(rows))) for rows in (points, middles))
+    reach = np.linalg.norm(np.stack([half[:-1], half[1:]]) - tool[1:-1], axis=2).min(axis=0)
+    radii = np.floor(1000.0 * BLENDED * reach) / 1000.0
+    return {number: float(radii[number - 1]) for number in sorted(route.corners)}
+
+
 class MoveJ(PointExporter):
     """URScript with ``movej`` from point to point."""
 
@@ -76,13 +90,16 @@ class MoveJ(PointExporter):
     digits: ClassVar[int] = 9
     documented: ClassVar[bool] = True
     path: ClassVar[str] = "movej moves linearly in joint space, as its manual says"
+    corner: ClassVar[str] = "blends begin within the radii r, which end before the middles of lines"
 
     def text(self, route: Route, notes: list[str]) -> dict[str, str]:
-        lines, limits = [], route.robot.limits
+        lines, limits, radii = [], route.robot.limits, blend_radii(route)
         v, a = (self.speed / 100.0 * min(limit) for limit in (limits.speed, limits.acceleration))
         for step in route.numbered:
             if isinstance(step, int):
-                lines.append(f"  movej([{', '.join(route.coding.text(route.values[step]))}], a={a:.6f}, v={v:.6f})")
+                blend = f", r={radius:.3f}" if (radius := radii.get(step, 0.0)) else ""
+                row = ", ".join(route.coding.text(route.values[step]))
+                lines.append(f"  movej([{row}], a={a:.6f}, v={v:.6f}{blend})")
             else:
                 lines.append(set_output(step) if isinstance(step, Signal) else f"  sleep({step:.3f})")
         start = route.coding.text(route.values[0])

@@ -96,7 +96,7 @@ def test_rows_at_a_rate_are_judged_too(tmp_path: Path) -> None:
     again = tp.certify(str(export_plan(tmp_path, panda(), "ros-json", 100.0)), "panda", obstacles=PANDA["obstacles"])
     assert not even.joined.feasible
     assert even.joined.status is again.status
-    assert even.said == f"{len(even.times)} rows, joined by quintics, 7.6e-06 rad from the plan at most: {again.status}"
+    assert even.said == f"{len(even.times)} rows, joined by quintics, 7.7e-06 rad from the plan at most: {again.status}"
 
 
 def with_a_sliver(motion: JudgedMotion, length: float) -> JudgedMotion:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
@@ -174,6 +175,30 @@ def test_near_points_prove_joints_that_go_on_their_own(kind: str) -> None:
     rng = np.random.default_rng(1)
     lower, upper = np.minimum(read.rows[:-1], read.rows[1:]), np.maximum(read.rows[:-1], read.rows[1:])
     assert clear(np.concatenate([lower + rng.random(lower.shape) * (upper - lower) for _ in range(10)]))
+
+
+ROUNDED = {"urscript-movej": ", r=0.", "krl": " C_PTP\n", "rapid": "z10", "fanuc": "CNT100", "inform": "PL=1"}
+
+
+@pytest.mark.parametrize("kind", POINTS)
+def test_rounded_corners_stay_clear_where_they_are_proven(kind: str) -> None:
+    program, read = written(kind, plan(), corners="round")
+    (proof,) = (proof for proof in program.proofs if "corners cut" in proof.statement)
+    assert str(proof.status) == "certified"
+    assert "".join(map(str, program.files.values())).count(ROUNDED[kind]) == len(read.rows) - 2
+    middles = (read.rows[:-1] + read.rows[1:]) / 2.0
+    weights = np.random.default_rng(2).dirichlet((1.0, 1.0, 1.0), 500)
+    triangles = np.stack([middles[:-1], read.rows[1:-1], middles[1:]])
+    assert clear(np.einsum("nc,cij->nij", weights, triangles).reshape(-1, 6))
+
+
+def test_radii_end_before_the_middles_of_lines() -> None:
+    program, read = written("urscript-movej", plan(), corners="round")
+    radii = [float(text) for text in re.findall(r"r=(\S+)\)", "".join(map(str, program.files.values())))]
+    tool = origins(np.concatenate([read.rows, (read.rows[:-1] + read.rows[1:]) / 2.0]))[:, -1]
+    points, middles = tool[: len(read.rows)], tool[len(read.rows) :]
+    before, after = (np.linalg.norm(points[1:-1] - ends, axis=1) for ends in (middles[:-1], middles[1:]))
+    assert (radii <= 0.91 * np.minimum(before, after)).all() and min(radii) > 0.01
 
 
 def test_points_among_obstacles_that_move_are_not_proven_and_rows_are() -> None:

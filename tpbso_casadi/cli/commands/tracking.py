@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 
-from problems.base import InvalidProblem
+from problems.base import InvalidProblem, rounded_up
 from problems.robots import TrackingError, least_tracking_error
 from tpbso_casadi.cli.command import OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.options import add_row_file, path, positive_number, row_keys
@@ -95,10 +94,4 @@ def toml_line(error: TrackingError) -> str:
 
 
 def _up(value: float) -> float:
-    """The least number with few digits that is no smaller."""
-    if value == 0.0:
-        return 0.0
-    value = max(value, LEAST)
-    unit = 10.0 ** (math.floor(math.log10(value)) + 1 - DIGITS)
-    found = float(f"{math.ceil(value / unit) * unit:.{DIGITS}g}")
-    return found if found >= value else float(f"{(math.ceil(value / unit) + 1) * unit:.{DIGITS}g}")
+    return rounded_up(max(value, LEAST) if value else 0.0, DIGITS)
