@@ -61,6 +61,7 @@ BOUND = "least_time"  # the quantity of a plan that says what its stages take at
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
 EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet: in twelve cells ways of
 # the tool need 1.0001 to 1.009 times as long as theirs, 1.004 in the median, and moves in free space as long as theirs
+ABOUT_AS_SOON = 1.1  # times the duration of the last way: other ends that are tried
 UNKNOWN = 3.0  # the same for other edges then
 
 
@@ -102,8 +103,8 @@ def _planned(
         order, bound = work.best_order()
         scenario = scenario.replaced(task=work.task.in_order(order))
         work = SequencePlanner(scenario, planning, plan, known)
-    chain = work.best_chain()
-    work.polish(chain)
+    chain: Sequence[int] = work.best_chain()
+    chain = work.polish(chain)
     trajectory, ends = work.joined(chain)
     scenario = scenario.replaced(task=work.stated(chain))
     criteria = judged_by_stage(scenario, trajectory, ends)
@@ -425,20 +426,38 @@ class SequencePlanner:
                 stages[self.task.legs[self.moving[layer]][0][-1]] = self._steady[layer, pair]
         return self.task.replaced(stages=stages)
 
-    def polish(self, chain: Sequence[int]) -> None:
-        """Make the ways of the tool faster within their accuracy, as long as that is worth it and there is time."""
+    def polish(self, chain: Sequence[int]) -> Sequence[int]:
+        """The chain, with ways of the tool made faster within their accuracy, as long as there is time.
+
+        Of ends of the last way that are reached about as soon, the one is taken that then is the soonest.
+        """
+        for layer in range(len(self.moving)):
+            self._polish_way(layer, chain)
+        *before, parent, end = chain
+        edges, last, durations = self.edges[-1], len(self.moving) - 1, self.edges[-1].durations[parent]
+        if self.stops[-1].paths[end] is None:
+            return chain
+        for other in np.flatnonzero(durations <= ABOUT_AS_SOON * durations[end]).tolist():
+            if other != end and not self.planning.running_out():
+                if (parent, other) not in edges.motions:
+                    self._evaluate(last, [*before, parent, other], thorough=False)
+                self._polish_way(last, [*before, parent, other])
+        found = {at: motion.duration for (one, at), motion in edges.motions.items() if one == parent and motion}
+        return [*before, parent, min(found, key=found.__getitem__)]
+
+    def _polish_way(self, layer: int, chain: Sequence[int]) -> None:
+        """Make a motion of a chain faster within its accuracy, where the tool is led and there is time."""
+        pair, edges = _pairs(chain)[layer], self.edges[layer]
+        motion = edges.motions[pair]
+        if motion is None or (layer, pair) in self._steady or self.stops[layer + 1].paths[pair[1]] is None:
+            return
+        if self.planning.running_out():
+            return
+        self.planning.progress.phase(f"{self.task.labels[self.moving[layer]]}, within its accuracy")
         postures = [stop.postures[index] for stop, index in zip(self.stops, chain, strict=True)]
-        for layer, pair in enumerate(_pairs(chain)):
-            motion = self.edges[layer].motions[pair]
-            if motion is None or (layer, pair) in self._steady or self.stops[layer + 1].paths[pair[1]] is None:
-                continue
-            if self.planning.running_out():
-                return
-            self.planning.progress.phase(f"{self.task.labels[self.moving[layer]]}, within its accuracy")
-            stage, cell = self.stage(layer), self._cell(layer, postures)
-            problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()
-            faster = polished(problem, self._along(layer, cell, postures[layer]), motion)
-            self.edges[layer].motions[pair] = faster or motion
+        stage, cell = self.stage(layer), self._cell(layer, postures)
+        problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()
+        edges.motions[pair] = polished(problem, self._along(layer, cell, postures[layer]), motion) or motion
 
     def kept(self, chain: Sequence[int]) -> int:
         """How many motions of a chain are those of the earlier plan."""

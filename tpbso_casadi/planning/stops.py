@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -184,15 +184,20 @@ def ways_along(
     if way.free is None:
         return [led_along(way, robot, posture, stage)]
     assert isinstance(robot, SpatialArm)
-    turns = FreeTurns(way, robot, around())
-    for laws in (turns.even(posture), turns.searched(posture)):
-        found = []
+    turns, accuracies = FreeTurns(way, robot, around()), (stage.accuracy, stage.angular_accuracy)
+
+    def followed(laws: Iterable[ToolPath]) -> Iterator[JointPath]:
         for law in laws:
             with suppress(InvalidProblem):
-                found.append(Following(law, robot).joints(posture, stage.accuracy, stage.angular_accuracy))
-        if found:
-            return sorted(found, key=lambda path: least_along(path, robot.limits))[:MOST_WAYS]
-    return [led_along(way, robot, posture, stage)]
+                yield Following(law, robot).joints(posture, *accuracies)
+
+    stated = list(followed([way]))
+    found = [*stated, *followed(turns.even(posture))] or [*followed(turns.searched(posture))]
+    if not found:
+        return [led_along(way, robot, posture, stage)]
+    order = sorted(range(len(found)), key=lambda number: least_along(found[number], robot.limits))
+    kept = [number for rank, number in enumerate(order) if rank < MOST_WAYS or number < len(stated)]
+    return [found[number] for number in kept]
 
 
 def led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: LedStage) -> JointPath:
