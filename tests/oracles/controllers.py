@@ -102,7 +102,7 @@ def krl(files: Mapping[str, str]) -> Read:
         "output": r"\$OUT\[(\d+)\]=(TRUE|FALSE)",
         "wait": rf"WAIT SEC ({NUMBER})",
     }
-    ignored = rf";.*|INT I|BAS\(#INITMOV,0\)|FOR I=1 TO 6|\$VEL_AXIS\[I\]={NUMBER}|ENDFOR|\$APO\.CPTP=50"
+    ignored = rf";.*|INT I|BAS\(#INITMOV,0\)|FOR I=1 TO 6|   \$VEL_AXIS\[I\]={NUMBER}|ENDFOR|\$APO\.CPTP=50"
     return joined(steps_of(lines, kinds, ignored), points.__getitem__, None)
 
 

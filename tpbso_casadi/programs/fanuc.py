@@ -59,12 +59,12 @@ class Fanuc(PointExporter):
         return Coding(matrix, plain.digits)
 
     def text(self, route: Route, notes: list[str]) -> dict[str, str]:
-        name = self.name.upper()
-        lines = [f"! SEE {name}.TXT", f"J P[1] {self.speed:.0f}% FINE"]
+        name, percent = self.name.upper(), max(1, round(self.speed))
+        lines = [f"! {name}.TXT", f"J P[1] {percent}% FINE"]
         for step in route.numbered:
             if isinstance(step, int):
                 end = f"CNT{self.cnt}" if step in route.corners else "FINE"
-                lines.append(f"J P[{step + 1}] {self.speed:.0f}% {end}")
+                lines.append(f"J P[{step + 1}] {percent}% {end}")
             elif isinstance(step, Signal):
                 state = "ON" if step.on else "OFF"
                 lines.append(f"! {step.said}" if step.output is None else f"DO[{step.output}]={state}")

@@ -6,8 +6,9 @@ the controller computes velocities, accelerations and jerks by backward differen
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
+from problems.base import Range
 from tpbso_casadi.programs.program import IN_RADIANS
 from tpbso_casadi.programs.streams import RowTable
 
@@ -24,4 +25,4 @@ class Franka(RowTable):
         "the callback sends each row as it is, without low-pass filter and rate limiter of libfranka"
     )
 
-    period: float = 0.001
+    period: Annotated[float, Range(least=0.001, most=0.001)] = 0.001

@@ -47,7 +47,7 @@ class Inform(PointExporter):
     def text(self, route: Route, notes: list[str]) -> dict[str, str]:
         name = self.name.upper()
         points = [f"C{number:05}={','.join(route.coding.text(values))}" for number, values in enumerate(route.values)]
-        lines = [f"'SEE {name}.TXT", f"MOVJ C00000 VJ={self.speed:.2f} PL=0"]
+        lines = [f"'{name}.TXT", f"MOVJ C00000 VJ={self.speed:.2f} PL=0"]
         for step in route.numbered:
             if isinstance(step, int):
                 level = self.position_level if step in route.corners else 0

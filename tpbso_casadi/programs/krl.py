@@ -34,7 +34,7 @@ class Krl(PointExporter):
             "INT I",
             "BAS(#INITMOV,0)",
             "FOR I=1 TO 6",
-            f"$VEL_AXIS[I]={self.speed:g}",
+            f"   $VEL_AXIS[I]={self.speed:g}",
             "ENDFOR",
             "$APO.CPTP=50",
             "PTP XP0",

@@ -96,7 +96,12 @@ def _write(path: Path, content: str | bytes) -> None:
 
 
 ITSELF = "the plan itself"
-LONGEST_NAME, LONGEST_NOTE = 24, 76  # characters
+LONGEST_NAME, LONGEST_REMARK, LONGEST_NOTE = 24, 28, 76  # characters
+
+
+def is_identifier(name: str) -> bool:
+    """Whether a name is one in the languages of all controllers."""
+    return name.isascii() and name.isidentifier() and len(name) <= LONGEST_NAME
 
 
 def identifier(name: str) -> str:
@@ -105,7 +110,7 @@ def identifier(name: str) -> str:
     Raises:
         InvalidTable: it is none.
     """
-    if not (name.isascii() and name.isidentifier() and len(name) <= LONGEST_NAME):
+    if not is_identifier(name):
         raise InvalidTable(f"at most {LONGEST_NAME} letters, digits and underscores are needed, a letter first")
     return name
 
@@ -157,8 +162,9 @@ class Signal(NamedTuple):
 
     @property
     def said(self) -> str:
-        """Name and value in one word."""
-        return f"{self.name}={self.value}"
+        """Name and value, short and of printable ASCII: they must not end a comment."""
+        text = f"{self.name}={self.value}"[:LONGEST_REMARK]
+        return "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in text)
 
 
 IN_RADIANS, IN_DEGREES = (1.0, 1.0), (180.0 / np.pi, 1000.0)

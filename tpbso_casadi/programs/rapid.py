@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar
 
 from problems.base import Checked
 from tpbso_casadi.programs.points import PointExporter, Route
-from tpbso_casadi.programs.program import Signal, identifier
+from tpbso_casadi.programs.program import Signal, identifier, is_identifier
 from tpbso_casadi.programs.streams import RowTable
 
 ROBOT_AXES, EXTERNAL_AXES, NONE = 6, 6, "9E9"
@@ -36,7 +36,8 @@ class Rapid(PointExporter):
                 zone = self.zone if step in route.corners else "fine"
                 lines.append(f"    MoveAbsJ p{step}, v1000, {zone}, {self.tool};")
             elif isinstance(step, Signal):
-                lines.append(f"    ! {step.said}" if step.output is None else f"    SetDO {step.name}, {int(step.on)};")
+                known = step.output is not None and is_identifier(step.name)
+                lines.append(f"    SetDO {step.name}, {int(step.on)};" if known else f"    ! {step.said}")
             else:
                 lines.append(f"    WaitTime {step:.3f};")
         module = [
@@ -54,7 +55,7 @@ class Rapid(PointExporter):
     def signal(self, name: str, value: bool | float | str) -> Signal:
         """Signals are told by their names, so that one that is true or false needs no number."""
         told = super().signal(name, value)
-        return told._replace(output=0) if isinstance(value, bool) and name.isidentifier() else told
+        return told._replace(output=0) if isinstance(value, bool) and is_identifier(name) else told
 
     def _target(self, row: list[str]) -> str:
         own, external = row[:ROBOT_AXES], row[ROBOT_AXES:]

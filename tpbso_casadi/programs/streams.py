@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -160,9 +162,10 @@ class RowTable(StreamExporter):
         told: dict[int, list[str]] = {}
         for row, signal in stream.signals:
             told.setdefault(row, []).append(signal.said)
-        head = ",".join(["t", *(self.columns.format(axis) for axis in range(1, stream.rows.shape[1] + 1)), "signal"])
-        lines = [
-            ",".join([f"{time:.6f}", *stream.coding.text(values), " ".join(told.get(row, ()))])
-            for row, (time, values) in enumerate(zip(stream.times.tolist(), stream.values, strict=True))
-        ]
-        return {f"{self.name}.csv": "\n".join([head, *lines, ""]), f"{self.name}.txt": "\n".join([*notes, ""])}
+        text = io.StringIO()
+        rows = csv.writer(text, lineterminator="\n")
+        axes = range(1, stream.rows.shape[1] + 1)
+        rows.writerow(["t", *map(self.columns.format, axes), "signal"])
+        for row, (time, values) in enumerate(zip(stream.times.tolist(), stream.values, strict=True)):
+            rows.writerow([f"{time:.6f}", *stream.coding.text(values), " ".join(told.get(row, ()))])
+        return {f"{self.name}.csv": text.getvalue(), f"{self.name}.txt": "\n".join([*notes, ""])}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
@@ -165,6 +166,30 @@ def test_a_signal_without_an_output_is_named() -> None:
     program = sequence().program("krl", outputs={"gripper": 3})
     assert "not in the program: signal lamp=red: outputs names no output for it" in program.lines
     assert ";lamp=red" in program.files["tpbso.src"]
+
+
+@EACH
+def test_no_name_of_a_signal_ends_a_comment(kind: str) -> None:
+    planned, hostile = sequence().planned, 'x\n  movej([0,0,0,0,0,0])\nSPTP XP9 ;"\x07' * 3
+    stages = tuple(
+        replace(each, signal=None if each.signal is None else (hostile, each.signal[1]))
+        for each in planned.motion.stages
+    )
+    motion = replace(planned.motion, criteria=replace(planned.criteria, stages=stages))
+    _, read = written(kind, tp.Plan(replace(planned, motion=motion)))
+    _, usual = written(kind, sequence())
+    np.testing.assert_array_equal(read.rows, usual.rows)
+
+
+def test_a_class_by_its_path_is_an_exporter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "lab_arm.py").write_text(
+        "from tpbso_casadi.programs import RowTable\n\n\nclass LabArm(RowTable):\n"
+        '    title, axes, columns, joined = "our controller", 6, "axis{}", "lines between rows"\n'
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    program = plan().program("lab_arm:LabArm", period=0.01)
+    assert program.proven and program.lines[0].startswith("our controller: ")
+    assert "assumed: lines between rows" in program.lines
 
 
 @pytest.mark.parametrize("kind", ["krl", "fanuc"])
