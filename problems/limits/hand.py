@@ -29,6 +29,7 @@ from problems.base import (
     rotation_of,
 )
 from problems.limits.expression import ExpressionLimit, StatedExpression
+from problems.limits.free_axis import AxisName, FreeAxis
 from problems.motions import MotionView, Stated, traced
 from problems.robots import Robot
 from problems.scene import Obstacle
@@ -144,21 +145,28 @@ class ToolOrientation(HandConstraint):
     Attributes:
         name: in tables and verdicts; that of the kind if left out.
         quaternion: (x, y, z, w), of the tool in the world, of length 1.
-        tolerance: largest angle of the turn from there, rad.
+        tolerance: largest angle of the turn from there, rad; of a free axis from its direction.
+        free: an axis of the tool, about which any turn will do.
     """
 
     kind: ClassVar[str] = "tool orientation"
 
     quaternion: Turn
     tolerance: Tolerance
+    free: AxisName | None = None
 
     def check(self) -> None:
         _check_turn(self.quaternion)
+        FreeAxis.stated(self.free, None, 0.0)
 
     def stated(self, robot: Robot) -> StatedExpression:
         """The bound of the angle of the turn, rad, whose chord is the rotations' difference over the root of two."""
         self._in_space(robot)
-        wanted = np.array(rotation_of(self.quaternion))
+        wanted = np.array(rotation_of(self.quaternion), dtype=np.float64)
+        if self.free is not None:
+            axis = FreeAxis(self.free).index
+            one, toward = tuple(np.eye(3)[axis].tolist()), tuple(wanted[:, axis].tolist())
+            return Upright(name=self.name, axis=one, toward=toward, tolerance=self.tolerance).stated(robot)
 
         def angle(m: MotionView) -> ca.SX:
             return _angle_of_chord(ca.vec(m.rotation - ca.DM(wanted)) / sqrt(2.0))

@@ -90,8 +90,9 @@ class Line(StatedStage):
     """The tool goes straight, or along an arc; where no orientation is stated it stays turned as it is.
 
     Args:
-        goal: where it ends, a point or a pose; or ``by``.
+        goal: where it ends, a point or a pose; or ``by``, or ``along``.
         by: how far it goes along the axes of the world, (dim,), m.
+        along: how far it goes along the axes of the tool, as it is turned at first, (3,), m.
         through: a point of an arc to the goal, (dim,), m.
         accuracy: how far the tool may be from the line, m.
         angular_accuracy: how far it may be turned from what it should be, rad.
@@ -114,6 +115,7 @@ class Line(StatedStage):
 
     goal: Any = None
     by: Any = None
+    along: Any = None
     through: Any = None
     accuracy: float | None = None
     angular_accuracy: float | None = None

@@ -34,6 +34,7 @@ from tpbso_casadi.scenario.validation import (
     Positive,
     ScenarioError,
     Section,
+    SpacePoint,
     Word,
 )
 
@@ -305,19 +306,20 @@ class LedStage(FreeAxisKeys, MovingStage):
 class LineStage(LedStage):
     """The tool goes straight, or along an arc ``through`` a point.
 
-    Where ``goal`` states no orientation, or ``by`` says how far to go in the world's directions, the tool stays turned
-    as it is.
+    Where ``goal`` states no orientation, or ``by`` and ``along`` say how far to go along the axes of the world and of
+    the tool, it stays turned as it is.
     """
 
     kind: Literal["line"]
     goal: AnyPlace | None = None
     by: Coordinates | None = None
+    along: SpacePoint | None = None
     through: Coordinates | None = None
 
     def check(self) -> None:
         super().check()
-        if (self.goal is None) == (self.by is None):
-            raise InvalidTable("one of goal and by is needed, not both", "goal")
+        if [self.goal, self.by, self.along].count(None) != 2:
+            raise InvalidTable("one of goal, by and along is needed", "goal")
         if self.goal is not None and not isinstance(self.goal, Pose | Position):
             raise InvalidTable("a line ends at a position or pose; joints are reached by kind = 'move'", "goal")
         if isinstance(self.goal, Pose) and self.goal.free is not None:
@@ -327,6 +329,10 @@ class LineStage(LedStage):
         start, turned = _tool(robot, posture)
         if self.by is not None:
             return _standing(start + _numbers(robot, self.by, "by"), turned)
+        if self.along is not None:
+            if turned is None:
+                raise InvalidProblem("along", "in the plane a line goes by = [x, y], or to a goal")
+            return _standing(start + turned @ np.array(self.along), turned)
         goal = self.goal
         assert goal is not None
         if isinstance(goal, Pose) and goal.quaternion is not None:

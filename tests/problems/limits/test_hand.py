@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,9 @@ def test_an_orientation_is_missed_by_the_angle_of_the_turn(angle: float) -> None
     turned = own * Rotation.from_rotvec(angle * np.array([0.6, 0.0, 0.8]))
     constraint = ToolOrientation(quaternion=tuple(turned.as_quat().tolist()), tolerance=0.1)
     assert values(constraint, SPACE, q) == pytest.approx([angle], abs=1e-9)
+    leans = 2.0 * np.arcsin(np.linalg.norm(turned.apply(np.eye(3)) - own.apply(np.eye(3)), axis=1) / 2.0)
+    for axis, lean in zip(("x", "y", "z"), leans, strict=True):
+        assert values(replace(constraint, free=axis), SPACE, q) == pytest.approx([lean], abs=1e-9)
 
 
 def test_a_box_is_stated_along_its_axes_and_a_plane_by_the_distance() -> None:
@@ -94,6 +98,7 @@ REFUSED: list[tuple[type[HandConstraint], dict[str, Any], str]] = [
     (Upright, {"tolerance": 0.1, "axis": (1.0,)}, "axis: 1 coordinates are not within 2 and 3"),
     (Upright, {"tolerance": 0.1, "toward": (1.0, 0.0)}, "toward: 2 coordinates, the axis has 3"),
     (ToolOrientation, {"tolerance": 0.1, "quaternion": (1.0, 1.0, 0.0, 0.0)}, "quaternion: .* is not of length 1"),
+    (ToolOrientation, {"tolerance": 0.1, "quaternion": (1.0, 0.0, 0.0, 0.0), "free": "w"}, "free: "),
     (ToolRegion, {}, "center: say a box"),
     (ToolRegion, {"center": (0.0, 0.0)}, "size: missing beside center"),
     (ToolRegion, {"size": (1.0, 1.0)}, "center: missing beside size"),

@@ -111,6 +111,14 @@ def test_lines_keep_within_a_range_and_a_cone(free: dict[str, Any]) -> None:
     assert "turn" not in free or 0.05 < np.abs(sines).max() <= TURN
 
 
+def test_a_line_along_the_axes_of_the_tool_approaches_a_grasp() -> None:
+    away = POINT - 0.1 * ROTATION[:, 2]
+    before = tp.Pose(tuple(away.tolist()), tuple(POSE["quaternion"]), free="z")
+    plan = tp.sequence(UR5E, start=START, stages=[tp.MoveTo(before), tp.Line(along=[0.0, 0.0, 0.1], free="z")])
+    _, lean = turn_and_lean(plan)
+    assert plan.certified and lean <= 0.01
+
+
 @pytest.mark.slow
 def test_paths_and_stages_in_a_row_are_free_too() -> None:
     start = tool(UR5E.model, np.array([BENT]))[0][0]
@@ -157,5 +165,7 @@ def test_lines_with_no_free_axis_are_refused_in_one_line(stage: Any, reason: str
 
 def test_in_the_plane_no_axis_is_free() -> None:
     arm = tp.robot([0.5, 0.4, 0.3], max_speed=2.0, max_acceleration=10.0)
+    with pytest.raises(tp.ScenarioError, match=r"stages\[0\].along: in the plane"):
+        tp.sequence(arm, start={"joints": [0.3, 0.9, -0.4]}, stages=[tp.Line(along=[0.0, 0.0, 0.1])])
     with pytest.raises(tp.ScenarioError, match=r"stages\[0\].free: in the plane no axis"):
         tp.sequence(arm, start={"joints": [0.3, 0.9, -0.4]}, stages=[tp.Line(by=[-0.1, 0.15], free="z")])

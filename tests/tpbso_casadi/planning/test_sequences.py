@@ -385,7 +385,7 @@ OF_ONE_STAGE = {  # its keys, and what is said of task.stages.0
     'kind = "jump"': ": needs kind = 'move'",
     'kind = ["move"]': ": needs kind = 'move'",
     'kind = "move"': ".goal: missing key",
-    'kind = "line"': ".goal: one of goal and by is needed",
+    'kind = "line"': ".goal: one of goal, by and along is needed",
     'kind = "line"\ngoal = { joints = [0, 0, 0, -1, 0, 1, 0] }': ".goal: a line ends at a position or pose",
     'kind = "line"\nby = [0.0, 0.1]': ".by: 3 coordinates are needed",
     'kind = "line"\nby = [0.0, 0.0, 0.0]': ".goal: the tool is there",
