@@ -55,6 +55,16 @@ class MotionStage:
     criteria: Criteria | None = None
     signal: tuple[str, bool | float | str] | None = None
 
+    @property
+    def name(self) -> str:
+        """The label where there is little room: number and kind, such as ``3 line``."""
+        return f"{self.label.partition(' ')[2].partition(' (')[0]} {self.kind}"
+
+    @property
+    def signal_in_words(self) -> str:
+        """The signal, such as ``gripper = close``; empty where nothing is told."""
+        return "" if self.signal is None else f"{self.signal[0]} = {self.signal[1]}"
+
     def motion(self, trajectory: Trajectory) -> Trajectory:
         """The stage's part of the whole motion, from t = 0."""
         return trajectory.part(self.start, min(self.end, trajectory.duration))

@@ -16,10 +16,10 @@ from tpbso_casadi.figures.scene import Course, courses_of, extent_of
 from tpbso_casadi.figures.space_scene import Scene
 from tpbso_casadi.planning import JudgedMotion
 
-FRAME_COUNT = 121
+FRAME_COUNT, MOST_FRAMES, FRAMES_PER_SECOND = 121, 241, 20  # of a motion; long ones have more
 LEAST_NOTE = 0.02  # of the motion, for which a note is shown
 Spans: TypeAlias = Sequence[tuple[float, float]]
-PLAYED_SECONDS = 4.0  # whatever the motion takes: most last less than a second
+LONGEST_PLAYED = 20.0  # s: what takes longer is played faster
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Frames:
         joints: where base, joints and tip are, (n, frames, dim), m.
         notes: times in s, and what is written from then on.
         clearance: what is proven and found of the distance from obstacles over all of it; empty where nothing is.
-        seconds: that a player takes; fewer or more than the motion, where that is too short or too long to be watched.
+        seconds: that a player takes: those of the motion, unless it is long.
         broken: by the names of limits, from when to when they are broken, s.
     """
 
@@ -43,7 +43,7 @@ class Frames:
     joints: FloatArray
     notes: tuple[tuple[float, str], ...] = ()
     clearance: str = ""
-    seconds: float = PLAYED_SECONDS
+    seconds: float = LONGEST_PLAYED
     broken: Mapping[str, Spans] = field(default_factory=dict)
 
     @property
@@ -82,12 +82,14 @@ class Frames:
 def frames_of(motion: JudgedMotion, count: int = FRAME_COUNT) -> Frames:
     """The postures of a motion at ``count`` equally spaced times."""
     times = np.linspace(0.0, motion.trajectory.duration, count)
-    return Frames(motion.criteria, motion.trajectory, times, motion.joint_positions(times))
+    seconds = min(motion.trajectory.duration, LONGEST_PLAYED)
+    return Frames(motion.criteria, motion.trajectory, times, motion.joint_positions(times), seconds=seconds)
 
 
-def judged_frames(motion: JudgedMotion, count: int = FRAME_COUNT) -> Frames:
+def judged_frames(motion: JudgedMotion) -> Frames:
     """Frames of a motion with its clearance, and with the times at which it breaks limits."""
-    frames = frames_of(motion, count)
+    wanted = int(np.ceil(FRAMES_PER_SECOND * motion.trajectory.duration)) + 1
+    frames = frames_of(motion, max(FRAME_COUNT, min(wanted, MOST_FRAMES)))
     notes = broken_notes(motion.broken_spans, frames.duration)
     return replace(frames, clearance=motion.clearance_in_words, broken=motion.broken_spans, notes=notes)
 

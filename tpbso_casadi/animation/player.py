@@ -21,7 +21,7 @@ from tpbso_casadi.simulation import SimulationRecord, notes, simulated_motion
 from tpbso_casadi.storage import write_text
 
 FOLDER = Path(__file__).parent
-SHARED = ("numbers", "pen", "theme", "clock", "choices", "transport", "keys", "curves", "legend", "measures")
+SHARED = ("numbers", "pen", "theme", "clock", "choices", "transport", "stages", "keys", "curves", "legend", "measures")
 STAGE_SCRIPTS = (
     "plane/stage",
     "space/camera",
@@ -89,7 +89,8 @@ PLAYER = Markup("""\
 <div class="bar"><button type="button" class="play">Pause</button>
 <button type="button" class="back" aria-label="one step back">&lsaquo;</button>
 <button type="button" class="next" aria-label="one step on">&rsaquo;</button>
-<input class="time" type="range" min="0" value="0" aria-label="time"><output class="clock"></output>
+<div class="line"><div class="stages" hidden></div>
+<input class="time" type="range" min="0" value="0" aria-label="time"></div><output class="clock"></output>
 <small class="whole"></small><select class="speed" aria-label="speed, as a share of real time"></select>
 <small class="pace"></small><button type="button" class="screen">Full screen</button>
 <button type="button" class="help" aria-label="help: keys">?</button></div>

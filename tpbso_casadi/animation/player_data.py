@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from problems.assembly import Criteria
+from problems.assembly import Criteria, MotionStage
 from problems.base import FloatArray, Matrix, as_array
 from problems.limits import CoverClearance, CoverLimit, Pair, Proximity, clearances
 from problems.robots import LinkAppearance
@@ -226,8 +226,15 @@ def shared_data(frames: Frames) -> dict[str, Any]:
         "clearance": frames.clearance,
         "notes": frames.notes,
         "seconds": frames.seconds,
+        "stages": [_stage(stage) for stage in frames.criteria.stages],
         "broken": rounded(np.array([span for spans in frames.broken.values() for span in spans]), FINE),
     }
+
+
+def _stage(stage: MotionStage) -> dict[str, Any]:
+    """A stage: what it is called, from when to when it lasts, s, and what is told at its beginning."""
+    start, end = rounded(np.array([stage.start, stage.end]), FINE)
+    return {"name": stage.name, "label": stage.label, "start": start, "end": end, "signal": stage.signal_in_words}
 
 
 def rounded(values: FloatArray, digits: int = DIGITS) -> list[Any]:

@@ -67,10 +67,9 @@ def print_stages(motion: JudgedMotion, console: OutputConsole) -> None:
     """When each stage begins and ends, whether its limits hold, and what is told."""
     table = table_of(word("stage"), number("start, s"), number("end, s"), word(""), prose("signal"))
     for stage, verdicts in zip(motion.stages, motion.by_stage, strict=True):
-        told = "" if stage.signal is None else f"{stage.signal[0]} = {stage.signal[1]}"
         worst = next((verdict.status for verdict in verdicts if not verdict.satisfied), None)
         mark = MARKS[worst or CertificateStatus.CERTIFIED] if verdicts else Text("")
-        table.add_row(Text(stage.label), f"{stage.start:.4f}", f"{stage.end:.4f}", mark, Text(told))
+        table.add_row(Text(stage.label), f"{stage.start:.4f}", f"{stage.end:.4f}", mark, Text(stage.signal_in_words))
     console.print_table("stages", table)
 
 

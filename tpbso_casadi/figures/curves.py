@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from problems import CertificateStatus, Problem
+from problems.assembly import MotionStage
 from problems.base import FloatArray, Matrix, as_array
 from problems.tasks import BoundedCurve, ProgressMeasure
 from solvers import Result
@@ -101,6 +102,7 @@ def draw_cost(axes: Axes, iterations: FloatArray, cost: FloatArray, colour: str)
 
 
 PANEL_HEIGHT, FRAME = 1.35, 0.9  # inches: of a panel at least; above and below all
+MOST_NAMED = 12  # stages with names above the curves
 FAR = 2.5  # times the largest value: a limit beyond that is named at the edge and does not stretch the axis
 
 
@@ -142,11 +144,25 @@ def joints_figure(plan: PlannedMotion) -> Figure:
     for milestone in plan.criteria.milestones(plan.trajectory):
         place = {"xycoords": panels[0].get_xaxis_transform(), "ha": "center", "va": "bottom", "fontsize": SMALL}
         panels[0].annotate(milestone.label, (milestone.time, 1.0), **place)
+    draw_stages(panels, plan.motion.stages)
     ends = as_array(rows[0].values)[-1]
     label_ends(panels[0], [EndLabel(names[j], float(end), colour_of(j)) for j, end in enumerate(ends)])
     panels[-1].set_xlabel("time [s]")
     title_figure(figure, headline(plan).replace("\n", ", ", 1))
     return figure
+
+
+def draw_stages(panels: Sequence[Axes], stages: Sequence[MotionStage]) -> None:
+    """Lines where stages meet that take time, and their names above, or numbers where they are many."""
+    lasting = [stage for stage in stages if stage.end > stage.start]
+    for stage in lasting[1:]:
+        for axes in panels:
+            axes.axvline(stage.start, color=LIMIT, linestyle=":", linewidth=0.6)
+    for stage in lasting:
+        number, _, kind = stage.name.rpartition(" ")
+        text = f"{number}\n{kind}" if len(lasting) <= MOST_NAMED else number
+        place: Any = {"xycoords": panels[0].get_xaxis_transform(), "ha": "center", "va": "bottom", "fontsize": SMALL}
+        panels[0].annotate(text, ((stage.start + stage.end) / 2.0, 1.0), **place)
 
 
 def rows_of(plan: PlannedMotion) -> Iterator[Row]:

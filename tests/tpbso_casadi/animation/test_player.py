@@ -17,11 +17,13 @@ from helpers.massive import lifted_motion
 from helpers.moving_plans import IN_PLANE, IN_SPACE, moving_space_plan, plane_plan
 from helpers.space_plans import SOLIDS, SPHERES, space_plan
 
-from tpbso_casadi.animation.frames import Frames, frames_of
+import tpbso_casadi as tp
+from problems import Joints, PlanarArm
+from tpbso_casadi.animation.frames import Frames, frames_of, judged_frames
 from tpbso_casadi.animation.player import COLOURS, FOLDER, PARTS, SCRIPT, STYLE, page, player
 from tpbso_casadi.animation.player_data import closest_of, shared_data
 from tpbso_casadi.figures.palette import colour_of
-from tpbso_casadi.planning import PlannedMotion
+from tpbso_casadi.planning import JudgedMotion, PlannedMotion
 
 BROWSER = pytest.mark.process
 CALM = "--force-prefers-reduced-motion"
@@ -101,7 +103,7 @@ await note("listed", () => [...document.querySelectorAll("dt")].map((term) => te
     assert answers["calm"] == [shown[-1], "Play"]
     steps = [answers[f"step {i}"] for i in range(8)]
     assert steps == [shown[step] for step in (0, 1, 2, 1, 0, 0, STEPS, STEPS)]
-    assert answers["fit"] == pytest.approx(end / frames.seconds)
+    assert answers["fit"] == 1
     assert answers["faster"] == next(speed for speed in SPEEDS if speed > answers["fit"])
     assert [answers[name] for name in ("fastest", "slower", "slowest")] == [4, 2, 0.1]
     assert answers["pace"] == [f"of {end:.3f} s", f"real duration {end:.3f} s, shown in {end / 2.0:.1f} s"]
@@ -110,6 +112,54 @@ await note("listed", () => [...document.querySelectorAll("dt")].map((term) => te
     assert answers["slid"] == [f"{end / 4.0:.3f} s"] * 2 + ["polite"]
     assert answers["not twice"] == answers["paused"] == "Play" and answers["playing"] == ["Pause", "off"]
     assert answers["listed"] == ["space", "← →", "Home, End", "↑ ↓", "f", "?"]
+
+
+@pytest.fixture(scope="module")
+def staged() -> Frames:
+    """Two motions of an arm in the plane, a signal and a wait between them."""
+    arm, start, there = PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0)), Joints((0.1, 0.5)), Joints((0.9, 0.5))
+    stages = [tp.MoveTo(there), tp.Output("gripper", "close"), tp.Wait(0.3), tp.MoveTo(start)]
+    return judged_frames(tp.sequence(arm, start=start, stages=stages).motion)
+
+
+def test_a_motion_is_played_in_real_time_unless_it_is_long(staged: Frames) -> None:
+    assert (staged.seconds, len(staged.times)) == (staged.duration, 121)
+    assert frames_of(plane_plan().motion).seconds == plane_plan().motion.trajectory.duration
+    slow = replace(staged.criteria, stages=()), staged.trajectory.time_scaled(30.0 / staged.duration)
+    long = judged_frames(JudgedMotion(*slow, {}))
+    assert (long.seconds, len(long.times)) == (20.0, 241)
+
+
+def test_stages_are_data_of_a_player(staged: Frames) -> None:
+    first, told, waiting, last = shared_data(staged)["stages"]
+    assert [one["name"] for one in (first, told, waiting, last)] == ["1 move", "2 output", "3 wait", "4 move"]
+    assert (first["start"], last["end"]) == (0.0, round(staged.duration, 6))
+    assert told["start"] == told["end"] and told["signal"] == "gripper = close" and not first["signal"]
+
+
+@BROWSER
+def test_stages_are_on_the_time_line_and_are_jumped_to(staged: Frames, tmp_path: Path) -> None:
+    story = """
+const clock = () => find(".clock").textContent, parts = [...document.querySelectorAll(".part")];
+await note("names", () => parts.map((part) => part.getAttribute("aria-label")));
+await note("signals", () => [...document.querySelectorAll(".signal")].map((mark) => mark.textContent));
+await note("speed", () => Number(find(".speed").value));
+parts[1].click();
+await note("clicked", () => [clock(), find(".part.now").getAttribute("aria-label")]);
+key("PageDown");
+await note("next", clock);
+key("PageUp");
+key("PageUp");
+await note("before", clock);
+await note("shown", () => parts.map((part) => part.textContent));
+"""
+    answers = told(page("stages", staged), story, tmp_path, CALM)
+    starts = [f"{stage.start:.3f} s" for stage in staged.criteria.stages]
+    assert answers["names"] == ["stage 1 (move)", "stage 3 (wait)", "stage 4 (move)"]
+    assert answers["shown"] == ["1 move", "3 wait", "4 move"]
+    assert (answers["signals"], answers["speed"]) == (["gripper = close"], 1)
+    assert answers["clicked"] == [starts[2], "stage 3 (wait)"]
+    assert (answers["next"], answers["before"]) == (starts[3], "0.000 s")
 
 
 @BROWSER

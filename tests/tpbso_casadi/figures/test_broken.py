@@ -43,12 +43,12 @@ def test_speeds_that_jump_are_lines() -> None:
 
 
 def test_the_player_tells_when_and_marks_it() -> None:
-    frames = judged_frames(fast().motion, 41)
+    frames = judged_frames(fast().motion)
     data = shared_data(frames)
     assert data["broken"] == [pytest.approx([FIRST, 0.8 - FIRST], abs=1e-6)]
     assert [text for _, text in data["notes"]] == ["broken now: speed", ""]
     assert "markedBy(broken, clock.end)" in page("fast", frames)
-    assert shared_data(judged_frames(fast(2.0).motion, 11))["broken"] == []
+    assert shared_data(judged_frames(fast(2.0).motion))["broken"] == []
 
 
 def test_notes_name_all_that_is_broken_at_a_time() -> None:

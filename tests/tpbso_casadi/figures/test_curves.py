@@ -11,6 +11,7 @@ from helpers.massive import lifted_motion
 from helpers.space_plans import space_plan
 from matplotlib.figure import Figure
 
+import tpbso_casadi as tp
 from problems import PlanarArm, Trajectory
 from problems.assembly import Criteria, joint_following
 from problems.motions import JointPath
@@ -145,3 +146,13 @@ def test_the_joints_figure_has_a_panel_of_torques(limited: bool) -> None:
     np.testing.assert_allclose([line.get_ydata() for line in drawn], motion.torques(motion.times).T)
     level = {line.get_ydata()[0] for line in axes.lines if len(line.get_xdata()) == 2}
     assert level == ({120.0, 40.0, 20.0, 10.0, -120.0, -40.0, -20.0, -10.0} if limited else set())
+
+
+def test_stages_are_named_above_the_curves() -> None:
+    arm, start = tp.PlanarArm((0.5, 0.5), (2.0, 2.0), (10.0, 10.0)), tp.Joints((0.1, 0.5))
+    stages = [tp.MoveTo(tp.Joints((0.9, 0.5))), tp.Output("gripper"), tp.Wait(0.3), tp.MoveTo(start)]
+    plan = tp.sequence(arm, start=start, stages=stages)
+    names = [text.get_text() for text in plan.plot("joints").axes[0].texts]
+    assert [name for name in names if "\n" in name] == ["1\nmove", "3\nwait", "4\nmove"]
+    many = tp.sequence(arm, start=start, stages=[tp.MoveTo(tp.Joints((0.1 * n, 0.5))) for n in range(2, 15)])
+    assert "13" in [text.get_text() for text in many.plot("joints").axes[0].texts]

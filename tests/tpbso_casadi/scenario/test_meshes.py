@@ -196,7 +196,7 @@ def test_one_clearance_is_said_one_way(plan: tp.Plan) -> None:
     proven, found, time = map(float, said.groups())
     assert verdict.worst - 1e-4 < proven / 1e3 <= verdict.worst <= closest.distance
     assert found / 1e3 == pytest.approx(closest.distance, abs=5.1e-5)
-    frames = judged_frames(plan.motion, 200)
+    frames = judged_frames(plan.motion)
     data = shared_data(frames)
     assert data["clearance"] == words
     seen = data["closest"]

@@ -40,6 +40,8 @@ function curvesOf(motion, canvas) {
       if (last && x(tick) < pen.width - 34)
         pen.write(tick.toFixed(digitsOf(seconds)), [x(tick), bottom + 6], theme.ink, below);
     }
+    for (const { start } of motion.stages.filter((stage) => stage.end > stage.start).slice(1))
+      pen.line([[x(start), top], [x(start), bottom]], 1, theme.ink, { alpha: 0.35, dashes: [1, 3] });
     for (const [from, to] of motion.broken)  // what lasts a moment is a line
       pen.fill(boxOf(x(from), top, Math.max(x(to), x(from) + 1.5), bottom), theme.broken, 0.25);
     if (last) pen.write("s", [right, bottom + 6], theme.ink, { align: "right", baseline: "top" });

@@ -10,6 +10,7 @@ function start(figure) {
   const scene = find("scene"), pen = penOf(scene), plots = find("curves");
   const stage = STAGES[figure.dataset.stage](motion, scene, ask);
   const transport = transportOf(find, clock, { steps: last, seconds: motion.seconds, broken: motion.broken }, ask);
+  const stages = stagesOf(find("stages"), motion.stages, clock.end, transport.goTo);
   const curves = curvesOf(motion, plots), legend = legendOf(find("joints"), motion.joint_names);
   const way = motion.joints.map((posture) => posture[posture.length - 1]);
 
@@ -35,6 +36,7 @@ function start(figure) {
     curves.draw(numbers, clock.time, row, theme);
     legend.show(first, between(first.values, row));
     transport.show();
+    stages.show(clock.time);
   }
   function ask() {
     if (waiting) return;
@@ -57,7 +59,7 @@ function start(figure) {
   const shown = chooserOf(find("quantity"), motion.curves, plots.parentElement.clientHeight, ask);
   followPointer(plots, (event) => transport.goTo(curves.timeAt(event)));
   listViews(find("views"), stage.views);
-  bindKeys(figure, find, clock, transport, stage.bindings);
+  bindKeys(figure, find, clock, transport, [...stages.bindings, ...stage.bindings]);
   new IntersectionObserver((entries) => { seen = entries[entries.length - 1].isIntersecting; ask(); }).observe(figure);
   const resized = new ResizeObserver(ask);
   for (const element of [scene, plots, plots.parentElement]) resized.observe(element);

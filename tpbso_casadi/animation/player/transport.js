@@ -5,8 +5,9 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4], SLIDES = 1000;
 // broken: from when to when any limit is; marked on the slider.
 function transportOf(find, clock, { steps, seconds, broken }, changed) {
   const button = find("play"), slider = find("time"), speed = find("speed"), fit = clock.end / seconds;
-  option(speed, `fit (${Number(fit.toPrecision(2))}\u00d7)`, fit);
+  if (Math.abs(fit - 1) > 1e-6) option(speed, `fit (${Number(fit.toPrecision(2))}\u00d7)`, fit);
   SPEEDS.forEach((factor) => option(speed, `${factor}\u00d7`, factor));
+  speed.value = Math.abs(fit - 1) > 1e-6 ? fit : 1;
   find("whole").textContent = `of ${clock.end.toFixed(3)} s`;
 
   function pace() {
