@@ -87,7 +87,7 @@ SIGNATURES = {
         COUNT,
         (COUNT, *(POINTER,) * 4, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, IS_CLEAR, COUNT, POINTER),
     ),
-    "core_reach": (None, (*(POINTER,) * 4, COUNT, POINTER, POINTER, COUNT, COUNT, POINTER, POINTER)),
+    "core_reach": (None, (POINTER, COUNT, *(POINTER,) * 3, COUNT, POINTER, POINTER, COUNT, COUNT, POINTER, POINTER)),
     "core_program": (
         COUNT,
         (

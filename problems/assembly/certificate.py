@@ -67,6 +67,8 @@ def check_certifiable(criteria: Criteria) -> None:
     for own in (criteria, *(stage.criteria for stage in criteria.stages if stage.criteria is not None)):
         if type(own.robot) not in (SpatialArm, PlanarArm):
             raise InvalidProblem("certificate", f"there are none of robots of the kind {type(own.robot).__name__}")
+        if isinstance(own.robot, SpatialArm) and not own.robot.chain.is_serial:
+            raise InvalidProblem("certificate", "there are none of robots with several branches of joints")
 
 
 def _name_of(robot: Robot) -> str:

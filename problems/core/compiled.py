@@ -290,7 +290,7 @@ class CoreSteps:
     def __init__(self, library: CDLL, geometry: SpatialArm) -> None:
         self._library = library
         self._arm = _handle_of(self, library, *described(geometry, RobotNumbers.of(geometry), ()))
-        frame = geometry.tool.frame
+        self._carrier, frame = geometry.chain.carrier, geometry.tool.frame
         turned = [float(part) for row in frame.rotation for part in row]
         self._tool = np.array([*turned, *map(float, frame.translation)])
 
@@ -304,7 +304,7 @@ class CoreSteps:
         turn = np.zeros(9) if rotation is None else np.ascontiguousarray(rotation, dtype=np.float64)
         place, low, high = (part.ctypes.data for part in target)
         self._library.core_reach(
-            self._arm, self._tool.ctypes.data, place, turn.ctypes.data, rotation is not None, low, high, steps,
-            len(found), found.ctypes.data, missing.ctypes.data,
+            self._arm, self._carrier, self._tool.ctypes.data, place, turn.ctypes.data, rotation is not None, low, high,
+            steps, len(found), found.ctypes.data, missing.ctypes.data,
         )  # fmt: skip
         return found, missing

@@ -67,7 +67,8 @@ class RobotNumbers:
         """The numbers of a robot's cover, where it has one, else of its spheres."""
         links = _covered(robot) if robot.cover is not None else _of_spheres(robot)
         firsts = np.cumsum([0, *(len(link.tree.count) for link in links)]).tolist()
-        counts: list[int] = [int(joint.turns) for joint in robot.chain.joints]
+        chain = robot.chain
+        counts = [int(part) for one in zip(chain.joints, chain.parents, strict=True) for part in (one[0].turns, one[1])]
         nodes: list[float] = []
         for link, start in zip(links, firsts, strict=False):
             tree = link.tree
@@ -76,11 +77,11 @@ class RobotNumbers:
             nodes += np.column_stack([tree.nodes.centers, tree.nodes.radii]).ravel().tolist()
         joints = [
             part
-            for joint in robot.chain.joints
+            for joint in chain.joints
             for part in (*(entry for row in joint.pose.rotation for entry in row), *joint.pose.translation, *joint.axis)
         ]
         groups, pairs = _own_pairs(robot, links, firsts)
-        farthest = float(robot.chain.offsets.sum()) + max(
+        farthest = float(chain.offsets.sum()) + max(
             (float(np.linalg.norm(link.tree.nodes.centers[0])) + float(link.tree.nodes.radii[0]) for link in links),
             default=0.0,
         )

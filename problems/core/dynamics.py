@@ -69,7 +69,8 @@ class Dynamics:
 
     def __init__(self, library: ctypes.CDLL, chain: RigidChain) -> None:
         self._library, self.dof = library, len(chain.joints)
-        counts = np.array([self.dof, *(int(joint.turns) for joint in chain.joints)], dtype=np.int64)
+        each = zip(chain.joints, chain.parents, strict=True)
+        counts = np.array([self.dof, *(int(part) for joint, on in each for part in (joint.turns, on))], dtype=np.int64)
         numbers = np.array([*chain.gravity, *(part for joint in chain.joints for part in _numbers(joint))], dtype=float)
         self._chain = ctypes.c_void_p(library.core_chain(counts.ctypes.data, numbers.ctypes.data))
         self.damping = np.array([joint.damping for joint in chain.joints], dtype=float)

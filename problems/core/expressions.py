@@ -74,13 +74,15 @@ class _Arm:
 
     Attributes:
         base: pose of the first joint's frame, unmoved, but for its own offset.
-        joints: pose in the frame before, axis, and whether it turns, of each.
-        tool: pose in the last frame.
+        joints: of each, its pose on the body that it is on, axis, whether it turns, and the number of that body.
+        carrier: number of the body that carries the tool.
+        tool: its pose on that.
         frames: those of ``positions`` but the tool.
     """
 
     base: Transform
-    joints: Sequence[tuple[Transform, Sequence[float], bool]]
+    joints: Sequence[tuple[Transform, Sequence[float], bool, int]]
+    carrier: int
     tool: Transform
     frames: Sequence[Point]
 
@@ -91,19 +93,23 @@ class _Arm:
 
     @classmethod
     def _in_space(cls, robot: SpatialArm) -> _Arm:
-        joints = [(joint.pose, joint.axis, joint.turns) for joint in robot.chain.joints]
+        chain = robot.chain
+        each = zip(chain.joints, chain.parents, strict=True)
+        joints = [(joint.pose, joint.axis, joint.turns, parent) for joint, parent in each]
         spheres = [(sphere.link, sphere.center) for sphere in robot.spheres]
-        return cls(robot.base_frame, joints, robot.tool.frame, [*((n, ORIGIN) for n in range(robot.dof + 1)), *spheres])
+        frames = [*((n, ORIGIN) for n in range(robot.dof + 1)), *spheres]
+        return cls(robot.base_frame, joints, chain.carrier, robot.tool.frame, frames)
 
     @classmethod
     def _in_plane(cls, robot: PlanarArm) -> _Arm:
         lengths, (along, left) = robot.link_lengths, robot.tool_offset
         (x, y), cosine, sine = robot.base, cos(robot.base_angle), sin(robot.base_angle)
         base = Transform(((cosine, -sine, 0.0), (sine, cosine, 0.0), UP), (x, y, 0.0))
-        joints = [(Transform(translation=(length, 0.0, 0.0)), UP, True) for length in (0.0, *lengths[:-1])]
+        offsets = enumerate((0.0, *lengths[:-1]))
+        joints = [(Transform(translation=(length, 0.0, 0.0)), UP, True, before) for before, length in offsets]
         tool = Transform(translation=(lengths[-1] + along, left, 0.0))
         ends: list[Point] = [(number, (length, 0.0, 0.0)) for number, length in enumerate(lengths, start=1)]
-        return cls(base, joints, tool, [(0, ORIGIN), *ends])
+        return cls(base, joints, len(joints), tool, [(0, ORIGIN), *ends])
 
 
 class CoreExpression:
@@ -202,14 +208,15 @@ def _described(arm: _Arm, function: SampleFunction) -> tuple[NDArray[np.int64], 
     orders = 1 + max([number // dof for quantity, number in sources if quantity == JOINTS], default=0)
     moves = any(quantity == VELOCITY for quantity, _ in sources)
     has_hand = any(quantity in (PLACE, VELOCITY, ROTATION) for quantity, _ in sources)
+    kinds = [int(part) for _, _, turns, parent in arm.joints for part in (turns, parent)]
     counts = [
-        *(dof, max(orders, 2 if moves else 1), moves, has_hand, *(int(turns) for _, _, turns in arm.joints)),
+        *(dof, max(orders, 2 if moves else 1), moves, has_hand, *kinds),
         *(len(places.known), *(body for body, _ in places.known), len(tape.constants)),
         *(len(sources), *(part for source in sources for part in source), len(tape.instructions)),
         *(part for code, one, two in tape.instructions for part in (code, place(one), place(two))),
         *(len(outputs), *map(place, outputs)),
     ]
-    poses = [part for pose, axis, _ in arm.joints for part in (*_of_pose(pose), *axis)]
+    poses = [part for pose, axis, *_ in arm.joints for part in (*_of_pose(pose), *axis)]
     points = [part for _, point in places.known for part in point]
     numbers = [*_of_pose(arm.base), *poses, *_of_pose(arm.tool)[:9], *map(float, points), *tape.constants]
     return np.array(counts, dtype=np.int64), np.array(numbers, dtype=np.float64)
@@ -224,7 +231,7 @@ class _Places:
 
     def __init__(self, arm: _Arm) -> None:
         self._arm = arm
-        self.known: list[Point] = [(len(arm.joints), arm.tool.translation)]
+        self.known: list[Point] = [(arm.carrier, arm.tool.translation)]
 
     def source(self, entry: Entry) -> tuple[int, int]:
         """A quantity of the core, and which of its numbers."""

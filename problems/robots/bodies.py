@@ -82,7 +82,7 @@ class Bodies(ABC):
         """Factors (bodies, m), m: no point of body b moves faster than the sum over j of ``levers[b, j] |u_j|``."""
 
     def motion(self, body: Body, seen_from: Body | None = None) -> tuple[FloatArray, FloatArray]:
-        """How fast a body can move, as seen from outside or from a body nearer the base.
+        """How fast a body can move, as seen from outside or from another body, nearer the base in a chain.
 
         Returns:
             turns (m, dof), from joint speeds to angular rates u = turns @ dq/dt; and levers (m,), m: no point of the

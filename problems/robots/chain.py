@@ -1,4 +1,4 @@
-"""A serial chain in space: joints, frames, masses."""
+"""Joints in space that are on each other, in a chain or a tree: frames, masses."""
 
 from __future__ import annotations
 
@@ -31,8 +31,10 @@ class ChainJoint(Parametric):
         name: of the joint.
         link: name of the body that it moves, whose frame is the joint's own.
         kind: how it moves.
-        pose: of its frame in that of the joint before (the base's, for the first), at zero.
+        pose: of its frame in that of the body that it is on, at zero.
         axis: unit vector in its own frame.
+        parent: number of the body that it is on, 0 for the base, else that of the joint that moves the body; None for
+            the body of the joint before.
         position: (lowest, highest), rad or m; None where it turns without end.
         speed: largest, rad/s or m/s; None where it is not stated.
         effort: largest torque, N m, or force, N; None where it is not stated.
@@ -47,6 +49,7 @@ class ChainJoint(Parametric):
     kind: JointKind = JointKind.REVOLUTE
     pose: FixedFrame = UNMOVED
     axis: Point3 = (0.0, 0.0, 1.0)
+    parent: int | None = None
     position: tuple[float, float] | None = None
     speed: float | None = None
     effort: float | None = None
@@ -56,14 +59,14 @@ class ChainJoint(Parametric):
     fault: str = ""
 
     def moved(self, value: Operand) -> Transform:
-        """The transform from its own frame to that of the joint before, at a value (n, 1) in rad or m."""
+        """The transform from its own frame to that of the body that it is on, at a value (n, 1) in rad or m."""
         return moved(self.pose, self.axis, self.turns, value)
 
-    @property
-    def rigid(self) -> RigidJoint:
-        """The joint with the mass that it moves, which has to be known."""
+    def rigid_on(self, parent: int) -> RigidJoint:
+        """The joint, on a body of that number, with the mass that it moves, which has to be known."""
         assert self.inertia is not None
         return RigidJoint(
+            parent=parent,
             pose=self.pose,
             axis=self.axis,
             turns=self.turns,
@@ -85,14 +88,15 @@ class ChainJoint(Parametric):
 
 @dataclass(frozen=True, kw_only=True)
 class Chain(Parametric):
-    """A serial chain of joints.
+    """Joints, each on the base or on a body that another one moves; in a serial chain each is on the one before.
 
     Attributes:
         name: of the robot.
-        joints: from the base on.
+        joints: none comes before the one whose body it is on.
         base_link: name of the body that stands still.
-        tip_link: name of the frame at the chain's end.
-        tip: that frame in the last joint's.
+        tip_link: name of the frame that carries the tool.
+        tip: that frame in the one of its body.
+        tip_body: number of that body, 0 for the base; None for that of the last joint.
     """
 
     name: str
@@ -100,12 +104,43 @@ class Chain(Parametric):
     base_link: str = "base"
     tip_link: str = "tip"
     tip: FixedFrame = UNMOVED
+    tip_body: int | None = None
+
+    @cached_property
+    def parents(self) -> tuple[int, ...]:
+        """The number of the body that each joint is on."""
+        each = enumerate(self.joints)
+        return tuple(number if joint.parent is None else joint.parent for number, joint in each)
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether each joint is on the body that the one before moves, and the last carries the tool."""
+        return self.parents == tuple(range(len(self.joints))) and self.carrier == len(self.joints)
+
+    @property
+    def carrier(self) -> int:
+        """The number of the body that carries the tool."""
+        return len(self.joints) if self.tip_body is None else self.tip_body
+
+    def above(self, body: int, until: int = 0) -> list[int]:
+        """Numbers of the bodies from one down to another, which is left out; to the base by default."""
+        found = []
+        while body != until:
+            found.append(body)
+            body = self.parents[body - 1]
+        return found
+
+    def common(self, one: int, two: int) -> int:
+        """The number of the last body on whose branch two bodies are."""
+        while one != two:
+            one, two = min(one, two), self.parents[max(one, two) - 1]
+        return one
 
     def frames(self, theta: Matrix, base: Transform) -> list[Transform]:
         """Transforms of base and joint frames to the outside, in n postures (n, dof); dof + 1 of them."""
         frames = [base]
-        for joint, value in zip(self.joints, columns(theta), strict=True):
-            frames.append(frames[-1] @ joint.moved(value))
+        for joint, parent, value in zip(self.joints, self.parents, columns(theta), strict=True):
+            frames.append(frames[parent] @ joint.moved(value))
         return frames
 
     @property
@@ -116,7 +151,8 @@ class Chain(Parametric):
     @cached_property
     def rigid(self) -> tuple[RigidJoint, ...]:
         """The joints with masses, which have to be known, regrouped: other bodies that take the same torques."""
-        return tuple(regrouped([joint.rigid for joint in self.joints]))
+        each = zip(self.joints, self.parents, strict=True)
+        return tuple(regrouped([joint.rigid_on(parent) for joint, parent in each]))
 
     @property
     def torque_gap(self) -> str:
@@ -160,8 +196,16 @@ class Chain(Parametric):
 
     @cached_property
     def offsets(self) -> FloatArray:
-        """The largest distances of joint frames from those before, m; (dof,)."""
+        """The largest distances of joint frames from those of the bodies that they are on, m; (dof,)."""
         return np.array([float(np.linalg.norm(joint.pose.translation)) + joint.travel for joint in self.joints])
+
+    @cached_property
+    def extents(self) -> FloatArray:
+        """The largest distances of the frames of all bodies from the base's, m; (dof + 1,)."""
+        found = np.zeros(len(self.joints) + 1)
+        for number, parent in enumerate(self.parents, start=1):
+            found[number] = found[parent] + self.offsets[number - 1]
+        return found
 
     def levers(self, body: int, points: FloatArray) -> FloatArray:
         """The largest distances of points (n, 3) of a body from each joint's axis, (n, dof), m; 1 if it slides.
@@ -172,7 +216,7 @@ class Chain(Parametric):
         """
         found = np.zeros((len(points), len(self.joints)))
         beyond, nearest, travel = np.linalg.norm(points, axis=1), points, 0.0
-        for number in range(body - 1, -1, -1):
+        for number in (above - 1 for above in self.above(body)):
             joint, axis = self.joints[number], np.array(self.joints[number].axis)
             across = np.linalg.norm(nearest - np.outer(nearest @ axis, axis), axis=1) + travel
             farther = beyond - np.linalg.norm(nearest, axis=1) - travel

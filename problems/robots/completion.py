@@ -100,7 +100,7 @@ class OwnContacts:
     @cached_property
     def connected(self) -> Named:
         """Names of links that a joint connects."""
-        return connected_links(self.description.links, self._solid)
+        return connected_links(self.description.links, self.arm.chain.parents, self._solid)
 
     @cached_property
     def never_parted(self) -> tuple[tuple[str, str], ...]:
@@ -108,10 +108,11 @@ class OwnContacts:
         found, settled = [], self.connected | _named(self.kept) | _named(self._may_touch)
         for one, two in self._moving_pairs:
             first, second = self._links[one], self._links[two]
-            beside = second.body == first.body + 1 and second.name not in self.arm.carried
+            number = second.body - 1  # of the joint that is between them, if one alone is
+            beside = self.arm.chain.parents[number] == first.body and second.name not in self.arm.carried
             if beside and self._names(one, two) not in settled:
-                joint = self.arm.chain.joints[first.body]
-                bounds = (self.arm.position_limits or [(-np.pi, np.pi)] * self.arm.dof)[first.body]
+                joint = self.arm.chain.joints[number]
+                bounds = (self.arm.position_limits or [(-np.pi, np.pi)] * self.arm.dof)[number]
                 found += [(first.name, second.name)] if are_never_parted(first, second, joint, bounds) else []
         return tuple(found)
 

@@ -177,7 +177,7 @@ class RobotDescription:
         return ((link, ball) for link, shapes in self.shapes for ball in searched_balls(shapes, covers.get(link)))
 
     def carrying(self, carried: Sequence[Carried], tool: Transform) -> RobotDescription:
-        """The description with bodies on its tool, as links of the last joint.
+        """The description with bodies on its tool, as links of the body that carries it.
 
         Args:
             carried: the bodies, in the tool's frame.
@@ -186,7 +186,7 @@ class RobotDescription:
         Raises:
             InvalidProblem: ``carried`` has a name that another link has, or cannot be covered.
         """
-        names, body, pose = [frame.name for frame in self.links], len(self.chain.joints), self.chain.tip @ tool
+        names, body, pose = [frame.name for frame in self.links], self.chain.carrier, self.chain.tip @ tool
         double = next((part.name for part in carried if part.name in names), None)
         if double is not None:
             raise InvalidProblem("carried", f"the robot has a link {double!r}: state another name")

@@ -1,4 +1,4 @@
-"""Newton and Euler: torques of a chain of rigid bodies, and how they scale when it runs slower.
+"""Newton and Euler: torques of a tree of rigid bodies, and how they scale when it runs slower.
 
 What a robot's geometry makes trivial costs no operation: products with 0 and 1 are left out.
 
@@ -55,6 +55,10 @@ class Jointed(Protocol):
         """The unit vector of the axis in its own frame."""
 
     @property
+    def parent(self) -> int | None:
+        """The number of the body that the joint is on; None for that of the joint before."""
+
+    @property
     def turns(self) -> bool:
         """Whether the joint is revolute."""
 
@@ -69,7 +73,7 @@ class MovedBody:
 
     Attributes:
         joint: and the body that it moves.
-        pose: of its frame in that of the joint before.
+        pose: of its frame in that of the body that it is on.
         speed: rad/s or m/s.
         acceleration: rad/s^2 or m/s^2.
     """
@@ -108,25 +112,30 @@ def newton_euler(bodies: Sequence[MovedBody], gravity: Vector) -> list[Operand]:
         bodies: from the base on.
         gravity: in the axes of the base, m/s^2.
     """
-    twist = _Twist(acceleration=scaled(gravity, -1.0))
+    twists = [_Twist(acceleration=scaled(gravity, -1.0))]
     wrenches = []
-    for body in bodies:
-        twist = _carried(twist, body)
-        wrenches.append(_wrench(twist, body.joint.moments))
+    for place, body in enumerate(bodies):
+        twists.append(_carried(twists[_parent(body.joint, place)], body))
+        wrenches.append(_wrench(twists[-1], body.joint.moments))
     torques: list[Operand] = []
-    force, moment = ORIGIN, ORIGIN
+    felt = [(ORIGIN, ORIGIN)] * len(twists)  # what others pass on to each body
     for place in range(len(bodies) - 1, -1, -1):
-        own_force, own_moment = wrenches[place]
-        force, moment = added(own_force, force), added(own_moment, moment)
+        force, moment = (added(own, passed) for own, passed in zip(wrenches[place], felt[place + 1], strict=True))
         joint, pose = bodies[place].joint, bodies[place].pose
         torques.append(dot(joint.axis, moment if joint.turns else force))
         force, moment = rotated(pose.rotation, force), rotated(pose.rotation, moment)
         moment = added(moment, cross(pose.translation, force))
+        parent = _parent(joint, place)
+        felt[parent] = added(felt[parent][0], force), added(felt[parent][1], moment)
     return torques[::-1]
 
 
+def _parent(joint: Jointed, place: int) -> int:
+    return place if joint.parent is None else joint.parent
+
+
 def _carried(before: _Twist, body: MovedBody) -> _Twist:
-    """The motion of a joint's frame, from that of the one before."""
+    """The motion of a joint's frame, from that of the body that it is on."""
     back, arm = transposed(body.pose.rotation), body.pose.translation
     rate, spin = rotated(back, before.rate), rotated(back, before.spin)
     origin = added(before.acceleration, rotated(before.field, arm))
@@ -163,8 +172,9 @@ class RigidJoint:
     """A joint and the body that it moves; numbers, or symbols in their place.
 
     Attributes:
-        pose: of its frame in that of the joint before (the base's, for the first), at zero.
+        pose: of its frame in that of the body that it is on, at zero.
         axis: unit vector in its own frame.
+        parent: number of the body that it is on, 0 for the base; None for that of the joint before.
         turns: whether it is revolute; else it slides.
         moments: of the body, about the origin of the joint's frame; or of another that takes the same torques.
         damping: viscous friction, N m s or N s/m.
@@ -173,6 +183,7 @@ class RigidJoint:
 
     pose: Transform
     axis: tuple[float, float, float]
+    parent: int | None = None
     turns: bool = True
     moments: Moments
     damping: Operand = 0.0
@@ -185,15 +196,20 @@ class RigidJoint:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RigidChain:
-    """A chain of joints with masses on a base that stands still.
+    """Joints with masses on a base that stands still.
 
     Attributes:
-        joints: from the base on.
+        joints: none comes before the one whose body it is on.
         gravity: in the axes of the base, m/s^2.
     """
 
     joints: tuple[RigidJoint, ...]
     gravity: Vector
+
+    @property
+    def parents(self) -> list[int]:
+        """The number of the body that each joint is on."""
+        return [_parent(joint, place) for place, joint in enumerate(self.joints)]
 
     def inertial(self, theta: Matrix, speed: Matrix, acceleration: Matrix) -> Matrix:
         """Torques of inertia alone, M(q) a + C(q, v) v: (n, k), N m or N; run s times slower they are 1/s^2 of that."""
@@ -270,20 +286,22 @@ _Numbers = tuple[float, FloatArray, FloatArray]  # mass, first (3,) and second m
 
 
 def regrouped(joints: Sequence[RigidJoint]) -> list[RigidJoint]:
-    """Joints that take the same torques, the first on a base that stands still.
+    """Joints that take the same torques on a base that stands still.
 
     Args:
         joints: from the base on, their moments plain numbers.
     """
     result: list[RigidJoint] = []
-    passed: _Numbers = (0.0, np.zeros(3), np.zeros((3, 3)))
-    for joint in reversed(joints):
+    nothing: _Numbers = (0.0, np.zeros(3), np.zeros((3, 3)))
+    passed = [nothing] * (len(joints) + 1)  # to each body
+    for place, joint in reversed(list(enumerate(joints))):
         moments = joint.moments
         own = (float(moments.mass), np.array(moments.first, dtype=float), np.array(moments.second, dtype=float))
-        whole = _sum(own, passed)
+        whole = _sum(own, passed[place + 1])
         still = _unmoved(joint, whole)
         result.insert(0, replace(joint, moments=_moments(_sum(whole, still, -1.0))))
-        passed = _seen_from(joint.pose, still)
+        parent = _parent(joint, place)
+        passed[parent] = _sum(passed[parent], _seen_from(joint.pose, still))
     return result
 
 

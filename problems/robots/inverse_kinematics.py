@@ -103,10 +103,13 @@ def jacobian_columns(robot: SpatialArm, theta: Matrix, turning: bool) -> tuple[T
         theta: its posture.
         turning: whether each column has the 3 angular velocities below the 3 velocities.
     """
-    frames = robot.chain.frames(theta, robot.base_frame)
-    pose = frames[-1] @ robot.tool.frame
+    frames, carrier = robot.chain.frames(theta, robot.base_frame), robot.chain.carrier
+    pose, moving = frames[carrier] @ robot.tool.frame, set(robot.chain.above(carrier))
     found: Columns = []
-    for joint, frame in zip(robot.chain.joints, frames[1:], strict=True):
+    for number, (joint, frame) in enumerate(zip(robot.chain.joints, frames[1:], strict=True), start=1):
+        if number not in moving:
+            found.append([0.0] * (6 if turning else 3))
+            continue
         axis = frame.turn(joint.axis)
         lever = [plus(a, times(-1.0, b)) for a, b in zip(pose.translation, frame.translation, strict=True)]
         velocity = _cross(axis, lever) if joint.turns else list(axis)

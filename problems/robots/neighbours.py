@@ -34,7 +34,9 @@ class NeighbourSettings:
 SETTINGS = NeighbourSettings()
 
 
-def connected_links(frames: Sequence[LinkFrame], solid: Collection[str]) -> frozenset[frozenset[str]]:
+def connected_links(
+    frames: Sequence[LinkFrame], parents: Sequence[int], solid: Collection[str]
+) -> frozenset[frozenset[str]]:
     """Pairs of names of links that one joint connects, directly or via fixed links without geometry.
 
     The way leads from a link towards the base: what is fixed beside a joint's parent, as a wall beside an arm, is not
@@ -42,15 +44,17 @@ def connected_links(frames: Sequence[LinkFrame], solid: Collection[str]) -> froz
 
     Args:
         frames: of all links.
+        parents: the number of the body that each joint is on.
         solid: names of those with geometry.
     """
     known, pairs = {frame.name: frame for frame in frames}, set()
     for frame in frames:
         here = frame
-        while frame.name in solid and here.parent and frame.body - known[here.parent].body <= 1:
+        near = {frame.body, parents[frame.body - 1] if frame.body else 0}
+        while frame.name in solid and here.parent and known[here.parent].body in near:
             here = known[here.parent]
             if here.name in solid:
-                if here.body < frame.body:
+                if here.body != frame.body:
                     pairs.add(frozenset((frame.name, here.name)))
                 break
     return frozenset(pairs)

@@ -36,7 +36,7 @@ RANGE_ROUNDING = 1e-9  # of the range of a joint without ends
 
 @dataclass(frozen=True, kw_only=True)
 class Robot(Parametric, ABC):
-    """A serial chain of joints with bodies.
+    """Joints with bodies, of which plans are made.
 
     A subclass is a frozen dataclass. Every method takes postures of n rows and computes with whatever matrices it is
     given, symbolic or numeric.

@@ -57,7 +57,7 @@ class LeftOut:
 
 @dataclass(frozen=True, repr=False)
 class SpatialArm(Robot):
-    """A serial chain in space.
+    """An arm in space, or several on one base.
 
     Args:
         chain: its joints.
@@ -228,14 +228,14 @@ class SpatialArm(Robot):
 
     @property
     def rigid_chain(self) -> RigidChain | None:
-        """Joints of the chain, their masses regrouped, the payload on the last; None where a mass is not known."""
+        """Joints with regrouped masses, the payload on the body that carries the tool; None if a mass is not known."""
         if self.chain.massless:
             return None
-        joints = list(self.chain.rigid)
-        joints[0] = replace(joints[0], pose=Transform(self.base_frame.rotation) @ joints[0].pose)
+        turned, carrier = Transform(self.base_frame.rotation), self.chain.carrier - 1
+        joints = [joint if joint.parent else replace(joint, pose=turned @ joint.pose) for joint in self.chain.rigid]
         if self.payload is not None:
             carried = Moments.of(self.payload, self.tool.frame)
-            joints[-1] = replace(joints[-1], moments=joints[-1].moments + carried)
+            joints[carrier] = replace(joints[carrier], moments=joints[carrier].moments + carried)
         return RigidChain(joints=tuple(joints), gravity=self.gravity)
 
     @property
@@ -263,7 +263,7 @@ class SpatialArm(Robot):
         frames, rows = self.chain.frames(theta, self.base_frame), theta.shape[0]
         points = [frame.translation for frame in frames]
         points += [frames[sphere.link].apply(sphere.center) for sphere in self.spheres]
-        points.append(frames[-1].apply(self.tool.frame.translation))
+        points.append(frames[self.chain.carrier].apply(self.tool.frame.translation))
         return tuple(as_rows(point, rows) for point in points)
 
     def body_frames(self, theta: FloatArray) -> FloatArray:
@@ -278,7 +278,8 @@ class SpatialArm(Robot):
         """Positions of base, joints and tool, for drawing: (n, dof + 2, 3), m."""
         angles = ca.DM(theta)
         frames = self.chain.frames(angles, self.base_frame)
-        points = [*(frame.translation for frame in frames), frames[-1].apply(self.tool.frame.translation)]
+        tool = frames[self.chain.carrier].apply(self.tool.frame.translation)
+        points = [*(frame.translation for frame in frames), tool]
         return np.stack([as_array(as_rows(point, angles.shape[0])) for point in points], axis=1)
 
     @cached_property
@@ -296,9 +297,9 @@ class SpatialArm(Robot):
 
     @cached_property
     def _farthest(self) -> FloatArray:
-        joints = np.concatenate([[0.0], np.cumsum(self.chain.offsets)])
+        joints = self.chain.extents
         spheres = [joints[sphere.link] + float(np.linalg.norm(sphere.center)) for sphere in self.spheres]
-        return np.array([*joints, *spheres, joints[-1] + self.tool.distance])
+        return np.array([*joints, *spheres, joints[self.chain.carrier] + self.tool.distance])
 
     @property
     def touching(self) -> Self:
@@ -346,6 +347,20 @@ class ArmBodies(Bodies):
         for link in np.unique(links).tolist():
             found[links == link] = chain.levers(link, centers[links == link])
         return found
+
+    def motion(self, body: Body, seen_from: Body | None = None) -> tuple[FloatArray, FloatArray]:
+        """How fast a body can move, as seen from outside or from another body."""
+        if seen_from is None:
+            return super().motion(body)
+        both = [(each, self.moved_by(each)) for each in (body, seen_from)]
+        common = self.arm.chain.common(*(moved for _, moved in both))
+        moving = {
+            above - 1: self.levers[self.number_of(each), above - 1]
+            for each, moved in both
+            for above in self.arm.chain.above(moved, common)
+        }
+        between = sorted(moving)
+        return self.turns[between], np.array([moving[joint] for joint in between])
 
     def moved_by(self, body: Body) -> int:
         return self.arm.spheres[self.number_of(body)].link

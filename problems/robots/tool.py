@@ -46,12 +46,12 @@ class LastFrame(Tool):
 
 @dataclass(frozen=True, eq=False)
 class ArmTool(Tool):
-    """The tool on the last joint of an arm in space.
+    """The tool on a body of an arm in space.
 
     Args:
         chain: of the joints.
         base: the pose of the chain's base.
-        frame: the transform from the tool's frame to the last joint's.
+        frame: the transform from the tool's frame to that of its body.
     """
 
     chain: Chain
@@ -69,7 +69,7 @@ class ArmTool(Tool):
         return self._symbolic(theta)
 
     def _symbolic(self, theta: Matrix) -> tuple[Matrix, Matrix]:
-        pose, rows = self.chain.frames(theta, self.base)[-1] @ self.frame, theta.shape[0]
+        pose, rows = self.chain.frames(theta, self.base)[self.chain.carrier] @ self.frame, theta.shape[0]
         return as_rows(pose.translation, rows), as_rows([entry for row in pose.rotation for entry in row], rows)
 
     @cached_property
@@ -97,11 +97,11 @@ class ArmTool(Tool):
 
     @property
     def distance(self) -> float:
-        """The distance of the tool from the last joint's frame, m."""
+        """The distance of the tool from the frame of its body, m."""
         return float(np.linalg.norm([float(part) for part in self.frame.translation]))
 
     @cached_property
     def levers(self) -> FloatArray:
         """The largest distance of the tool from each joint's axis, (dof,), m; 1 for a joint that slides."""
         place = np.array([[float(part) for part in self.frame.translation]])
-        return np.asarray(self.chain.levers(len(self.chain.joints), place)[0])
+        return np.asarray(self.chain.levers(self.chain.carrier, place)[0])

@@ -82,6 +82,35 @@ def sliding() -> SpatialArm:
     )  # fmt: skip
 
 
+def fork() -> SpatialArm:
+    """Two branches on a column that turns, their joints by turns; one joint slides, and one branch carries the tool."""
+    left, right = FixedFrame(rows(BASE), (0.0, 0.2, 0.3)), FixedFrame(translation=(0.0, -0.2, 0.3))
+    up, out = FixedFrame(translation=(0.0, 0.0, 0.3)), FixedFrame(translation=(0.3, 0.0, 0.05))
+    joints = (
+        ChainJoint(name="column", link="column", pose=FixedFrame(rows(TILTED), (0.1, 0.0, 0.2))),
+        ChainJoint(name="left 1", link="left 1", parent=1, axis=(0.0, 1.0, 0.0), pose=left),
+        ChainJoint(name="right 1", link="right 1", parent=1, axis=(0.6, 0.8, 0.0), pose=right),
+        ChainJoint(name="left 2", link="left 2", parent=2, pose=out),
+        ChainJoint(name="right 2", link="right 2", parent=3, kind=JointKind.PRISMATIC, axis=(1.0, 0.0, 0.0), pose=up),
+        ChainJoint(name="left 3", link="left 3", parent=4, axis=(0.0, 0.6, 0.8), pose=out),
+        ChainJoint(name="right 3", link="right 3", parent=5, axis=(0.0, 1.0, 0.0), pose=out),
+    )  # fmt: skip
+    names = ("base", *(joint.link for joint in joints))
+    spheres = tuple(
+        Sphere(body, (0.1 * k, 0.02, 0.01 * body), 0.05, name) for body, name in enumerate(names) for k in range(2)
+    )
+    return SpatialArm(
+        chain=Chain(name="fork", joints=joints, tip=FixedFrame(rows(TILTED), (0.2, 0.0, 0.0)), tip_body=6),
+        max_speed=(2.0,) * 7, max_acceleration=(10.0,) * 7, spheres=spheres, margin=MARGIN, self_collision=True,
+        position_limits=((-2.8, 2.8),) * 4 + ((-0.2, 0.2),) + ((-2.8, 2.8),) * 2,
+        base_frame=FixedFrame(rows(BASE), (0.1, -0.2, 0.3)),
+        kept_pairs=tuple((one, two) for one in range(2, 16) for two in range(one) if (one // 2, two // 2) in APART),
+    )  # fmt: skip
+
+
+APART = {(5, 0), (3, 2), (4, 3), (5, 4), (6, 5), (7, 6), (7, 2), (6, 1), (7, 3)}  # bodies, of one branch and of both
+
+
 def arm(*joints: ChainJoint, **changes: object) -> SpatialArm:
     """Turning by up to 6 rad, sliding by up to 6 m; no margin."""
     dof = len(joints)
@@ -102,10 +131,11 @@ def robot_of(name: str) -> SpatialArm:
     """Covers keep another margin from each other than from obstacles."""
     if name == "bars":
         return replace(covered_arm(), margin=MARGIN, self_margin=AMONG_LINKS)
-    return {"upright": upright, "sliding": sliding}[name]()
+    return {"upright": upright, "sliding": sliding, "fork": fork}[name]()
 
 
-ROBOTS = ("upright", "sliding", "bars")
+SERIAL = ("upright", "sliding", "bars")
+ROBOTS = (*SERIAL, "fork")
 TURNED = tuple(Rotation.from_rotvec([0.4, -0.7, 0.3]).as_quat().tolist())
 CORNERS = tuple(map(tuple, (np.random.default_rng(5).normal(size=(30, 3)) * [0.15, 0.1, 0.2]).tolist()))
 EXAMPLES: dict[str, Obstacle] = {  # by the names that scenarios have for shapes
@@ -150,7 +180,9 @@ def placed(robot: SpatialArm, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray
     turn = np.broadcast_to(np.array(robot.base_frame.rotation), (len(theta), 3, 3))
     place = np.broadcast_to(np.array(robot.base_frame.translation), (len(theta), 3))
     turns, places = [turn], [place]
-    for joint, value in zip(robot.chain.joints, theta.T, strict=True):
+    for number, (joint, value) in enumerate(zip(robot.chain.joints, theta.T, strict=True)):
+        on = number if joint.parent is None else joint.parent
+        turn, place = turns[on], places[on]
         place = place + turn @ np.array(joint.pose.translation)
         turn = turn @ np.array(joint.pose.rotation)
         if joint.kind is JointKind.PRISMATIC:

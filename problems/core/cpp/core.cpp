@@ -66,7 +66,8 @@ World world_of(Reader reader) {
     for (int k = 0; k < watched; ++k) world.watched.push_back(pair());
     for (int k = 0; k < groups; ++k) {
         const Pair own = pair(), range = pair();
-        world.groups.push_back({own.one, own.two, range.one, range.two});
+        const int common = common_of(world.joints, world.nodes[own.one].body, world.nodes[own.two].body);
+        world.groups.push_back({own.one, own.two, range.one, range.two, common});
     }
     for (int k = 0; k < pairs; ++k) world.pairs.push_back(pair());
     for (int k = 0; k < solids; ++k) world.solids.push_back(solid_of(reader));
@@ -249,13 +250,13 @@ int core_connect_asking(int k, const double* start, const double* goal, const do
 }
 
 // Where steps lead from postures (rows, k), which are replaced, to a pose of the tool; what each then lacks, (rows,).
-void core_reach(const World* arm, const double* tool, const double* position, const double* rotation, int turned,
+void core_reach(const World* arm, int carrier, const double* tool, const double* position, const double* rotation, int turned,
                 const double* lower, const double* upper, int steps, int rows, double* theta, double* missing) {
     Target target{};
     std::copy(position, position + 3, target.position);
     if (turned) std::copy(rotation, rotation + 9, target.rotation);
     target.turned = turned != 0;
-    Reach reach(*arm, tool, tool + 9, target, lower, upper);
+    Reach reach(*arm, carrier, tool, tool + 9, target, lower, upper);
     std::vector<Lanes> lanes;
     const int k = arm->dof;
     for (int row = 0; row < rows; row += LANES) {

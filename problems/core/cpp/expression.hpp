@@ -1,5 +1,6 @@
 // Expressions of one instant: what a hand does, and operations on that, of numbers or of Taylor models.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "bounded.hpp"
@@ -8,7 +9,7 @@
 
 namespace core {
 
-// A point of a body; that of the tool is the first.
+// A point of a body; that of the tool is the first, and its body carries the tool.
 struct Place {
     int body;
     double point[3];
@@ -17,7 +18,7 @@ struct Place {
 struct Arm {
     double base_rotation[9], base_translation[3];
     std::vector<Joint> joints;
-    double tool_rotation[9];  // in the last frame
+    double tool_rotation[9];  // in the frame of its body
     std::vector<Place> places;
 };
 
@@ -25,7 +26,10 @@ struct Arm {
 template <class T>
 class Hand {
 public:
-    explicit Hand(const Arm& arm) : arm(arm), frames(arm.joints.size() + 1) {}
+    explicit Hand(const Arm& arm) : arm(arm), frames(arm.joints.size() + 1), ways(arm.joints.size()) {
+        for (int body = carrier(); body > 0; body = arm.joints[body - 1].parent) moving.push_back(body - 1);
+        std::reverse(moving.begin(), moving.end());
+    }
 
     // Of angles and speeds, k of each after the other.
     void place(const T* q, bool moves) {
@@ -35,26 +39,29 @@ public:
         for (int i = 0; i < 9; ++i) base.rotation[i] = arm.base_rotation[i] + none;
         const double* p = arm.base_translation;
         base.translation = {p[0] + none, p[1] + none, p[2] + none};
-        Triple<T> rate = {none, none, none};
-        velocity = rate;
         for (int i = 0; i < k; ++i) {
             const Joint& joint = arm.joints[i];
-            const Pose<T>&before = frames[i], own = pose_of(joint, q[i]);
+            const Pose<T>&before = frames[joint.parent], own = pose_of(joint, q[i]);
             Pose<T>& after = frames[i + 1];
-            const Triple<T> way = before.turned(own.translation);
-            after.translation = before.translation + way;
+            ways[i] = before.turned(own.translation);
+            after.translation = before.translation + ways[i];
             for (int row = 0; row < 9; row += 3)
                 for (int column = 0; column < 3; ++column)
                     after.rotation[row + column] = before.rotation[row] * own.rotation[column] +
                                                    before.rotation[row + 1] * own.rotation[3 + column] +
                                                    before.rotation[row + 2] * own.rotation[6 + column];
-            if (!moves) continue;
-            velocity = velocity + cross(rate, way);
-            const Triple<T> along = after.turned(scaled(joint.axis, q[k + i]));
+        }
+        Triple<T> rate = {none, none, none};
+        velocity = rate;
+        if (!moves) return;
+        for (const int i : moving) {
+            const Joint& joint = arm.joints[i];
+            velocity = velocity + cross(rate, ways[i]);
+            const Triple<T> along = frames[i + 1].turned(scaled(joint.axis, q[k + i]));
             if (joint.turns) rate = rate + along;
             else velocity = velocity + along;
         }
-        if (moves) velocity = velocity + cross(rate, turned(frames[k], arm.places[0].point));
+        velocity = velocity + cross(rate, turned(frames[carrier()], arm.places[0].point));
     }
 
     T coordinate(int number) const {
@@ -67,11 +74,12 @@ public:
     T rotation(int number) const {
         const double* tool = arm.tool_rotation + number % 3;
         const double column[3] = {tool[0], tool[3], tool[6]};
-        return along(frames.back(), number / 3, column);
+        return along(frames[carrier()], number / 3, column);
     }
     T speed(int number) const { return number == 0 ? velocity.x : number == 1 ? velocity.y : velocity.z; }
 
 private:
+    int carrier() const { return arm.places[0].body; }
     static T along(const Pose<T>& frame, int row, const double* v) {
         const T* r = frame.rotation + 3 * row;
         return v[0] * r[0] + v[1] * r[1] + v[2] * r[2];
@@ -82,6 +90,8 @@ private:
 
     const Arm& arm;
     std::vector<Pose<T>> frames;
+    std::vector<Triple<T>> ways;  // from the body that each joint is on to its own frame
+    std::vector<int> moving;      // joints that move the tool, from the base on
     Triple<T> velocity;
 };
 

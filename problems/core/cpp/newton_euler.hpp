@@ -1,4 +1,4 @@
-// Newton and Euler: torques of a chain of rigid bodies in eight states at once, and how they change with the states.
+// Newton and Euler: torques of a tree of rigid bodies in eight states at once, and how they change with the states.
 // The recursion is that of problems/robots/dynamics.py: of numbers, of numbers with a slope, of Taylor models.
 #pragma once
 #include <vector>
@@ -52,12 +52,13 @@ struct Body {
     double mass, first[3], second[9];  // kg, kg m, kg m^2
 };
 
+// Bodies in the order of their joints; none comes before the one that it is on.
 struct Chain {
     std::vector<Body> bodies;
     double gravity[3];  // m/s^2
 };
 
-// Where the frame of a joint is in that of the joint before.
+// Where the frame of a joint is in that of the body that it is on.
 template <class T>
 struct Pose {
     T rotation[9];
@@ -148,7 +149,8 @@ class NewtonEuler {
 public:
     explicit NewtonEuler(const Chain& chain)
         : state(3 * chain.bodies.size()), torques(chain.bodies.size()), chain_(chain), poses_(chain.bodies.size()),
-          wrenches_(chain.bodies.size()) {}
+          twists_(chain.bodies.size() + 1), wrenches_(chain.bodies.size()), felt_(chain.bodies.size() + 1),
+          feels_(chain.bodies.size() + 1) {}
 
     // With a share of gravity.
     void compute(double share) {
@@ -156,28 +158,38 @@ public:
         const T none = 0.0 * state[0];
         const Triple<T> zero = {none, none, none};
         const double* g = chain_.gravity;
-        Twist<T> twist = {zero, zero, {-share * g[0] + none, -share * g[1] + none, -share * g[2] + none}};
+        twists_[0] = {zero, zero, {-share * g[0] + none, -share * g[1] + none, -share * g[2] + none}};
         for (int i = 0; i < k; ++i) {
             const Body& body = chain_.bodies[i];
+            const Twist<T>& before = twists_[body.joint.parent];
             poses_[i] = pose_of(body.joint, state[i]);
-            twist = carried(twist, poses_[i], body.joint, state[k + i], state[2 * k + i]);
-            wrenches_[i] = wrench_of(twist, body);
+            twists_[i + 1] = carried(before, poses_[i], body.joint, state[k + i], state[2 * k + i]);
+            wrenches_[i] = wrench_of(twists_[i + 1], body);
+            felt_[i + 1] = {zero, zero}, feels_[i + 1] = false;
         }
-        Wrench<T> sum = {zero, zero};
         for (int i = k - 1; i >= 0; --i) {
-            sum = {wrenches_[i].force + sum.force, wrenches_[i].moment + sum.moment};
+            const Wrench<T>& beyond = felt_[i + 1];
+            const Wrench<T> sum = {wrenches_[i].force + beyond.force, wrenches_[i].moment + beyond.moment};
             const Joint& joint = chain_.bodies[i].joint;
             const Triple<T>& felt = joint.turns ? sum.moment : sum.force;
             torques[i] = joint.axis[0] * felt.x + joint.axis[1] * felt.y + joint.axis[2] * felt.z;
+            if (!joint.parent) continue;
             const Triple<T> force = poses_[i].turned(sum.force);
-            sum = {force, poses_[i].turned(sum.moment) + cross(poses_[i].translation, force)};
+            feel(joint.parent, {force, poses_[i].turned(sum.moment) + cross(poses_[i].translation, force)});
         }
     }
 
     std::vector<T> state, torques;
 
 private:
-    // How the frame of a joint moves, from how the one before does.
+    // What a body passes on to the one that it is on; added to what others pass on.
+    void feel(int body, const Wrench<T>& more) {
+        Wrench<T>& sum = felt_[body];
+        sum = feels_[body] ? Wrench<T>{sum.force + more.force, sum.moment + more.moment} : more;
+        feels_[body] = true;
+    }
+
+    // How the frame of a joint moves, from how that of the body that it is on does.
     static Twist<T> carried(const Twist<T>& before, const Pose<T>& pose, const Joint& joint, const T& speed,
                             const T& faster) {
         T b[9];
@@ -195,7 +207,9 @@ private:
 
     const Chain& chain_;
     std::vector<Pose<T>> poses_;
-    std::vector<Wrench<T>> wrenches_;
+    std::vector<Twist<T>> twists_;               // of all bodies
+    std::vector<Wrench<T>> wrenches_, felt_;     // of each joint's body; what others pass on to a body
+    std::vector<char> feels_;                    // whether any does
 };
 
 }  // namespace core

@@ -6,7 +6,8 @@
 // so that the distance of a point from an axis is still that at m when it is the axis's turn. So the point travels by
 // no more than
 //     sum over the joints that move it of turn_j (its distance from axis j at m).
-// A distance changes by no more than the point moves; of two bodies only the joints between them count. A solid that
+// A distance changes by no more than the point moves; of two bodies only the joints between them count: those from the
+// last body on whose branch both are to each of them. A solid that
 // moves at a constant velocity adds its speed times h, and what is kept from it grows by its rate times h; of a solid that the core does not know
 // those who know it say how much the distance changes by itself. Where joints
 // are off what is planned by no more than e_j, the least of all distances is less by no more than the sum of e_j times the
@@ -205,7 +206,11 @@ private:
 
     // By how much the room of an item can shrink at most.
     Lanes shrinking(const Item& item) {
-        if (item.group >= 0) return travel(item.one, world_.nodes[item.two].body);
+        if (item.group >= 0) {
+            const int common = world_.groups[item.group].common;
+            const Lanes moved = travel(item.one, common);
+            return world_.nodes[item.two].body == common ? moved : moved + travel(item.two, common);
+        }
         const Lanes moved = travel(item.one, 0);
         if (world_.solids[item.two].shape == ASKED) return moved + asked_travel(item.two);
         return paces_.empty() ? moved : moved + paces_[item.two] * halves_ * (1.0 + 1e-12);
@@ -222,11 +227,11 @@ private:
         return travels_[solid];
     }
 
-    // How far the centre of a node moves at most as seen from another body.
+    // How far the centre of a node moves at most as seen from a body on whose branch it is.
     Lanes travel(int number, int from) {
         const Point& center = eight_.center(number);
         Lanes moved = {};
-        for (int joint = world_.nodes[number].body; joint > from; --joint) {
+        for (int joint = world_.nodes[number].body; joint != from; joint = world_.joints[joint - 1].parent) {
             const Lanes turn = turns_[joint - 1];
             if (!world_.joints[joint - 1].turns) {
                 moved += turn;

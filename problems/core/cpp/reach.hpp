@@ -12,14 +12,14 @@ struct Target {
 
 class Reach {
 public:
-    // Of an arm whose tool is at a place in the frame of the last joint, (rotation, translation).
-    Reach(const World& arm, const double* tool_rotation, const double* tool_translation, const Target& target,
+    // Of an arm whose tool is at a place in the frame of a body, (rotation, translation).
+    Reach(const World& arm, int carrier, const double* tool_rotation, const double* tool_translation, const Target& target,
           const double* lower, const double* upper)
-        : eight_(arm), lower_(lower), upper_(upper), target_(target), size_(target.turned ? 6 : 3), columns_(arm.dof),
+        : eight_(arm), carrier_(carrier), lower_(lower), upper_(upper), target_(target), size_(target.turned ? 6 : 3), columns_(arm.dof),
           moved_(arm.dof) {
         for (int i = 0; i < 3; ++i) {
             tool_[i] = tool_translation[i];
-            for (int j = 0; j < 3; ++j) {  // the rotation that the last joint's frame needs: target tool^T
+            for (int j = 0; j < 3; ++j) {  // the rotation that the body's frame needs: target tool^T
                 double sum = 0.0;
                 for (int k = 0; k < 3; ++k) sum += target.rotation[3 * i + k] * tool_rotation[3 * j + k];
                 wanted_[3 * i + j] = sum;
@@ -52,7 +52,7 @@ private:
     // What the tool lacks: metres, then the Rodrigues vector 2 tan(a / 2) of the turn.
     Lanes look(const Lanes* theta) {
         eight_.place(theta);
-        const Frame& last = eight_.frames.back();
+        const Frame& last = eight_.frames[carrier_];
         place_ = placed(last, tool_);
         const Lanes at[3] = {place_.x, place_.y, place_.z};
         for (int i = 0; i < 3; ++i) missing_[i] = target_.position[i] - at[i];
@@ -99,7 +99,7 @@ private:
 
     // How each joint moves the tool.
     void columns() {
-        for (int joint = 1; joint <= eight_.world.dof; ++joint) {
+        for (int joint = carrier_; joint > 0; joint = eight_.world.joints[joint - 1].parent) {
             const Point axis = eight_.axis(joint);
             const bool turns = eight_.world.joints[joint - 1].turns;
             const Point way = turns ? cross(axis, place_ - eight_.frames[joint].origin) : axis;
@@ -139,6 +139,7 @@ private:
     };
 
     Eight eight_;
+    const int carrier_;  // of the tool; joints of other branches do not move it, and their columns stay zero
     const double *lower_, *upper_;
     const Target target_;
     const int size_;

@@ -32,7 +32,7 @@ inline void multiply(const double* a, const double* b, double* product) {
 inline Joint joint_of(Reader& reader) {
     Joint joint{};
     double rotation[9], square[9];
-    joint.turns = reader.count() != 0;
+    joint.turns = reader.count() != 0, joint.parent = reader.count();
     reader.fill(rotation, 9);
     reader.fill(joint.translation, 3);
     reader.fill(joint.axis, 3);

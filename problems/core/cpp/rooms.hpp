@@ -186,11 +186,9 @@ private:
 
     // Along the way out of what is nearest each joint moves the centre of the ball, and time moves the solid.
     void slopes(const Item& item, int lane) {
-        const int body = world_.nodes[item.one].body;
         const Point& centers = eight.center(item.one);
         const double p[3] = {centers.x[lane], centers.y[lane], centers.z[lane]};
         double* out = out_;
-        int fixed = 0;
         rate_ = 0.0;
         if (item.group < 0 && world_.solids[item.two].shape == ASKED) {
             asked_way_out(item.two, p, eight.times[lane], out);
@@ -208,10 +206,19 @@ private:
             const double d[3] = {apart.x[lane], apart.y[lane], apart.z[lane]};
             const double norm = std::max(std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), 1e-12);
             for (int i = 0; i < 3; ++i) out[i] = d[i] / norm;
-            fixed = world_.nodes[item.two].body;
         }
         std::fill(gradient_.begin(), gradient_.end(), 0.0);
-        for (int joint = fixed + 1; joint <= body; ++joint) {
+        const int common = item.group < 0 ? 0 : world_.groups[item.group].common;
+        moves(item.one, common, 1.0, lane);
+        if (item.group >= 0) moves(item.two, common, -1.0, lane);
+    }
+
+    // How each joint between a body and that of a node moves the centre of the node out of what is nearest, or into it.
+    void moves(int node, int from, double sign, int lane) {
+        const Point& centers = eight.center(node);
+        const double p[3] = {centers.x[lane], centers.y[lane], centers.z[lane]};
+        const double out[3] = {sign * out_[0], sign * out_[1], sign * out_[2]};
+        for (int joint = world_.nodes[node].body; joint != from; joint = world_.joints[joint - 1].parent) {
             const Frame& frame = eight.frames[joint];
             const double* axis = world_.joints[joint - 1].axis;
             double a[3];

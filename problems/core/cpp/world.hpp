@@ -1,5 +1,6 @@
 // A robot and what it keeps clear of, as data; where its balls are in eight postures at once.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "lanes.hpp"
@@ -7,10 +8,12 @@
 
 namespace core {
 
-// From a joint's own frame to that of the one before: at + sine * by_sine + cosine * by_cosine, of angles; what slides
-// is moved along way instead.
+// From a joint's own frame to that of the body that it is on: at + sine * by_sine + cosine * by_cosine, of angles; what
+// slides is moved along way instead. Bodies are numbered: 0 is the base, the others are moved by the joints in turn, and
+// none comes before the one that it is on.
 struct Joint {
     bool turns;
+    int parent;  // body that it is on
     double at[9], by_sine[9], by_cosine[9], translation[3], way[3], axis[3];
 };
 
@@ -20,9 +23,10 @@ struct Node {
     int body, first, count;
 };
 
-// Two nodes that must keep apart, the one that more joints move first: with all they hold, or pairs of their balls.
+// Two nodes that must keep apart: with all they hold, or pairs of their balls.
 struct Group {
     int one, two, begin, end;  // of the pairs; none where all that they hold is meant
+    int common;                // the last body on whose branch both are
 };
 
 struct Pair {
@@ -56,6 +60,12 @@ struct World {
     double rounding;    // no computed distance is farther than that from what exact arithmetic gives, m
 };
 
+// The last body on whose branch two bodies are.
+inline int common_of(const std::vector<Joint>& joints, int one, int two) {
+    while (one != two) (one > two ? one : two) = joints[std::max(one, two) - 1].parent;
+    return one;
+}
+
 struct Frame {
     Lanes rotation[9];
     Point origin;
@@ -85,7 +95,7 @@ public:
         ++posture_;
         for (int k = 0; k < world.dof; ++k) {
             const Joint& joint = world.joints[k];
-            const Frame& before = frames[k];
+            const Frame& before = frames[joint.parent];
             Frame& frame = frames[k + 1];
             Lanes own[9];
             frame.origin = placed(before, joint.translation);
@@ -116,14 +126,14 @@ public:
         return axes_[joint];
     }
 
-    // How far a node may be from where it is seen, as seen from another body, because joints are off by their errors; of
-    // a node with others in it by so much more that it is no farther away than any of these.
+    // How far a node may be from where it is seen, as seen from a body on whose branch it is, because joints are off by
+    // their errors; of a node with others in it by so much more that it is no farther away than any of these.
     Lanes tube(int number, int from) {
         const Node& node = world.nodes[number];
         const Point& place = center(number);
         const double inner = node.count ? node.radius : 0.0;
         Lanes found = {};
-        for (int joint = node.body; joint > from; --joint) {
+        for (int joint = node.body; joint != from; joint = world.joints[joint - 1].parent) {
             const Lanes& error = errors[joint - 1];
             if (!world.joints[joint - 1].turns) {
                 found += error;
@@ -206,7 +216,10 @@ INLINE Lanes room(Eight& eight, const Item& item, Lanes enough) {
     }
     const Node& two = world.nodes[item.two];
     const Lanes found = length(eight.center(item.one) - eight.center(item.two)) - (one.radius + two.radius + kept);
-    return exact ? found : found - eight.tube(item.one, two.body);
+    if (exact) return found;
+    const int common = world.groups[item.group].common;
+    const Lanes off = found - eight.tube(item.one, common);
+    return two.body == common ? off : off - eight.tube(item.two, common);
 }
 
 // The radius of what could be opened; zero of balls themselves.

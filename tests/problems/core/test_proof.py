@@ -23,11 +23,12 @@ from problems.scene import Ball, Ellipsoid, HalfSpace, Obstacle
 DENSE = 5_000
 ROUNDING = 1e-9  # m, of rooms in another order of sums
 HAIR = 1e-9  # m
-FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear
+FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4), "fork": (1, 3, 4)}
 SIDES = (Separation.FROM_OBSTACLES, Separation.FROM_EACH_OTHER)
 
 
 def scene_of(name: str) -> tuple[Obstacle, ...]:
+    """Obstacles so far away that some motions are clear."""
     return tuple(SCENE[number] for number in FAR[name])
 
 

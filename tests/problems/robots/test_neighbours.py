@@ -22,6 +22,7 @@ FRAMES = (  # base - wall, base - j1 - plate (bare) - arm - bracket, arm - j2 - 
     LinkFrame("hand", 2, parent="hub"),
     LinkFrame("part", 2),
 )
+PARENTS = (0, 1)
 
 
 def named(*pairs: str) -> set[frozenset[str]]:
@@ -37,7 +38,7 @@ def named(*pairs: str) -> set[frozenset[str]]:
     ],
 )
 def test_a_joint_connects_links_by_way_of_bare_ones(solid: set[str], connected: set[frozenset[str]]) -> None:
-    assert connected_links(FRAMES, solid) == connected
+    assert connected_links(FRAMES, PARENTS, solid) == connected
 
 
 def balls(*places: tuple[float, float, float, float]) -> CoveredLink:
