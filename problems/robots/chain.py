@@ -122,6 +122,12 @@ class Chain(Parametric):
         """The number of the body that carries the tool."""
         return len(self.joints) if self.tip_body is None else self.tip_body
 
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Names of the links that end a branch: the tool's, and those of bodies on which no joint is."""
+        last = [body for body in range(1, len(self.joints) + 1) if body not in self.parents and body != self.carrier]
+        return (self.tip_link, *(self.joints[body - 1].link for body in last))
+
     def above(self, body: int, until: int = 0) -> list[int]:
         """Numbers of the bodies from one down to another, which is left out; to the base by default."""
         found = []
@@ -129,6 +135,20 @@ class Chain(Parametric):
             found.append(body)
             body = self.parents[body - 1]
         return found
+
+    @cached_property
+    def walk(self) -> tuple[int, ...]:
+        """Numbers of bodies on a walk along all branches, there and back; the last one carries the tool."""
+        onward = set(self.above(self.carrier))
+
+        def beyond(body: int) -> list[int]:
+            found = [body]
+            on_it = [number for number, parent in enumerate(self.parents, start=1) if parent == body]
+            for number in sorted(on_it, key=onward.__contains__):
+                found += [*beyond(number), *([] if number in onward else [body])]
+            return found
+
+        return tuple(beyond(0))
 
     def common(self, one: int, two: int) -> int:
         """The number of the last body on whose branch two bodies are."""

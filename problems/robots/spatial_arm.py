@@ -275,11 +275,11 @@ class SpatialArm(Robot):
         return np.stack([np.concatenate(pair, axis=1) for pair in zip(origins, turned, strict=True)], axis=1)
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
-        """Positions of base, joints and tool, for drawing: (n, dof + 2, 3), m."""
+        """Positions of base, joints and tool along lines between them: (n, p, 3), m; p = dof + 2 of a chain."""
         angles = ca.DM(theta)
         frames = self.chain.frames(angles, self.base_frame)
         tool = frames[self.chain.carrier].apply(self.tool.frame.translation)
-        points = [*(frame.translation for frame in frames), tool]
+        points = [*(frames[body].translation for body in self.chain.walk), tool]
         return np.stack([as_array(as_rows(point, angles.shape[0])) for point in points], axis=1)
 
     @cached_property

@@ -31,8 +31,9 @@ def read_urdf(
     srdf: Srdf | None = None,
     group: str | None = None,
     visual_geometry: bool = False,
+    tips: Mapping[str, str] | None = None,
 ) -> RobotDescription:
-    """The arm that a URDF or an MJCF describes.
+    """The arm that a URDF or an MJCF describes, or several arms on one base.
 
     Args:
         text: of the file.
@@ -44,18 +45,19 @@ def read_urdf(
         srdf: what states groups, named postures, and links that may touch.
         group: that is planned, of the SRDF; the only chain without a hand by default.
         visual_geometry: whether links are as they are shown, not as their collision geometry says.
+        tips: the ends of several branches by their names, in the place of ``tip_link``; the first carries the tool.
 
     Returns:
         Its chain, the spheres that hold its collision shapes, and notes: a line for each thing that the file
         does not state or that is not planned with.
 
     Raises:
-        InvalidProblem: ``urdf``, ``base_link``, ``tip_link``, ``locked`` or ``group`` is impossible, with the reason in
-            one line.
+        InvalidProblem: ``urdf``, ``base_link``, ``tip_link``, ``locked``, ``group`` or ``tips`` is impossible, with the
+            reason in one line.
     """
     file = _file(text)
     stated = file.tree.with_visual_geometry if visual_geometry else file.tree
-    ends = _Ends(base_link, tip_link, srdf, group)
+    ends = _Ends(base_link, tip_link, srdf, group, tips or {})
     locked = _held(file, stated, ends, locked) if isinstance(locked, str) else dict(locked or {})
     tree = stated.locked(locked)
     base, joints, notes, group = ends.chain(tree)
@@ -68,13 +70,14 @@ def read_urdf(
     firsts += [LinkFrame(joint.child, number, parent=joint.parent) for number, joint in enumerate(moving, 1)]
     bodies = [_body(standing, first, along, {*values, *leads}) for first in firsts]
     frames = {frame.name: frame for body in bodies for frame in body.frames}
-    tip = frames[joints[-1].child]
+    tip = frames[next(iter(tips.values())) if tips else joints[-1].child]
     chain = Chain(
         name=file.name,
         joints=tuple(_joint(joint, frames[joint.parent], body) for joint, body in zip(moving, bodies[1:], strict=True)),
         base_link=base,
         tip_link=tip.name,
         tip=tip.pose,
+        tip_body=None if tip.body == len(moving) else tip.body,
     )
     held = {name: value for name, value in values.items() if tree.joints[name].kind in MOVING}
     off_chain = [
@@ -113,15 +116,18 @@ def _file(text: str) -> RobotFile:
 
 @dataclass(frozen=True)
 class _Ends:
-    """The ends of a chain as they are stated: links, or a group of an SRDF."""
+    """The ends of a chain, or of several branches, as they are stated: links, or a group of an SRDF."""
 
     base_link: str | None
     tip_link: str | None
     srdf: Srdf | None
     group: str | None
+    tips: Mapping[str, str]
 
     def chain(self, tree: Tree) -> tuple[str, list[UrdfJoint], list[str], str | None]:
-        """The base, the joints from it to the tip, notes on what was not stated, and the group."""
+        """The base, the joints from it to the tips, notes on what was not stated, and the group."""
+        if self.tips:
+            return *tree.branches(self.base_link, self.tips), None
         base, tip, group = self.base_link, self.tip_link, self.group
         if self.srdf is not None and (group is not None or tip is None):
             group = self.srdf.group_of(tree, group)
@@ -250,6 +256,7 @@ def _joint(joint: UrdfJoint, carrier: LinkFrame, body: _Body) -> ChainJoint:
         kind=JointKind(joint.kind),
         pose=FixedFrame.of(carrier.pose @ joint.origin),
         axis=joint.axis,
+        parent=None if carrier.body == body.frames[0].body - 1 else carrier.body,
         position=joint.position if joint.has_range else None,
         speed=joint.speed,
         effort=joint.effort,

@@ -176,6 +176,24 @@ class Tree:
             link = joints[0].parent
         return base, joints, notes
 
+    def branches(self, base_link: str | None, tips: Mapping[str, str]) -> tuple[str, list[UrdfJoint], list[str]]:
+        """The base, and all joints from it to several tips, none before the one that carries it; no notes.
+
+        Raises:
+            InvalidProblem: a link is not in the file, a tip is not carried by the base, or is on the way to another.
+        """
+        found: dict[str, UrdfJoint] = {}
+        for name, tip in tips.items():
+            try:
+                base, joints, _ = self.chain(base_link, tip)
+            except InvalidProblem as error:
+                raise InvalidProblem("tips" if error.field == "tip_link" else error.field, error.reason) from error
+            moving = [joint.name for joint in joints if joint.kind != "fixed" and joint.name not in found]
+            if not moving:
+                raise InvalidProblem("tips", f"no joint moves {name!r} alone: {tip!r} is on the way to another tip")
+            found.update((joint.name, joint) for joint in joints)
+        return base, list(found.values()), []
+
     def _base(self, base_link: str | None) -> str:
         if base_link is None:
             if len(self.roots) > 1:

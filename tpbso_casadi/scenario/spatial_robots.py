@@ -136,6 +136,7 @@ class SpatialRobotSection(Section):
     xacro_arguments: dict[Word, bool | int | float | Word] = field(default_factory=dict)
     base_link: Word | None = None
     tip_link: Word | None = None
+    tips: dict[Word, Word] = field(default_factory=dict)
     group: Word | None = None
     locked: dict[Word, Number] | Word = field(default_factory=dict)
     spheres: FileName | None = None
@@ -359,16 +360,21 @@ class SpatialRobotSection(Section):
                 raise InvalidProblem("base_link", "a robot that is built in has its own")
             if self.geometry is not None:
                 raise InvalidProblem("geometry", "a robot that is built in has its own")
+            if self.tips:
+                raise InvalidProblem("tips", "a robot that is built in has one")
             return built_in(self.model, self.tip_link)
         if self.urdf_text is None:
             name = self.urdf or self.moveit_config
             raise InvalidProblem("urdf", f"{name!r} has not been read; only a scenario file can name one")
+        for key, other in (("tip_link", self.tip_link), ("group", self.group)):
+            if self.tips and other is not None:
+                raise InvalidProblem("tips", f"beside {key}; one of both says what is planned")
         if self.group is not None and self.srdf_text is None:
             raise InvalidProblem("group", "of what? a group is one of an srdf")
         locked = self.locked if isinstance(self.locked, str) else tuple(sorted((self.locked or {}).items()))
         ends, group = (self.base_link, self.tip_link), (self.srdf_text, self.group)
-        texts = (self.looks_text, self.covers_text)
-        return _described_between(self.urdf_text, ends, locked, group, self.geometry == "visual", *texts)
+        texts, tips = (self.looks_text, self.covers_text), tuple(self.tips.items())
+        return _described_between(self.urdf_text, ends, tips, locked, group, self.geometry == "visual", *texts)
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -391,16 +397,17 @@ class _Statement:
 def _described_between(
     urdf: str,
     ends: tuple[str | None, str | None],
+    tips: tuple[tuple[str, str], ...],
     locked: tuple[tuple[str, float], ...] | str,
     group: tuple[str | None, str | None],
     visual_geometry: bool,
     appearances: str | None,
     covers: str | None,
 ) -> RobotDescription:
-    """The description of a robot between two links, or of a group of an SRDF, as texts state it."""
+    """The description of a robot between two links, to several tips, or of a group of an SRDF, as texts state it."""
     srdf = None if group[0] is None else read_srdf(group[0])
     held = locked if isinstance(locked, str) else dict(locked)
-    description = read_urdf(urdf, *ends, held, srdf, group[1], visual_geometry)
+    description = read_urdf(urdf, *ends, held, srdf, group[1], visual_geometry, dict(tips))
     if appearances is not None:
         description = description.with_appearances(read_appearances(appearances))
     return description if covers is None else description.with_covers(read_covers(covers))

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.table import Table
 
 from problems import InvalidProblem
+from problems.base import in_words
 from problems.geometry import Cover
 from problems.limits import touching_links
 from problems.robots import (
@@ -56,7 +57,7 @@ def print_robot(robot: RobotDescription, console: OutputConsole) -> None:
     """Print the joints of a robot with limits and masses, its reach, its spheres, and what is not known of it."""
     chain = robot.chain
     console.say(
-        f"{robot.title or chain.name}: {len(chain.joints)} joints from {chain.base_link} to {chain.tip_link}, "
+        f"{robot.title or chain.name}: {len(chain.joints)} joints from {chain.base_link} to {in_words(chain.ends)}, "
         f"reach at most {robot.reach:.4g} m"
     )
     console.say("")

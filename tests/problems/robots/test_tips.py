@@ -1,0 +1,93 @@
+"""Several arms of one URDF: joints on each other in a tree, planned together, kept apart from each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from helpers.core_robots import placed
+from helpers.running import line_of
+
+import tpbso_casadi as tp
+from problems.robots import SpatialArm
+
+JOINT = (
+    '<joint name="{side}_{n}" type="revolute"><parent link="{parent}"/><child link="{side}_link_{n}"/>'
+    '<origin xyz="{at}"/><axis xyz="{axis}"/><limit lower="-2.5" upper="2.5" velocity="2" effort="100"/></joint>'
+    '<link name="{side}_link_{n}"><collision><origin xyz="0.15 0 0"/><geometry><box size="0.3 0.05 0.05"/></geometry>'
+    '</collision><inertial><mass value="1"/><origin xyz="0.15 0 0"/>'
+    '<inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+)
+
+
+def torso(sides: dict[str, float]) -> str:
+    """A column that turns, with an arm of three joints on each side."""
+    parts = ['<robot name="torso"><link name="floor"/><link name="column"/>']
+    parts.append(
+        '<joint name="turn" type="revolute"><parent link="floor"/><child link="column"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" velocity="1" effort="200"/></joint>'
+    )
+    for side, aside in sides.items():
+        for n, axis in enumerate(("0 0 1", "0 0 1", "0 1 0"), start=1):
+            parent, at = ("column", f"0 {aside} 0.5") if n == 1 else (f"{side}_link_{n - 1}", "0.3 0 0")
+            parts.append(JOINT.format(side=side, n=n, parent=parent, at=at, axis=axis))
+    return "".join([*parts, "</robot>"])
+
+
+TIPS = {"left": "left_link_3", "right": "right_link_3"}
+KEYS: dict[str, Any] = {"max_acceleration": 8.0, "max_jerk": 80.0}
+
+
+@pytest.fixture
+def two(in_an_empty_folder: None) -> tp.StatedRobot:
+    Path("torso.urdf").write_text(torso({"left": 0.25, "right": -0.25}))
+    return tp.robot("torso.urdf", tips=TIPS, **KEYS)
+
+
+def test_joints_are_those_of_all_branches_in_turn(two: tp.StatedRobot) -> None:
+    arm = two.model
+    assert isinstance(arm, SpatialArm)
+    assert arm.joints.names == ("turn", "left_1", "left_2", "left_3", "right_1", "right_2", "right_3")
+    assert arm.chain.parents == (0, 1, 2, 3, 1, 5, 6)
+    assert arm.chain.ends == ("left_link_3", "right_link_3")
+    assert arm.chain.walk == (0, 1, 5, 6, 7, 6, 5, 1, 2, 3, 4)
+    pairs = {frozenset((arm.cover.links[a].name[:5], arm.cover.links[b].name[:5])) for a, b in arm.cover.pairs}
+    assert frozenset(("left_", "right")) in pairs
+    assert arm.skeleton(np.zeros((1, 7)))[0, -1] == pytest.approx([0.6, 0.25, 0.5])
+
+
+def test_arms_give_way_to_each_other(two: tp.StatedRobot) -> None:
+    arm = two.model
+    assert isinstance(arm, SpatialArm)
+    start = [0.0, -0.9, 0.3, 0.0, -0.6, -0.3, 0.0]  # the left one points to the right, in front of the other
+    goal = [0.0, 0.6, 0.3, 0.0, 0.9, -0.3, 0.0]
+    plan = tp.plan(two, start=start, goal=goal)
+    assert plan.certified
+    theta = plan.trajectory.at(np.linspace(0.0, plan.duration, 1_500))
+    turns, places = placed(arm, theta)
+    boxes = []
+    for side in ("left", "right"):
+        bodies = [n for n, joint in enumerate(arm.chain.joints, start=1) if joint.name.startswith(side)]
+        ends = [(places[:, body], places[:, body] + turns[:, body] @ [0.3, 0.0, 0.0]) for body in bodies]
+        shares = np.linspace(0.0, 1.0, 25)[:, None, None]
+        boxes.append(np.concatenate([start + shares * (end - start) for start, end in ends]))
+    apart = np.linalg.norm(boxes[0][:, None] - boxes[1][None], axis=3).min(axis=(0, 1))
+    assert apart.min() > 0.05  # middle lines of bars that are 0.05 m thick
+    run = tp.read_run(plan.save("run", figures=("png",)))
+    assert run.certified
+    assert Path("run/path.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("keys", "line"),
+    [
+        ({"tips": {"left": "left_link_3", "right": "hand"}}, "tips: no link 'hand' in the URDF; there are"),
+        ({"tips": {"left": "left_link_3", "elbow": "left_link_2"}}, "tips: no joint moves 'elbow' alone"),
+        ({"tips": TIPS, "tip_link": "left_link_3"}, "tips: beside tip_link; one of both says what is planned"),
+    ],
+)
+def test_what_is_no_set_of_tips(two: tp.StatedRobot, keys: dict[str, Any], line: str) -> None:
+    assert line in line_of(lambda: tp.robot("torso.urdf", **keys, **KEYS))
+    assert "tips: a robot that is built in has one" in line_of(lambda: tp.robot("panda", tips=TIPS).model)
