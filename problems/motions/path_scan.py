@@ -181,13 +181,16 @@ def _largest_before(
 def _where_two_meet(bounds: Bounds, symmetric: int) -> list[Matrix]:
     """The largest b at which every two bounds leave a c between them, given how many are symmetric."""
     above, tilt, below = bounds.above, bounds.tilt, bounds.below
+    pairs = list(combinations(range(above.numel()), 2))
+    alike = [pair for pair in pairs if below is None or pair[1] < symmetric]
     found: list[Matrix] = []
-    for i, j in combinations(range(above.numel()), 2):
-        if below is None or j < symmetric:
-            found.append((above[i] + above[j]) / ca.fmax(ca.fabs(tilt[i] - tilt[j]), TINY))
-        else:
-            apart = 1.0 / (tilt[i] - tilt[j])  # infinite where they never meet; both bounds are positive
-            found.append(ca.fmax((above[i] + below[j]) * apart, -(below[i] + above[j]) * apart))
+    if alike:
+        one, two = (list(each) for each in zip(*alike, strict=True))
+        found.append((above[one] + above[two]) / ca.fmax(ca.fabs(tilt[one] - tilt[two]), TINY))
+    if below is not None:
+        one, two = (list(each) for each in zip(*(pair for pair in pairs if pair[1] >= symmetric), strict=True))
+        apart = 1.0 / (tilt[one] - tilt[two])  # infinite where they never meet; both bounds are positive
+        found.append(ca.fmax((above[one] + below[two]) * apart, -(below[one] + above[two]) * apart))
     return found
 
 

@@ -141,6 +141,7 @@ def _short(whole: Budget, branches: int) -> Budget:
 
 ROUND_EVALUATIONS = 10_000  # of a search in a series of them, unless the scenario says how many
 SEARCH_SHARE = 0.5  # of the time that is left, at most, for a search
+LEAST_LEFT = 1.0  # s: a search that begins when no time is left may take its share of so much
 CANDIDATES = 3  # of each search that are refined, unless the scenario says how many
 STRUCTURED = 4  # starts of the program after each of these
 
@@ -173,8 +174,8 @@ Improve: TypeAlias = Callable[[Result, JudgedMotion, Archive, float], SearchRoun
 def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known: FloatArray | None) -> PlannedMotion:
     """The best of as many rounds as the seconds of the settings allow: search, refine, and again with a new seed.
 
-    The first search is done in any case, and begins with what is known, candidates (m, d); refining follows if time is
-    left. Results depend on the machine.
+    A first search is made in any case, a short one where no time is left, and begins with what is known, candidates
+    (m, d); refining follows if time is left. Results depend on the machine.
     """
     asked, progress = planning.settings, planning.progress
     assert asked.within is not None
@@ -186,7 +187,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
     while not rounds or (time.perf_counter() < ends and not planning.is_cut_short):
         left, archive = ends - time.perf_counter(), Archive(box)
         evaluations = asked.evaluations or ROUND_EVALUATIONS
-        budget = Budget(evaluations, asked.iterations, SEARCH_SHARE * left if left > 0.0 else None)
+        budget = Budget(evaluations, asked.iterations, SEARCH_SHARE * max(left, LEAST_LEFT))
         progress.phase("searching")
         seed, status = asked.seed + len(rounds), progress.status
         work = partial(minimize, evaluate, box, solver, budget, seed, status, archive, known)
