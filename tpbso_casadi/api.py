@@ -81,6 +81,7 @@ from tpbso_casadi.facade.sequences import Along, Attach, Detach, Line, MoveTo, O
 from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
+from tpbso_casadi.programs import Program
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.scenario import Scenario, ScenarioError, builtin, find_solver, parse_scenario, read_scenario
 from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of
@@ -149,6 +150,7 @@ __all__ = [
     "Pose",
     "Position",
     "Problem",
+    "Program",
     "RandomSearch",
     "Recording",
     "Rectangle",

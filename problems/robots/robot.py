@@ -174,6 +174,11 @@ class Robot(Parametric, ABC):
         raise InvalidProblem("robot", f"{type(self).__name__} has no tracking error")
 
     @property
+    def at_any_speed(self) -> Self:
+        """The robot whose joints may be off at any speed and acceleration as far as they may be at their limits."""
+        return self
+
+    @property
     def assumed(self) -> str:
         """The condition under which ``certified`` is true, in words to stand behind it; empty without one."""
         return ""

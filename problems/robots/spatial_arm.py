@@ -179,6 +179,12 @@ class SpatialArm(Robot):
         return replace(self, tracking=replace(self.tracking, constant=both))
 
     @property
+    def at_any_speed(self) -> SpatialArm:
+        if self.joint_errors is None:
+            return self
+        return replace(self, tracking=TrackingError(self.joint_errors, *[(0.0,) * self.dof] * 2))
+
+    @property
     def assumed(self) -> str:
         parts = [f"without the geometry of {', '.join(self.left_out.links)}"] if self.left_out.links else []
         if self.joint_errors is not None:

@@ -43,7 +43,8 @@ def clear_within(
     statuses = set()
     for criteria, trajectory in parts:
         try:
-            robot = criteria.robot.within(tuple(errors.tolist()))
+            robot = criteria.robot if at_planned_times else criteria.robot.at_any_speed
+            robot = robot.within(tuple(errors.tolist()))
         except InvalidProblem:  # so far off that levers say nothing
             return CertificateStatus.UNDECIDED
         obstacles = [each for each in criteria.obstacles if at_planned_times or not each.moves]
@@ -55,7 +56,7 @@ def clear_along(parts: Iterable[tuple[Criteria, Trajectory]]) -> CertificateStat
     """Whether limits of postures hold along paths at whichever times, but for obstacles that move."""
     statuses = set()
     for criteria, path in parts:
-        robot, obstacles = criteria.robot, [each for each in criteria.obstacles if not each.moves]
+        robot, obstacles = criteria.robot.at_any_speed, [each for each in criteria.obstacles if not each.moves]
         others = [limit for limit in criteria.limits if not is_clearance(limit) and is_of_postures(limit)]
         statuses |= _statuses(robot, obstacles, path, [*others, *clearances(robot, obstacles)])
     return _worst(statuses)

@@ -37,6 +37,8 @@ def test_errors_of_an_arm_add_up_and_leave_less_of_its_ranges() -> None:
     own = TrackingError((0.01,) * 4, (0.1,) * 4, (0.0,) * 4)
     once, twice = (arm.within((0.002,) * 4) for arm in (small_arm(4), small_arm(4, tracking=own)))
     assert once.joint_errors == (0.002,) * 4
+    assert small_arm(4).at_any_speed.joint_errors is None
+    np.testing.assert_allclose(twice.at_any_speed.tracking.numbers, [[0.212] * 4, [0.0] * 4, [0.0] * 4])
     np.testing.assert_allclose(twice.joint_errors, [0.01 + 0.1 * 2.0 + 0.002] * 4)
     assert once.limits.position == ((-2.798, 2.798),) * 4
     with pytest.raises(InvalidProblem, match="PlanarArm has no tracking error"):
