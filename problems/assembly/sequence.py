@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.assembly.criteria import Criteria, MotionStage
-from problems.base import FloatArray
+from problems.base import FloatArray, tell_step
 from problems.certify import AtGoal, CertificateStatus, ClosestApproach, Verdict, WorstIs
 from problems.limits import Clearance
 from problems.motions import Trajectory
@@ -47,7 +47,11 @@ class SequenceCriteria(Criteria):
         return replace(self, stages=tuple(stages))
 
     def by_stage(self, trajectory: Trajectory) -> tuple[tuple[Verdict, ...], ...]:
-        return tuple(stage.verify(trajectory) for stage in self.stages)
+        found = []
+        for number, stage in enumerate(self.stages):
+            tell_step("proofs", number, len(self.stages))
+            found.append(stage.verify(trajectory))
+        return tuple(found)
 
     def verify(self, trajectory: Trajectory) -> list[Verdict]:
         return list(self.overall(self.by_stage(trajectory)))
@@ -63,7 +67,9 @@ class SequenceCriteria(Criteria):
         """The closest of all stages; those are left out that provably keep farther away than another comes."""
         nearest: ClosestApproach | None = None
         bounds = map(_proven_clearance, by_stage)
-        for bound, stage in sorted(zip(bounds, self.stages, strict=True), key=lambda pair: pair[0]):
+        nearest_first = sorted(zip(bounds, self.stages, strict=True), key=lambda pair: pair[0])
+        for number, (bound, stage) in enumerate(nearest_first):
+            tell_step("closest approach", number, len(nearest_first))
             if stage.criteria is None:
                 continue
             if nearest is not None and bound >= nearest.distance:

@@ -15,6 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColu
 from rich.progress import Progress as Bars
 
 from problems import Problem
+from problems.base import listening
 from solvers import STARTS, Status
 from tpbso_casadi.display.console import OutputConsole
 from tpbso_casadi.planning import INFEASIBLE_MERIT, Progress
@@ -31,11 +32,9 @@ def planning_progress(problem: Problem[Any] | None, quiet: bool) -> Iterator[Pro
     console = OutputConsole(stderr=True, quiet=quiet)
     if quiet:
         yield Progress()
-    elif console.is_terminal:
-        with _bars(problem, console) as progress:
-            yield progress
     else:
-        yield _lines(problem, console)
+        with (_bars if console.is_terminal else _lines)(problem, console) as progress:
+            yield progress
 
 
 @contextmanager
@@ -50,10 +49,15 @@ def _bars(problem: Problem[Any] | None, console: OutputConsole) -> Iterator[Prog
         def show(status: Status) -> None:
             bars.update(bar, total=1.0, completed=status.progress, best=summary(status, problem))
 
-        yield Progress(show, phase)
+        def step(work: str, done: int, total: int) -> None:
+            bars.update(bar, description=work, total=total, completed=done, best="")
+
+        with listening(step):
+            yield Progress(show, phase)
 
 
-def _lines(problem: Problem[Any] | None, console: OutputConsole) -> Progress:
+@contextmanager
+def _lines(problem: Problem[Any] | None, console: OutputConsole) -> Iterator[Progress]:
     """A line when ``INTERVAL`` seconds have passed since the last; short commands print none."""
     told, current = time.monotonic(), "modelling"
 
@@ -71,7 +75,8 @@ def _lines(problem: Problem[Any] | None, console: OutputConsole) -> Progress:
     def show(status: Status) -> None:
         tell(f"{current}: {status.progress:.0%} of the budget, {summary(status, problem)}")
 
-    return Progress(show, phase)
+    with listening(lambda work, done, total: tell(f"{work}: {done} of {total}")):
+        yield Progress(show, phase)
 
 
 def summary(status: Status, problem: Problem[Any] | None) -> str:

@@ -23,7 +23,7 @@ import numpy as np
 
 from problems import InvalidProblem, Robot, Trajectory
 from problems.assembly import Criteria
-from problems.base import FloatArray
+from problems.base import FloatArray, tell_step
 from problems.motions import JointPath
 from problems.tasks import Move, Place, Surroundings
 from problems.timing import least_along, retime, retime_below
@@ -183,6 +183,7 @@ class SequencePlanner:
             raise ScenarioError(f"task.{error.field}: {error.reason}") from error
         stops = [SequenceStop.free(start)]
         for layer in range(len(self.moving)):
+            tell_step("postures", layer, len(self.moving))
             try:
                 stops.append(self._stop_after(layer, stops))
             except InvalidProblem as error:

@@ -10,7 +10,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import Any, NoReturn, Protocol, Self, TypeAlias
 
-from problems.base import FloatArray
+from problems.base import FloatArray, tell_step
 from solvers import Interruption
 from tpbso_casadi.plain import BrokenSeal, NotJSON, check_seal, parsed_json
 from tpbso_casadi.planning import JudgedMotion, PlannedMotion
@@ -214,9 +214,12 @@ def replace_folder(
         check(check_replaceable(folder, old))
 
     with writing(folder, make=False), replacing(folder, check_old) as staged:
-        for write in needed:
+        total = len(needed) + len(further)
+        for number, write in enumerate(needed):
+            tell_step("writing", number, total)
             write(staged)
-        for write in further:
+        for number, write in enumerate(further, start=len(needed)):
+            tell_step("writing", number, total)
             try:
                 (interruption or Interruption()).attempt(partial(write, staged))
             except Exception as error:  # no reason to lose the rest
