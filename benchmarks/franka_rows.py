@@ -4,7 +4,7 @@ The rows are sent by libfranka's own bindings, one for each of its cycles. First
 
     pip install franky-sim pylibfranka
     franky-sim -s mujoco &
-    python -m benchmarks.franka_rows run-franka/tpbso.csv 127.0.0.1
+    python -m benchmarks.franka_rows run-franka/tpbso-franka.csv 127.0.0.1
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class Inform(PointExporter):
     def text(self, route: Route, notes: list[str]) -> dict[str, str]:
         name = self.name.upper()
         points = [f"C{number:05}={','.join(route.coding.text(values))}" for number, values in enumerate(route.values)]
-        lines = [f"'{name}.TXT", f"MOVJ C00000 VJ={self.speed:.2f} PL=0"]
+        lines = ["'SEE THE TXT FILE", f"MOVJ C00000 VJ={self.speed:.2f} PL=0"]
         for step in route.numbered:
             if isinstance(step, int):
                 level = self.position_level if step in route.corners else 0
@@ -62,4 +62,4 @@ class Inform(PointExporter):
             "///PULSE", *points, "//INST", "///DATE 2000/01/01 00:00", "///ATTR SC,RW", "///GROUP1 RB1",
             "NOP", *lines, "END", "",
         ]  # fmt: skip
-        return {f"{name}.JBI": "\n".join(job), f"{name}.TXT": "\n".join([*notes, ""])}
+        return {f"{name}.JBI": "\n".join(job), f"{name}-JBI.TXT": "\n".join([*notes, ""])}

@@ -150,7 +150,7 @@ class StreamExporter(ControllerExporter):
 
 
 class RowTable(StreamExporter):
-    """A writer of rows as a table, for a program of the user's that sends them.
+    """A writer of rows as a table, for a program of the user's that sends them; the class names the file.
 
     Attributes:
         columns: the names of the axes.
@@ -168,4 +168,5 @@ class RowTable(StreamExporter):
         rows.writerow(["t", *map(self.columns.format, axes), "signal"])
         for row, (time, values) in enumerate(zip(stream.times.tolist(), stream.values, strict=True)):
             rows.writerow([f"{time:.6f}", *stream.coding.text(values), " ".join(told.get(row, ()))])
-        return {f"{self.name}.csv": text.getvalue(), f"{self.name}.txt": "\n".join([*notes, ""])}
+        file = f"{self.name}-{type(self).__name__.lower()}"
+        return {f"{file}.csv": text.getvalue(), f"{file}.txt": "\n".join([*notes, ""])}

@@ -103,4 +103,4 @@ class MoveJ(PointExporter):
             else:
                 lines.append(set_output(step) if isinstance(step, Signal) else f"  sleep({step:.3f})")
         start = route.coding.text(route.values[0])
-        return {f"{self.name}.script": script(self.name, notes, start, lines)}
+        return {f"{self.name}-movej.script": script(self.name, notes, start, lines)}

@@ -112,6 +112,11 @@ def test_the_table_of_the_arm_is_that_of_the_plan() -> None:
     )
 
 
+def test_no_two_kinds_write_the_same_file() -> None:
+    files = [name.lower() for kind in READERS for name in plan().program(kind, **SETTINGS.get(kind, {})).files]
+    assert len(set(files)) == len(files)
+
+
 def test_there_is_a_reader_of_every_kind() -> None:
     assert {*READERS, *OTHERS} == {*EXPORTERS.registry}
 
