@@ -165,7 +165,9 @@ class FreeAxis:
         found: list[tuple[ca.SX, tuple[float, ...]]] = []
         for bound in self.bounds:
             one, other = bound.at(stated, rotation)
-            angle = max(self.tilt, accuracy) if bound.axis == self.index else min(pi, bound.angle + accuracy)
+            angle = max(self.tilt, accuracy) if bound.axis == self.index else bound.angle + accuracy
+            if angle >= pi:  # any direction will do
+                continue
             cosine = ca.dot(one, other)
             if angle < pi / 2.0:
                 found.append((ca.vertcat(ca.norm_2(ca.cross(one.T, other.T)), -cosine), (sin(angle), 0.0)))
