@@ -67,8 +67,6 @@ def check_certifiable(criteria: Criteria) -> None:
     for own in (criteria, *(stage.criteria for stage in criteria.stages if stage.criteria is not None)):
         if type(own.robot) not in (SpatialArm, PlanarArm):
             raise InvalidProblem("certificate", f"there are none of robots of the kind {type(own.robot).__name__}")
-        if isinstance(own.robot, SpatialArm) and not own.robot.chain.is_serial:
-            raise InvalidProblem("certificate", "there are none of robots with several branches of joints")
 
 
 def _name_of(robot: Robot) -> str:
@@ -229,7 +227,7 @@ class _StageClaim:
                 for points, away, farther in _stated_points(place):
                     yield {
                         "at_goal": at_goal,
-                        "carrier": robot.dof - 1,
+                        "carrier": (robot.chain.carrier if isinstance(robot, SpatialArm) else robot.dof) - 1,
                         "points": frame[points].tolist(),
                         "places": (point + away).tolist(),
                         "within": float(within + farther),
@@ -280,7 +278,7 @@ def _solids(obstacle: Obstacle) -> tuple[Obstacle, ...]:
 
 
 def _tool_frame(robot: Robot) -> FloatArray:
-    """The tool, and points 1 m along its axes, in the frame of the last joint, (4, 3), m."""
+    """The tool, and points 1 m along its axes, in the frame of the body that carries it, (4, 3), m."""
     if isinstance(robot, PlanarArm):
         along, left = robot.tool_offset
         place, axes = [float(robot.link_lengths[-1]) + along, float(left), 0.0], np.eye(3)
@@ -293,10 +291,12 @@ def _tool_frame(robot: Robot) -> FloatArray:
 def _spatial_chain(robot: SpatialArm) -> dict[str, Any]:
     """Joints, and masses as they are stated: mass, centre and inertia about it, in the frame of a joint."""
     joints, base = robot.chain.joints, robot.base_frame
-    carried = [] if robot.payload is None else [(robot.dof - 1, moved_inertia(robot.payload, robot.tool.frame))]
+    carrier = robot.chain.carrier - 1
+    carried = [] if robot.payload is None else [(carrier, moved_inertia(robot.payload, robot.tool.frame))]
     bodies = [(n, joint.inertia) for n, joint in enumerate(joints) if joint.inertia is not None] + carried
     return {
         "joints": [joint.name for joint in joints],
+        "parents": list(robot.chain.parents),
         "base_rotation": _rotation(base.rotation),
         "base_translation": _flat(base.translation),
         "turns": [int(joint.turns) for joint in joints],
@@ -317,6 +317,7 @@ def _planar_chain(robot: PlanarArm) -> dict[str, Any]:
     c, s = float(np.cos(robot.base_angle)), float(np.sin(robot.base_angle))
     return {
         "joints": names,
+        "parents": list(range(robot.dof)),
         "base_rotation": [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]],
         "base_translation": [*_flat(robot.base_point), 0.0],
         "turns": [1] * robot.dof,

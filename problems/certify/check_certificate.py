@@ -2,8 +2,7 @@
 
 Exit status 0: all that the file claims is proven for all t; 1: something is not, the first is named; 2: no certificate.
 The claims follow from the numbers of robot, obstacles and motion; the file only adds how a proof is divided, and planes
-to try. docs/reference/certificate.md has the format, docs/explanation/proof.md the lemmas. What decides is written so
-that what is no number fails. SLACK is 2 N u, N = 2048 roundings, u = 2^-53 (lemma 1).
+to try. docs/reference/certificate.md has the format, docs/explanation/proof.md the lemmas. What is no number fails.
 """
 
 import gzip
@@ -11,7 +10,7 @@ import json
 import sys
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
+from itertools import combinations_with_replacement, pairwise
 from math import comb, inf, perm
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,8 +22,8 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Whole: TypeAlias = NDArray[np.intp]
-FORMAT, VERSION = "tpbso-casadi certificate", 1
-U, SLACK, TINY, OFF = 2.0**-53, 2.0**-41, 1e-100, 1e-14  # OFF: of matrices from rotations, of axes from length 1
+FORMAT, VERSION = "tpbso-casadi certificate", 2
+U, SLACK, TINY, OFF = 2.0**-53, 2.0**-41, 1e-100, 1e-14  # 2048 roundings (lemma 1); rotations and axes are off by OFF
 LARGEST_FILE, MOST_PIECES, MOST_PARTS, MOST_POWERS, MOST_LEVELS = 1 << 30, 1 << 20, 1 << 24, 25, 40
 MOST_TOLERANCES = np.array([1e-6, 1e-6, 1e-4, 1e-1])  # of limits, relative, and of the STATE at ends and breakpoints
 ORDERS = np.array([[float(i + j == k) for i in range(4) for j in range(4)] for k in range(7)])  # of products of terms
@@ -45,16 +44,16 @@ FORM = """FILE is format: word; version: ; robot: text; stages: [STAGE].
 STAGE is name: text; robot: ROBOT; obstacles: [OBSTACLE]; may_touch: TOUCH; margins: 2 | +; pause: | +;
 breakpoints: times; coefficients: pieces joints powers | ~; start: 3 joints; goal: 3 joints; tolerances: 4 | +;
 places: [PLACE]; not_covered: [text]; planes: planes 3; proof: PROOF.
-ROBOT is joints: [text]; turns: joints | <2; axes: joints 3; rotations: joints 3 3 | R; translations: joints 3;
-base_rotation: 3 3 | R; base_translation: 3; ranges: joints 2 | ?; limits: joints 4 | ?+; friction: 2 joints | +;
-tracking_error: 3 joints | +; gravity: 3; masses: masses 13; carriers: masses | <joints; links: [text];
-link_bodies: links | <100; balls: balls 4; ball_parents: balls | <balls; long_balls: long | <balls; far_ends: long 3;
-own_pairs: pairs 2 | <balls. TOUCH is links: near | <links; obstacles: near | <obstacles.
+ROBOT is joints: [text]; parents: joints | <joints; turns: joints | <2; axes: joints 3; rotations: joints 3 3 | R;
+translations: joints 3; base_rotation: 3 3 | R; base_translation: 3; ranges: joints 2 | ?; limits: joints 4 | ?+;
+friction: 2 joints | +; tracking_error: 3 joints | +; gravity: 3; masses: masses 13; carriers: masses | <joints; links:
+[text]; link_bodies: links | <100; balls: balls 4; ball_parents: balls | <balls; long_balls: long | <balls; far_ends:
+long 3; own_pairs: pairs 2 | <balls. TOUCH is links: near | <links; obstacles: near | <obstacles.
 PLACE is at_goal: | <2; carrier: | <joints; points: m 3; places: m 3; within: | +.
 OBSTACLE is name: text; shape: word; sizes: n | +; rotation: 3 3 | R; center: 3; velocity: 3; growth: | +; points: m 3.
 PROOF is limits: [digits]; obstacles: [digits]; own: [digits]"""
 FORMS = dict(form.split(" is ") for form in FORM.replace("\n", " ").split(". "))
-CHAIN = ("joints", "turns", "axes", "rotations", "translations", "base_rotation", "base_translation")
+CHAIN = ("joints", "parents", "turns", "axes", "rotations", "translations", "base_rotation", "base_translation")
 ACCEPTED = """assumed: numbers of robot, obstacles and motion, some of them above, are true; all is rigid; balls hold
 links; joints keep to tracking errors; places, speeds, accelerations and torques are the motion's; nothing else moves;
 what is taken or put down lies where the next stage has it\naccepted: all that is claimed is proven, for all t"""
@@ -118,11 +117,15 @@ def formed(value: Any, form: str, where: str, sizes: dict[str, int]) -> Any:
 
 
 class Robot:
-    """A chain of joints, and the balls of its links: of each link a tree of balls around balls."""
+    """Joints on each other, and the balls of their links: of each link a tree of balls around balls."""
 
     def __init__(self, given: Any, where: str) -> None:
         self.given, self.dof, numbers = given, len(given.joints), np.arange(len(given.balls))
         need((np.abs(norm(given.axes, axis=1) - 1.0) <= OFF).all(), f"{where}.axes", "a vector of length 1")
+        need((given.parents <= np.arange(self.dof)).all(), f"{where}.parents", "0, the base, or a joint before")
+        self.moves = np.eye(self.dof, self.dof + 1, 1, dtype=bool)  # which joint moves which body
+        for j, on in enumerate(given.parents):
+            self.moves[:, j + 1] |= self.moves[:, on]
         known = len(given.masses) or np.isinf(given.limits[:, TORQUE - 1]).all()
         need(known and (given.masses[:, 0] >= 0.0).all(), f"{where}.masses", "what the motors move, none below 0,")
         need((given.link_bodies <= self.dof).all(), f"{where}.link_bodies", "a joint, from 1 on, or 0")
@@ -164,19 +167,18 @@ class Cells:
         """A derivative of all joints, (n, dof)."""
         local = np.moveaxis(self.motion.derivatives[order][self.piece], 2, 0)
         found, sizes = np.zeros_like(local), np.zeros_like(local[0])
-        for d in range(len(local)):
-            for k in range(d, len(local)):
-                term = local[k] * (comb(k, d) * self.middle ** (k - d) * self.half**d)[:, None]
-                found[d], sizes = found[d] + term, sizes + np.abs(term)
+        for d, k in combinations_with_replacement(range(len(local)), 2):
+            term = local[k] * (comb(k, d) * self.middle ** (k - d) * self.half**d)[:, None]
+            found[d], sizes = found[d] + term, sizes + np.abs(term)
         return Taylor(found, SLACK * sizes)
 
     def torques(self, given: Any) -> tuple[Array, Array]:
         """Bounds of what the motors give, (n, dof) each: Newton and Euler from the base on and back (lemma 6)."""
-        count = range(len(given.joints))
-        place, speed, quicker = ([self.state(order)[:, j, None, None] for j in count] for order in range(3))
+        place, speed, quicker = ([self.state(d)[:, j, None, None] for j in range(len(given.joints))] for d in range(3))
         arm, wrenches, zero = Arm(given, place, fixed, Taylor.waves), [], fixed(np.zeros((3, 1)))
-        rate, spin, pull = zero, zero, fixed(-given.gravity[:, None])
-        for j in count:
+        twists, felt = [(zero, zero, fixed(-given.gravity[:, None]))], [(zero, zero)] * (len(speed) + 1)
+        for j, on in enumerate(given.parents):
+            rate, spin, pull = twists[on]
             frame, axis, lever = arm.frames[j + 1], arm.axes[j], arm.arms[j]
             pull = pull + spin.cross(lever) + rate.cross(rate.cross(lever))
             along = axis * speed[j]
@@ -185,23 +187,22 @@ class Cells:
                 rate, spin = rate + along, spin + twist + axis * quicker[j]
             else:
                 pull = pull + twist + twist + axis * quicker[j]
-            force = moment = zero
+            twists, force, moment = [*twists, (rate, spin, pull)], zero, zero
             for mass in given.masses[given.carriers == j]:
                 center = frame @ fixed(mass[1:4, None])
                 inertia = frame @ fixed(mass[4:].reshape(3, 3)) @ frame.T
                 push = (pull + spin.cross(center) + rate.cross(rate.cross(center))) * fixed(mass[0])
-                force = force + push
-                moment = moment + center.cross(push) + inertia @ spin + rate.cross(inertia @ rate)
+                force, moment = force + push, moment + center.cross(push) + inertia @ spin + rate.cross(inertia @ rate)
             wrenches.append((force, moment))
-        force, moment, (low, high) = zero, zero, np.empty((2, len(self.half), len(count)))
-        for j in reversed(count):
-            force, moment = force + wrenches[j][0], moment + wrenches[j][1]
+        low, high = np.empty((2, len(self.half), len(speed)))
+        for j, on in reversed(list(enumerate(given.parents))):
+            force, moment = (own + passed for own, passed in zip(wrenches[j], felt[j + 1], strict=True))
             along, friction = moment if given.turns[j] else force, given.friction[:, j]
             motor = arm.axes[j].T @ along + speed[j] * fixed(friction[0])
             (least, most), (slowest, fastest) = ([part[:, 0, 0] for part in of.range()] for of in (motor, speed[j]))
             low[:, j] = least + np.where(slowest > 0.0, 1.0, -1.0) * friction[1]
             high[:, j] = most + np.where(fastest < 0.0, -1.0, 1.0) * friction[1]
-            moment = moment + arm.arms[j].cross(force)
+            felt[on] = felt[on][0] + force, felt[on][1] + moment + arm.arms[j].cross(force)
         return np.nextafter(low, -inf), np.nextafter(high, inf)
 
 
@@ -264,10 +265,11 @@ class Arm:
     """Frames, places and axes of bodies, the base's first, at values (n, 1, 1) of the joints: arrays, or functions."""
 
     def __init__(self, given: Any, values: Any, kept: Callable[[Any], Any], waves: Callable[[Any], Any]) -> None:
-        frame, place = kept(given.base_rotation), kept(given.base_translation[:, None])
-        self.frames, self.places, self.axes, self.arms = [frame], [place], list[Any](), list[Any]()
-        for j, value in enumerate(values):
-            a, arm = given.axes[j], frame @ kept(given.translations[j][:, None])
+        self.frames, self.places = [kept(given.base_rotation)], [kept(given.base_translation[:, None])]
+        self.axes, self.arms = list[Any](), list[Any]()
+        for j, (on, value) in enumerate(zip(given.parents, values, strict=True)):
+            a, frame = given.axes[j], self.frames[on]
+            arm = frame @ kept(given.translations[j][:, None])
             frame, along = frame @ kept(given.rotations[j]), np.outer(a, a)
             axis = frame @ kept(a[:, None])
             if given.turns[j]:
@@ -275,7 +277,7 @@ class Arm:
                 frame = frame @ (kept(along) + c * kept(np.eye(3) - along) + s * kept(np.cross(np.eye(3), a)))
             else:
                 arm = arm + axis * value
-            self.frames, self.places = [*self.frames, frame], [*self.places, self.places[-1] + arm]
+            self.frames, self.places = [*self.frames, frame], [*self.places, self.places[on] + arm]
             self.axes, self.arms = [*self.axes, axis], [*self.arms, arm]
 
 
@@ -299,7 +301,7 @@ class Scene:
         cell, (frame, place) = self.cell, (part[body, self.cell] for part in (self.frames, self.places))
         points, moved = np.einsum("mij,emj->emi", frame, ends) + place[..., 0], np.zeros(len(body))
         for j, turns in enumerate(self.robot.given.turns):
-            by = np.flatnonzero((body > j) & (seen_from <= j))
+            by = np.flatnonzero(self.robot.moves[j, body] & ~self.robot.moves[j, seen_from])
             arm = np.cross(self.axes[j, cell[by], :, 0], points[:, by] - self.places[j + 1, cell[by], :, 0])
             moved[by] += self.away[cell[by], j] * (norm(arm, axis=2).max(axis=0) + self.rounding if turns else 1.0)
         return points, moved * (1.0 + SLACK)
@@ -328,8 +330,7 @@ class Claim:
         rows, which = np.arange(len(pairs)), np.argmax(sizes, axis=1)  # the larger one, of equal ones the first
         ball = pairs[rows, which]
         need(robot.counts[ball].sum() < MOST_PARTS, "proof", f"fewer than {MOST_PARTS} parts at a time")
-        whole = np.repeat(rows, robot.counts[ball])
-        parts = pairs[whole]
+        parts = pairs[whole := np.repeat(rows, robot.counts[ball])]
         parts[np.arange(len(whole)), which[whole]] = np.concatenate([whole[:0], *(robot.children[b] for b in ball)])
         early = self.cells[half] + self.cells[half] // pieces * pieces
         self.pairs = np.concatenate([np.tile(self.pairs[half], (2, 1)), parts])
@@ -410,8 +411,9 @@ class Stage:
     def apart(self, pairs: Whole, cells: Cells) -> tuple[Array, Array]:
         """Of two balls: the best of planes across ways from ends to the other one (lemma 5)."""
         scene, (body, other), found = Scene(self, cells), self.robot.body[pairs].T, np.full(len(pairs), -inf)
-        near, _ = scene.follow(other, self.robot.ends[:, pairs[:, 1]], self.robot.dof)
+        near, back = scene.follow(other, self.robot.ends[:, pairs[:, 1]], body)
         far, travel = scene.follow(body, self.robot.ends[:, pairs[:, 0]], other)
+        travel = travel + back
         for one, two in ((near, far), (far, near)):
             along = two[-1] - two[0]
             share = ((one - two[0]) * along).sum(axis=2) / np.maximum((along * along).sum(axis=1), TINY)
@@ -433,9 +435,8 @@ class Stage:
             for k in np.flatnonzero(~(jumps <= most).all(axis=1)):
                 raise RefusedError(f"{what} of {given.name} jumps by {jumps[k].max()} up to t = {self.breaks[k]} s")
         for p in given.places:  # as the motion itself has them, to its tolerance (lemma 8)
-            posture, body = (given.start, given.goal)[p.at_goal][0], p.carrier + 1
-            joints = [Taylor(np.full((1, 1, 1, 1), q), given.tolerances[1]) for q in posture]
-            arm = Arm(given.robot, joints, fixed, Taylor.waves)
+            at, body, off = (given.start, given.goal)[p.at_goal][0], p.carrier + 1, given.tolerances[1]
+            arm = Arm(given.robot, (Taylor(np.full((1, 1, 1, 1), q), off) for q in at), fixed, Taylor.waves)
             low, high = (arm.frames[body] @ fixed(p.points.T) + arm.places[body] - fixed(p.places.T)).range()
             away = norm(np.maximum(-low, high), axis=1).max(initial=0.0) * (1.0 + SLACK)
             if not away <= p.within:

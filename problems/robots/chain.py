@@ -113,11 +113,6 @@ class Chain(Parametric):
         return tuple(number if joint.parent is None else joint.parent for number, joint in each)
 
     @property
-    def is_serial(self) -> bool:
-        """Whether each joint is on the body that the one before moves, and the last carries the tool."""
-        return self.parents == tuple(range(len(self.joints))) and self.carrier == len(self.joints)
-
-    @property
     def carrier(self) -> int:
         """The number of the body that carries the tool."""
         return len(self.joints) if self.tip_body is None else self.tip_body

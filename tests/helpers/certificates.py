@@ -24,7 +24,7 @@ from problems.scene import Box, ConstantVelocity, MovingObstacle, Obstacle
 from problems.tasks import Joints, Move
 
 Content = dict[str, Any]
-FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4)}  # obstacles, so that some motions are clear
+FAR = {"upright": (2, 3, 6), "sliding": (0, 1, 2, 4), "bars": (1, 3, 4), "fork": (1, 3, 4)}  # obstacles
 CART = MovingObstacle(
     Box(center=(0.0, 0.0, 0.0), size=(0.2, 0.2, 0.2), name="cart"),
     ConstantVelocity((0.5, 0.2, 0.0), (-3.0, 0.5, 0.3)),

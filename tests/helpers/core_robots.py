@@ -134,8 +134,7 @@ def robot_of(name: str) -> SpatialArm:
     return {"upright": upright, "sliding": sliding, "fork": fork}[name]()
 
 
-SERIAL = ("upright", "sliding", "bars")
-ROBOTS = (*SERIAL, "fork")
+ROBOTS = ("upright", "sliding", "bars", "fork")
 TURNED = tuple(Rotation.from_rotvec([0.4, -0.7, 0.3]).as_quat().tolist())
 CORNERS = tuple(map(tuple, (np.random.default_rng(5).normal(size=(30, 3)) * [0.15, 0.1, 0.2]).tolist()))
 EXAMPLES: dict[str, Obstacle] = {  # by the names that scenarios have for shapes

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from helpers.certificates import Content, accepted, case, changed, criteria_of, draw, scene_of, straight
-from helpers.core_robots import EXAMPLES, SERIAL, distances, margins, placed, robot_of
+from helpers.core_robots import EXAMPLES, ROBOTS, distances, margins, placed, robot_of
 from helpers.slow import slow_except
 
 from problems.assembly import certificate_of
@@ -46,7 +46,7 @@ def held(stage: checker.Stage, key: str) -> Iterator[tuple[np.ndarray, checker.C
         claim.divide(digits)
 
 
-@pytest.mark.parametrize("name", slow_except(SERIAL, 1))
+@pytest.mark.parametrize("name", slow_except(ROBOTS, 1))
 def test_what_is_accepted_is_clear_at_many_times(name: str) -> None:
     """By another product of transformations, and every ball."""
     for number in range(3):
@@ -69,7 +69,7 @@ def _at(obstacle: Any, time: float) -> Any:
     return replace(obstacle.still, center=tuple(place), size=tuple(np.array(obstacle.still.size) + grown))
 
 
-@pytest.mark.parametrize("name", SERIAL)
+@pytest.mark.parametrize("name", ROBOTS)
 def test_bounds_hold_all_through_cells(name: str) -> None:
     """Of every node: by positions of its centre at many times of each cell."""
     made, count = case(name), 0
@@ -212,7 +212,7 @@ def test_the_share_of_a_speed_without_a_limit_leaves_no_range() -> None:
         divided(changed(content, "robot", "limits", 0, 0, value=None)["stages"][0])
 
 
-@pytest.mark.parametrize("name", SERIAL)
+@pytest.mark.parametrize("name", ROBOTS)
 def test_points_of_bodies_are_where_the_ends_have_them(name: str) -> None:
     """By another product of transformations: no farther than is said, in any posture within the tolerances."""
     made, rng = case(name), np.random.default_rng(3)

@@ -137,9 +137,9 @@ def test_what_is_no_number_is_no_certificate(content: Content, path: tuple[Any, 
 PLACE: Content = {"at_goal": 1, "carrier": 0, "points": [[0.0] * 3], "places": [[0.0] * 3], "within": 1.0}
 FAULTS: list[tuple[tuple[Any, ...], Any, str]] = [
     (("format",), "another", "format"),
-    (("version",), 2, "tpbso-casadi certificate 1"),
+    (("version",), 1, "tpbso-casadi certificate 2"),
     (("version",), True, "version"),
-    (("stages",), [], "tpbso-casadi certificate 1"),
+    (("stages",), [], "tpbso-casadi certificate 2"),
     (("margins", 0), -0.01, "from 0"),
     (("pause",), -1.0, "from 0"),
     (("robot", "tracking_error", 0, 0), -0.1, "from 0"),

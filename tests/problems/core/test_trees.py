@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
 import pytest
 from helpers.core_robots import placed, postures, robot_of
 
-from problems.assembly.certificate import check_certifiable
-from problems.base import InvalidProblem, as_array
+from problems.base import as_array
 from problems.core import CoreExpression, Dynamics
 from problems.motions import Samples, traced
 from problems.robots import FixedFrame, SpatialArm, Transform, built_in
@@ -41,8 +39,7 @@ def test_bodies_and_what_they_have_in_common() -> None:
     assert chain.above(6) == [6, 4, 2, 1]
     assert chain.above(6, 2) == [6, 4]
     assert [chain.common(*pair) for pair in ((6, 7), (4, 6), (0, 5), (3, 3))] == [1, 4, 0, 3]
-    assert not chain.is_serial
-    assert built_in("panda").arm().chain.is_serial
+    assert built_in("panda").arm().chain.parents == tuple(range(7))
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5e"])
@@ -134,8 +131,3 @@ def test_no_body_is_faster_against_another_than_is_said() -> None:
         common = robot.chain.common(spheres[one].link, spheres[two].link)
         moving = {*robot.chain.above(spheres[one].link, common), *robot.chain.above(spheres[two].link, common)}
         assert {int(np.flatnonzero(row)[0]) + 1 for row in rates} == moving
-
-
-def test_there_is_no_certificate_of_a_tree_yet() -> None:
-    with pytest.raises(InvalidProblem, match="none of robots with several branches of joints"):
-        check_certifiable(SimpleNamespace(robot=robot_of("fork"), stages=()))  # type: ignore[arg-type]

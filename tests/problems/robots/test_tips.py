@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from helpers.core_robots import placed
 from helpers.running import line_of
 
 import tpbso_casadi as tp
+from problems.certify import check_certificate as checker
 from problems.robots import SpatialArm
 
 JOINT = (
@@ -24,7 +26,8 @@ JOINT = (
 
 def torso(sides: dict[str, float]) -> str:
     """A column that turns, with an arm of three joints on each side."""
-    parts = ['<robot name="torso"><link name="floor"/><link name="column"/>']
+    mass = '<inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    parts = [f'<robot name="torso"><link name="floor"/><link name="column">{mass}</link>']
     parts.append(
         '<joint name="turn" type="revolute"><parent link="floor"/><child link="column"/><axis xyz="0 0 1"/>'
         '<limit lower="-1" upper="1" velocity="1" effort="200"/></joint>'
@@ -91,3 +94,29 @@ def test_arms_give_way_to_each_other(two: tp.StatedRobot) -> None:
 def test_what_is_no_set_of_tips(two: tp.StatedRobot, keys: dict[str, Any], line: str) -> None:
     assert line in line_of(lambda: tp.robot("torso.urdf", **keys, **KEYS))
     assert "tips: a robot that is built in has one" in line_of(lambda: tp.robot("panda", tips=TIPS).model)
+
+
+def changed(content: Any, robot: str, change: Any) -> Any:
+    """The content of a certificate in which a part of its robot is another one."""
+    found = copy.deepcopy(content)
+    part = found["stages"][0]["robot"]
+    part[robot] = change(part[robot])
+    return found
+
+
+def test_the_checker_follows_branches(two: tp.StatedRobot, tmp_path: Path) -> None:
+    arms = tp.robot("torso.urdf", tips=TIPS, max_torque=40.0, **KEYS)
+    start, goal = [0.0, -0.9, 0.3, 0.0, -0.6, -0.3, 0.0], [0.0, 0.6, 0.3, 0.0, 0.9, -0.3, 0.0]
+    plan = tp.plan(arms, start=start, goal=goal)
+    content = checker.read(plan.certificate(tmp_path / "c.json"))
+    assert content["stages"][0]["robot"]["parents"] == [0, 1, 2, 3, 1, 5, 6]
+    checker.check(content)
+    for part, change, line in (
+        ("parents", lambda _: [0, 1, 2, 3, 4, 5, 6], "clearance of|torque of"),
+        ("translations", lambda given: [*given[:4], [0.0, 0.05, 0.5], *given[5:]], "self clearance of"),
+        ("limits", lambda given: [[*row[:3], 0.05 * row[3]] for row in given], "torque of"),
+    ):
+        with pytest.raises(checker.RefusedError, match=line):
+            checker.check(changed(content, part, change))
+    with pytest.raises(ValueError, match="parents: 0, the base, or a joint before"):
+        checker.check(changed(content, "parents", lambda _: [0, 1, 2, 3, 6, 5, 6]))
