@@ -14,7 +14,7 @@ from problems.assembly import MotionStage
 from problems.base import FloatArray
 from solvers import Result
 from tpbso_casadi.audit_report import audit_run
-from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array
+from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array, whole
 from tpbso_casadi.facade.audit import RunAudit
 from tpbso_casadi.facade.showing import chosen, data_frame, exports_of
 from tpbso_casadi.figures import figure_writers
@@ -36,6 +36,8 @@ from tpbso_casadi.storage import (
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+    from tpbso_casadi.animation.live_view import LiveView
 
 
 @dataclass(frozen=True, repr=False)
@@ -274,6 +276,20 @@ class Plan:
             ValueError: it is no number above 0.
         """
         return Player.of(self.motion, repr(self)[1:-1], round(positive("height", height, "pixels")))
+
+    def view(self, port: int = 8080) -> LiveView:
+        """The motion of a robot in space in a scene of viser, which a browser or a notebook shows; needs viser.
+
+        Args:
+            port: of its server.
+
+        Raises:
+            ImportError: viser is not installed.
+            ValueError: the robot is in the plane.
+        """
+        from tpbso_casadi.animation.live_view import LiveView  # noqa: PLC0415 (slow to load)
+
+        return LiveView(self.motion, whole("port", port))
 
     def save(
         self,

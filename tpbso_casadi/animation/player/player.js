@@ -10,7 +10,7 @@ function start(figure) {
   const scene = find("scene"), pen = penOf(scene), plots = find("curves");
   const stage = STAGES[figure.dataset.stage](motion, scene, ask);
   const transport = transportOf(find, clock, { steps: last, seconds: motion.seconds, broken: motion.broken }, ask);
-  const stages = stagesOf(find("stages"), motion.stages, clock.end, transport.goTo);
+  const stages = stagesOf(find("stages"), motion.stages, clock, transport.goTo);
   const curves = curvesOf(motion, plots), legend = legendOf(find("joints"), motion.joint_names);
   const way = motion.joints.map((posture) => posture[posture.length - 1]);
 
@@ -36,7 +36,7 @@ function start(figure) {
     curves.draw(numbers, clock.time, row, theme);
     legend.show(first, between(first.values, row));
     transport.show();
-    stages.show(clock.time);
+    stages.show();
   }
   function ask() {
     if (waiting) return;

@@ -2,10 +2,10 @@
 const SHORTEST = 34;  // px: a name with less room is its number alone
 
 // stages: name, label, start and end in s, signal; jump: to a time.
-function stagesOf(place, stages, end, jump) {
+function stagesOf(place, stages, clock, jump) {
+  const end = clock.end;
   const lasting = stages.filter((stage) => stage.end > stage.start), told = stages.filter((stage) => stage.signal);
   const left = (time) => `${100 * time / end}%`;
-  let now = 0;
   place.hidden = !stages.length;
   const parts = lasting.map((stage) => {
     const part = place.appendChild(document.createElement("button"));
@@ -25,16 +25,15 @@ function stagesOf(place, stages, end, jump) {
     bindings: lasting.length ? [{
       keys: ["PageUp", "PageDown"], shown: "page \u2191 \u2193", what: "to the stage before, or the next",
       run: (on) => jump(on
-        ? lasting.find(({ start }) => start > now + 1e-6)?.start ?? end
-        : lasting.findLast(({ start }) => start < now - 1e-6)?.start ?? 0),
+        ? lasting.find(({ start }) => start > clock.time + 1e-6)?.start ?? end
+        : lasting.findLast(({ start }) => start < clock.time - 1e-6)?.start ?? 0),
     }] : [],
-    show(time) {
-      now = time;
+    show() {
       lasting.forEach((stage, index) => {
         const part = parts[index], roomy = part.clientWidth >= SHORTEST;
         const text = roomy ? stage.name : stage.name.split(" ")[0];
         if (part.textContent !== text) part.textContent = text;
-        part.classList.toggle("now", stage.start <= time && (time < stage.end || stage.end >= end));
+        part.classList.toggle("now", stage.start <= clock.time && (clock.time < stage.end || stage.end >= end));
       });
     },
   };
