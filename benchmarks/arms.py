@@ -11,7 +11,9 @@ Covers are made anew; packages are those of ``ROS_PACKAGE_PATH``, whose entries 
 from __future__ import annotations
 
 import argparse
+import json
 import os
+import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -58,18 +60,20 @@ class CoveredArm:
     seconds: float
 
     @classmethod
-    def read(cls, file: Path) -> CoveredArm:
-        """The arm that a file describes.
+    def read(cls, file: Path, keys: Mapping[str, Any]) -> CoveredArm:
+        """The arm that a file describes, with keys of [robot].
 
         Raises:
             InvalidProblem: it cannot be covered.
             ScenarioError: it cannot be read.
         """
         folder = InputFolder(Path(), outside_allowed=True)
-        table = read_table(SpatialRobotSection, "robot", {"urdf": str(file)} | LIMITS).with_texts(folder)
+        table = read_table(SpatialRobotSection, "robot", {"urdf": str(file), **LIMITS, **keys}).with_texts(folder)
         description, read = table.description(), table.meshes(folder)
+        for kept in Path(os.environ[cache.VARIABLE]).glob("*.cover"):
+            kept.unlink()
         began = time.process_time()
-        covers, _ = description.new_covers(read)
+        covers, _ = description.new_covers(read, ignored=keys.get("ignore_geometry", ()))
         seconds = time.process_time() - began
         stated = table.replaced(covers_text=covers_text(covers.values())) if covers else table
         return cls(file, StatedRobot(stated), covers, seconds)
@@ -123,7 +127,10 @@ class PinocchioReferee:
         for number, body in enumerate(meshes.geometry.geometryObjects):
             if body.parentFrame < meshes.model.nframes:  # a box has none
                 owners.setdefault(meshes.model.frames[body.parentFrame].name, []).append(number)
-        for first, second in _apart(arm, owners):
+        ignored = {number for link in arm.left_out.links for number in owners.get(link, ())}
+        beside = [(pair.first, pair.second) for pair in meshes.geometry.collisionPairs]
+        meshes.geometry.removeAllCollisionPairs()
+        for first, second in (*(pair for pair in beside if not {*pair} & ignored), *_apart(arm, owners)):
             meshes.geometry.addCollisionPair(meshes.pin.CollisionPair(first, second))
         self.data = meshes.geometry.createData()
 
@@ -267,20 +274,29 @@ def label(file: Path) -> str:
     return f"{folder}/{file.name.removesuffix('.urdf')}"
 
 
-def row(file: Path) -> list[str]:
-    """What is known of a file in the end."""
+def advised(error: Exception, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys that a refusal advises besides some: the first of several arms, or links that follow joints left out."""
+    tip, links = (re.search(pattern, str(error)) for pattern in (r"chains end at '([^']+)'", r'geometry = (\[".*"\])'))
+    ignored = keys.get("ignore_geometry", [])
+    return {"tip_link": tip[1]} if tip else {"ignore_geometry": [*ignored, *json.loads(links[1])]} if links else {}
+
+
+def row(file: Path, **keys: Any) -> list[str]:
+    """What is known of a file in the end; where it is refused with advice, of the robot as it is advised."""
     try:
-        covered = CoveredArm.read(file)
-    except (InvalidProblem, ScenarioError) as error:
-        return [label(file), f"refused: {error}", *[""] * (len(HEADER) - 2)]
-    try:
+        covered = CoveredArm.read(file, keys)
         planning, pairs = covered.letting_touch()
-        verdict, *rest = planned(planning)
     except (InvalidProblem, ScenarioError) as error:
-        return [*covered.figures, f"refused: {error}", "", ""]
+        advice = advised(error, keys)
+        return (
+            row(file, **{**keys, **advice}) if advice else [label(file), f"refused: {error}", *[""] * (len(HEADER) - 2)]
+        )
+    try:
+        verdict, *rest = planned(planning)
     except ValueError as error:  # Pinocchio reads no such file
         return [*covered.figures, "certified", "", f"not looked for: {error}"]
     touching = ", ".join(f"{one} and {two}" for one, two in pairs)
+    verdict += "".join(f"; {key} = {json.dumps(value)}" for key, value in keys.items())
     return [*covered.figures, verdict + (f"; may touch: {touching}" if pairs else ""), *rest]
 
 
