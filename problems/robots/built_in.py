@@ -18,6 +18,7 @@ from problems.robots.urdf import read_urdf
 BUILT_IN: Collection[str] = ("panda", "ur5e", "iiwa14")
 
 
+@lru_cache
 def built_in(name: str, tip_link: str | None = None) -> RobotDescription:
     """A built-in robot with its limits and covers.
 

@@ -293,13 +293,15 @@ class Move(Task):
         def missed(place: Place) -> float:
             return float(np.abs(as_array(place.miss(self.robot, posture))).max()) / place.tolerance(self.robot)
 
-        return min(goals, key=missed)
+        return goals[0] if len(goals) == 1 else min(goals, key=missed)
 
     @property
     def goal_cost(self) -> float:
         return min(goal.cost for goal in self.goals)
 
     def added_cost(self, trajectory: Trajectory) -> float:
+        if len({goal.cost for goal in self.goals}) == 1:
+            return self.goal_cost  # whichever is reached
         return self.reached_goal(trajectory.at(trajectory.breakpoints[-1:])[0]).cost
 
     def taken(self, trajectory: Trajectory) -> tuple[str, ...]:
