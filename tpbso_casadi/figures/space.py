@@ -370,7 +370,8 @@ def draw_thickness(axes: Axes, view: View, scene: Scene, postures: Sequence[Post
         )  # fmt: skip
         if placed is not None:
             outline = silhouette(view, placed_corners(scene.appearances, placed))
-            axes.add_patch(PathPatch(outline, facecolor=posture.colour, alpha=0.25, linewidth=0.0, zorder=2))
+            axes.add_artist(PathPatch(outline, facecolor=posture.colour, alpha=0.25, linewidth=0.0, zorder=2))
+            axes.update_datalim(outline.vertices)  # which add_patch seeks edge by edge, for seconds
 
 
 def draw_solids(axes: Axes, view: View, solids: Sequence[Polyhedron], opacity: float, edges: float = 1.0) -> None:
