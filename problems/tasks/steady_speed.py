@@ -78,7 +78,7 @@ class SteadySpeed:
     def where_kept(self, path: ToolPath, robot: Robot, motion: Trajectory) -> tuple[Self, str | None]:
         """The statement with the distances that a motion needs, and where and why the motion breaks it, if it does."""
         times = np.linspace(0.0, motion.duration, INTERVALS + 1)
-        tool = as_array(motion.samples(times, robot).tool)
+        tool = as_array(robot.tool.position(ca.DM(motion.at(times))))
         steps = np.linalg.norm(np.diff(tool, axis=0), axis=1)
         slow = steps < self.least * ROUNDING * np.diff(times)
         if slow.all():

@@ -18,7 +18,7 @@ from problems.timing.settings import ThroughSettings
 from problems.timing.speed_profile import SpeedProfile
 from problems.timing.through import Passing, apart, fastest_through, peak_shares
 from problems.timing.through_bound import least_through
-from problems.timing.tool_length import retime_below
+from problems.timing.tool_length import least_below, retime_below
 
 __all__ = [
     "AccelerationPieces",
@@ -38,6 +38,7 @@ __all__ = [
     "fastest_through",
     "fitted_path",
     "least_along",
+    "least_below",
     "least_duration",
     "least_durations",
     "least_through",

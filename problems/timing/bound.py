@@ -110,7 +110,7 @@ def _least_times(ways: FloatArray, squares: FloatArray, limits: JointLimits) -> 
 
 def _from_rest(ways: FloatArray, acceleration: FloatArray, jerk: FloatArray) -> FloatArray:
     """The least times in which joints turn by ways (n, k) from rest without an acceleration, s."""
-    rise = acceleration / jerk
+    rise = np.divide(acceleration, jerk, out=np.zeros_like(jerk), where=np.isfinite(jerk))  # none without limits
     growing = np.cbrt(6.0 * ways / jerk)
     steady = np.sqrt(np.maximum(2.0 * ways / acceleration - rise**2 / 12.0, 0.0)) + rise / 2.0
     return np.where(growing <= rise, growing, steady)

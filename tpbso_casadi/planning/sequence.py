@@ -26,7 +26,7 @@ from problems.assembly import Criteria
 from problems.base import FloatArray, tell_step
 from problems.motions import JointPath
 from problems.tasks import Move, Place, Surroundings
-from problems.timing import least_along, retime, retime_below
+from problems.timing import least_along, least_below, retime, retime_below
 from tpbso_casadi.planning.direct import directly, judged, polished
 from tpbso_casadi.planning.finishing import PlannedMotion
 from tpbso_casadi.planning.known_motions import EarlierMotion, KnownMotions, scene_of
@@ -264,8 +264,16 @@ class SequencePlanner:
                 others = np.arange(len(before.postures)) != parent
                 bounds[others, number] = durations[others, number] = np.inf
             if path is not None:
-                durations[parent, number] = least_along(path, robot.limits)
+                durations[parent, number] = self._least_led(layer, path, robot)
         return Edges(bounds, durations)
+
+    def _least_led(self, layer: int, path: JointPath, robot: Robot) -> float:
+        """The least time along a path that a stage's tool follows, s."""
+        stage = self.stage(layer)
+        assert isinstance(stage, LedStage)
+        if stage.fastest_tool is None:
+            return least_along(path, robot.limits)
+        return least_below(path, robot, stage.fastest_tool)
 
     def _robot(self, layer: int) -> Robot:
         """The robot of a stage, with the limits that the stage has."""

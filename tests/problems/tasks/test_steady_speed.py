@@ -11,7 +11,7 @@ import tpbso_casadi as tp
 from benchmarks.lines import tool
 from problems import PlanarArm
 from problems.motions import JointPath
-from problems.timing import retime, retime_below
+from problems.timing import least_below, retime, retime_below
 
 HOME = [0.0, -0.5, 0.0, -2.0, 0.0, 1.6, 0.8]
 ELBOW_OUT = [0.2, -1.4, 1.6, -1.6, -1.6, 0.3]
@@ -23,7 +23,9 @@ def test_a_turn_of_one_joint_is_as_if_that_joint_were_slower(jerk: Any) -> None:
     path = JointPath.through(np.array([[0.0, 0.3], [1.0, 0.3]]))  # of a tool 0.98 m from the first joint
     reach = float(np.hypot(0.5 + 0.5 * np.cos(0.3), 0.5 * np.sin(0.3)))
     slower = PlanarArm((0.5, 0.5), (0.8 / reach, 4.0), (20.0, 20.0), max_jerk=jerk)
-    assert retime_below(path, arm, 0.8).duration == pytest.approx(retime(path, slower.limits).duration, rel=1e-5)
+    duration = retime_below(path, arm, 0.8).duration
+    assert duration == pytest.approx(retime(path, slower.limits).duration, rel=1e-5)
+    assert 0.9 * duration < least_below(path, arm, 0.8) <= duration
 
 
 def speeds_of(plan: tp.Plan, arm: str, since: float, until: float) -> tuple[np.ndarray, np.ndarray]:
