@@ -81,10 +81,12 @@ class Srdf:
         return (*self.touching, *(pair for pair in pairs if frozenset(pair) not in self.tested))
 
     def postures(self, joints: Sequence[str], group: str | None) -> dict[str, tuple[float, ...]]:
-        """The named postures that state all of some joints, those of a group before others of the same name."""
-        states = sorted(self.states, key=lambda state: state.group == group)
-        complete = (state for state in states if state.values.keys() >= {*joints})
-        return {state.name: tuple(state.values[joint] for joint in joints) for state in complete}
+        """The named postures that state all of some joints, of several groups together, a group before others."""
+        stated: dict[str, dict[str, float]] = {}
+        for state in sorted(self.states, key=lambda state: state.group == group):
+            stated.setdefault(state.name, {}).update(state.values)
+        complete = {name: values for name, values in stated.items() if values.keys() >= {*joints}}
+        return {name: tuple(values[joint] for joint in joints) for name, values in complete.items()}
 
     def group_of(self, tree: Tree, group: str | None) -> str | None:
         """The group that is planned: the one that is named, or else the only chain without a hand.
@@ -137,6 +139,16 @@ class Srdf:
             cure = f"locked = {{ {between} = 0.0 }} says where it stands"
             raise InvalidProblem("group", f"{between!r} moves between its joints, and is none of {group!r}; {cure}")
         return tree.fixed_root(way[first].parent), self._tip(tree, group, last)
+
+    def branches(self, tree: Tree, group: str) -> dict[str, str]:
+        """The tips of the parts of a group that are chains, by their names; none where the group itself is one."""
+        parts = self.groups.get(group)
+        if parts is None or not self.groups.keys() >= {*parts.groups}:
+            return {}  # which is said where it is read as a chain
+        if parts.joints or parts.links or parts.chains or self._ends_or_none(tree, group) is not None:
+            return {}
+        ends = {part: self._ends_or_none(tree, part) for part in parts.groups if part not in self.hands}
+        return {part: both[1] for part, both in ends.items() if both is not None}
 
     def _tip(self, tree: Tree, group: str, last: UrdfJoint) -> str:
         """The link on the last body that carries the end effector, or else the farthest of the group's links."""

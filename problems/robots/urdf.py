@@ -70,7 +70,7 @@ def read_urdf(
     firsts += [LinkFrame(joint.child, number, parent=joint.parent) for number, joint in enumerate(moving, 1)]
     bodies = [_body(standing, first, along, {*values, *leads}) for first in firsts]
     frames = {frame.name: frame for body in bodies for frame in body.frames}
-    tip = frames[next(iter(tips.values())) if tips else joints[-1].child]
+    tip = frames[next(iter(ends.branches(tree).values()), joints[-1].child)]
     chain = Chain(
         name=file.name,
         joints=tuple(_joint(joint, frames[joint.parent], body) for joint, body in zip(moving, bodies[1:], strict=True)),
@@ -124,10 +124,16 @@ class _Ends:
     group: str | None
     tips: Mapping[str, str]
 
+    def branches(self, tree: Tree) -> Mapping[str, str]:
+        """The ends of several branches by their names; none of a chain."""
+        if self.tips or self.srdf is None or self.group is None or self.tip_link is not None:
+            return self.tips
+        return self.srdf.branches(tree, self.group)
+
     def chain(self, tree: Tree) -> tuple[str, list[UrdfJoint], list[str], str | None]:
         """The base, the joints from it to the tips, notes on what was not stated, and the group."""
-        if self.tips:
-            return *tree.branches(self.base_link, self.tips), None
+        if branches := self.branches(tree):
+            return *tree.branches(self.base_link, branches), self.group
         base, tip, group = self.base_link, self.tip_link, self.group
         if self.srdf is not None and (group is not None or tip is None):
             group = self.srdf.group_of(tree, group)

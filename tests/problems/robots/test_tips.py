@@ -120,3 +120,27 @@ def test_the_checker_follows_branches(two: tp.StatedRobot, tmp_path: Path) -> No
             checker.check(changed(content, part, change))
     with pytest.raises(ValueError, match="parents: 0, the base, or a joint before"):
         checker.check(changed(content, "parents", lambda _: [0, 1, 2, 3, 6, 5, 6]))
+
+
+SRDF = """<robot name="torso">
+<group name="left"><chain base_link="column" tip_link="left_link_3"/></group>
+<group name="right"><chain base_link="column" tip_link="right_link_3"/></group>
+<group name="both"><group name="left"/><group name="right"/></group>
+<group_state name="ready" group="left">
+  <joint name="turn" value="0"/><joint name="left_1" value="0.1"/>
+  <joint name="left_2" value="0.2"/><joint name="left_3" value="0.3"/>
+</group_state>
+<group_state name="ready" group="right">
+  <joint name="right_1" value="-0.1"/><joint name="right_2" value="-0.2"/><joint name="right_3" value="0.3"/>
+</group_state>
+</robot>"""
+
+
+def test_a_group_of_two_arms_and_its_posture(two: tp.StatedRobot) -> None:
+    Path("torso.srdf").write_text(SRDF)
+    both = tp.robot("torso.urdf", srdf="torso.srdf", group="both", **KEYS)
+    assert both.model.chain.parents == two.model.chain.parents
+    plan = tp.plan(both, start="ready", goal=[0.0, 0.6, 0.3, 0.0, 0.5, -0.3, 0.0])
+    np.testing.assert_allclose(plan.trajectory(0.0), [0.0, 0.1, 0.2, 0.3, -0.1, -0.2, 0.3])
+    one = tp.robot("torso.urdf", srdf="torso.srdf", group="right", **KEYS)
+    assert one.model.joints.names == ("right_1", "right_2", "right_3")
