@@ -149,8 +149,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("cells", "baxter"))
     parser.add_argument("problems", type=Path)
-    for key in ("urdf", "spheres", "srdf"):
-        parser.add_argument(f"--{key}")
+    parser.add_argument("--urdf")
+    parser.add_argument("--spheres")
+    parser.add_argument("--srdf")
     options = parser.parse_args()
     keys = {key: getattr(options, key) for key in ("urdf", "spheres", "srdf")}
     found = cells(options.problems) if options.what == "cells" else baxter(options.problems, keys)

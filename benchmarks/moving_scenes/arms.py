@@ -10,12 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
+import tpbso_casadi
 from benchmarks.motion_bench_maker.kinematics import Kinematics, Spheres, read_kinematics, read_spheres
 from benchmarks.moving_scenes.courses import Course
 from benchmarks.moving_scenes.shapes import Shape
 from problems import robots
 from problems.base import FloatArray
 
+SPHERES = Path(tpbso_casadi.__file__).parent / "suite" / "arm_motions_1" / "panda-spheres.toml"
 APART = 3  # joints between spheres of the robot's own that are looked at
 READY = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])  # rad: a posture in which nothing meets
 
@@ -123,13 +125,17 @@ class Panda(Arm):
 
     acceleration = np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])
     dim = 3
-    toml = '[robot]\nmodel = "panda"\n'
+
+    @property
+    def toml(self) -> str:
+        """The robot with the spheres by which it is judged."""
+        text = SPHERES.read_text()
+        return f'[robot]\nmodel = "panda"\nspheres = "{SPHERES.name}"\nspheres_text = """\n{text}"""\n'
 
     @cached_property
     def _files(self) -> tuple[Kinematics, Spheres]:
-        folder = Path(robots.__file__).parent / "models"
-        kinematics = read_kinematics(folder / "panda.urdf")
-        return kinematics, read_spheres(folder / "panda-spheres.toml", kinematics)
+        kinematics = read_kinematics(Path(robots.__file__).parent / "models" / "panda.urdf")
+        return kinematics, read_spheres(SPHERES, kinematics)
 
     @cached_property
     def speed(self) -> FloatArray:  # type: ignore[override]
