@@ -134,7 +134,7 @@ def test_every_operation_of_the_core_is_proven_closely(name: str, arm: Robot) ->
         assert outcome.worst == pytest.approx(reached, abs=close)
 
 
-@pytest.mark.parametrize("seeds", slow_except([range(9, 18), range(9), range(18, 200)], 1), ids=str)
+@pytest.mark.parametrize("seeds", slow_except([range(9, 13), range(9), range(13, 200)], 1), ids=str)
 def test_verdicts_are_those_of_samples_and_of_intervals(seeds: range) -> None:
     found = [one for seed in seeds for one in checked(seed, 2_000)]
     assert not any(one.is_false for one in found)

@@ -68,38 +68,45 @@ def test_a_plan_takes_them_says_so_and_is_audited() -> None:
     plans = {}
     for turns in ("nearest", "exact"):
         Path(f"{turns}.toml").write_text(arm + task.format("" if turns == "nearest" else ', turns = "exact"'))
-        plans[turns] = tp.plan(f"{turns}.toml")
+        plans[turns] = tp.plan(f"{turns}.toml", solver="direct")
         plans[turns].save(turns, figures=())
         assert tp.audit(turns).certified
     ends = [np.degrees(plan.trajectory.at(plan.trajectory.breakpoints[[-1]])[0, 0]) for plan in plans.values()]
     np.testing.assert_allclose(ends, [190.0, -170.0], atol=1e-9)
     assert plans["nearest"].duration == pytest.approx(0.4, rel=1e-6)  # 2 sqrt(20 / 500)
     assert plans["nearest"].motion.criteria.task.notes and not plans["exact"].motion.criteria.task.notes
-    moved = tp.plan(tp.Move(FREE, Joints((3.0, 0.5)), (Joints((-3.0, 0.5)),)))
+    moved = tp.plan(tp.Move(FREE, Joints((3.0, 0.5)), (Joints((-3.0, 0.5)),)), solver="direct")
     assert moved.motion.criteria.task.notes
 
 
 def test_stages_go_the_short_way_and_a_cycle_ends_in_its_turns(tmp_path: Path) -> None:
     start, there = Joints((3.0, 0.5)), Joints((-3.0, 0.5))
-    plan = tp.sequence(FREE, start=start, stages=[there, Joints((-2.8, 0.7)), start])
+    plan = tp.sequence(FREE, start=start, stages=[there, Joints((-2.8, 0.7)), start], solver="direct")
     ends = [float(plan.trajectory(stage.end)[0]) for stage in plan.stages]
     assert plan.certified
     np.testing.assert_allclose(ends, [-3.0 + TURN, -2.8 + TURN, 3.0], atol=1e-9)
     notes = plan.motion.criteria.task.notes
     assert [note[:28] for note in notes] == ["stage 1 (move): goal: joint ", "stage 2 (move): goal: joint "]
     assert tp.read_run(plan.save(tmp_path / "run", figures=())).certified
-    exact = tp.sequence(FREE, start=start, stages=[Joints((-3.0, 0.5), turns="exact")])
+    exact = tp.sequence(FREE, start=start, stages=[Joints((-3.0, 0.5), turns="exact")], solver="direct")
     assert exact.trajectory(exact.duration)[0] == pytest.approx(-3.0)
-    cycle = tp.sequence(FREE, start=start, stages=[Joints((0.5, 0.5)), Joints((-2.0, 0.5)), start], cyclic=True)
+    cycle = tp.sequence(
+        FREE, start=start, stages=[Joints((0.5, 0.5)), Joints((-2.0, 0.5)), start], cyclic=True, solver="direct"
+    )
     assert cycle.trajectory(cycle.duration)[0] == pytest.approx(3.0)
-    free = tp.sequence(FREE, start=start, stages=[there, Joints((2.0, 0.5))], order="free")
+    free = tp.sequence(FREE, start=start, stages=[there, Joints((2.0, 0.5))], order="free", solver="direct")
     assert free.certified and free.trajectory(free.stages[-1].end)[0] == pytest.approx(-3.0)
 
 
 def test_a_point_is_reached_in_a_near_turn() -> None:
     """From 3.0 rad its two postures lie beyond half a turn, or before it; joints after them keep that turn."""
     point = FREE.skeleton(np.array([[3.4, 0.1]]))[0, -1]
-    plan = tp.sequence(FREE, start=Joints((3.0, 0.5)), stages=[tp.Position(tuple(point.tolist())), Joints((-2.9, 0.3))])
+    plan = tp.sequence(
+        FREE,
+        start=Joints((3.0, 0.5)),
+        stages=[tp.Position(tuple(point.tolist())), Joints((-2.9, 0.3))],
+        solver="direct",
+    )
     assert plan.certified and plan.duration < 1.0
     theta = plan.trajectory.at(plan.times)[:, 0]
     assert theta.min() > 2.5 and theta.max() < 4.0
