@@ -79,6 +79,7 @@ def test_bits_are_those_of_the_virtual_machine() -> None:
     assert native.backend == "native"
 
 
+@pytest.mark.slow
 def test_another_number_of_obstacles_of_the_same_make_compiles_nothing() -> None:
     first = source(problem_of(SCENE))
     more = (*SCENE, Box(center=(0.1, 0.9, 0.4), size=(0.1, 0.2, 0.3), quaternion=TURNED))

@@ -68,6 +68,7 @@ def test_what_is_asked_is_what_the_core_knows_itself(name: str) -> None:
     assert found == {True, False}
 
 
+@pytest.mark.slow
 def test_a_table_that_turns_is_where_it_says_at_every_time() -> None:
     turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.0, 0.3, 0.5], [0.2, 0.9, 0.0]]).as_quat()
     places = np.array([[-0.2, 0.3, 0.0], [0.1, 0.3, 0.2], [0.3, -0.2, 0.4]])

@@ -72,7 +72,7 @@ def random_motion(name: str, degree: int, seed: int) -> Trajectory:
     return through(stops[:1] + width * (stops - stops[:1]), degree, rng)
 
 
-@pytest.mark.parametrize(("degree", "name"), slow_except(product((5, 3, 1), ROBOTS), len(ROBOTS) + 1))
+@pytest.mark.parametrize(("degree", "name"), slow_except(product((5, 3, 1), ROBOTS), len(ROBOTS)))
 def test_no_proof_is_false(degree: int, name: str) -> None:
     statuses: Counter[bool | None] = Counter()
     for seed in range(12):

@@ -57,6 +57,7 @@ def test_a_graded_grid_is_passed_at_equal_times() -> None:
     assert as_array(times).ravel() == pytest.approx(np.linspace(0.0, 1.0, 21), abs=1e-7)
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10_000), st.lists(st.floats(LEAST_SHARE, 1.0), min_size=21, max_size=21))
 def test_whatever_the_shares_limits_hold_and_less_is_slower(seed: int, shares: list[float]) -> None:

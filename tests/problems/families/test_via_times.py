@@ -112,6 +112,7 @@ def test_lins_encoding_reaches_its_best_known_time_and_no_better() -> None:
     np.testing.assert_allclose(problem.quantities(found.x)["h"], np.diff(motion.breakpoints))
 
 
+@pytest.mark.slow
 def test_gradients_lead_any_interval_times_to_the_best_of_lins_encoding() -> None:
     program = lin().nlp()
     descent = Descent(program, IPOPT())

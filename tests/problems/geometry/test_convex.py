@@ -80,6 +80,7 @@ def test_an_open_bowl_is_not_convex(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(convex_parts(bowl, hull=True)) == 1
 
 
+@pytest.mark.slow
 def test_coacd_divides_and_the_parts_hold_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("coacd")
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))

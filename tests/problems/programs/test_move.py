@@ -215,6 +215,7 @@ def test_a_descent_keeps_to_the_goal_that_its_start_misses_least() -> None:
         assert end.at(end.breakpoints[-1:])[0] == pytest.approx(goal.values, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_derivatives_around_obstacles_are_those_of_casadi() -> None:
     obstacle = MovingObstacle(OVAL, ConstantVelocity((-0.3, 0.1)))
     robot = joints(2, 4.0, 20.0, None)

@@ -25,6 +25,7 @@ def limits(rng: np.random.Generator, joints: int, with_jerk: bool) -> JointLimit
     return JointLimits(speed=tuple(speed), acceleration=tuple(acceleration), jerk=jerk)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 100_000), with_jerk=st.booleans(), moving=st.booleans())
 @settings(max_examples=15, deadline=None)
 def test_no_motion_that_is_found_is_faster(seed: int, with_jerk: bool, moving: bool) -> None:

@@ -101,7 +101,7 @@ def test_no_joint_turns_farther_than_it_has_to_at_the_bound() -> None:
     assert plan.result.objective.value == pytest.approx(np.abs(np.array(GOAL) - START).sum(), rel=1e-9)
 
 
-@pytest.mark.parametrize("objective", slow_except([{"time": 1.0, "energy": 0.01}, *POLISHED], 1), ids=str)
+@pytest.mark.parametrize("objective", slow_except([{"time": 1.0, "energy": 0.01}, *POLISHED], ["rotation"]), ids=str)
 def test_objectives_are_planned_around_a_wall_without_a_search(objective: Any) -> None:
     plan = tp.plan("panda", **ENDS, obstacles=[WALL], objective=objective)
     assert plan.certified and plan.search is not None and plan.search.evaluations == 0
@@ -109,6 +109,7 @@ def test_objectives_are_planned_around_a_wall_without_a_search(objective: Any) -
     assert plan.result.objective.value <= criteria.objective_value(motion.trajectory, motion.times) * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 def test_the_total_time_is_kept_where_more_would_be_better() -> None:
     free = planned(objective="energy")
     short, late = (tp.plan("panda", **ENDS, objective="energy", total_time=times) for times in ((0.1, 0.7), (2.5, 3.0)))
@@ -123,8 +124,8 @@ def test_it_is_stored_without_a_convergence_and_starts_another_which_a_named_sol
     stored = tp.read_run(plan.save(tmp_path / "run", figures=()))
     assert stored.result.evaluations == 0 and stored.result.stop_reason == "target"
     assert tp.audit(tmp_path / "run").certified
-    after = tp.plan("panda", **ENDS, warm_start=plan, solver="abso", evaluations=100)
-    assert after.certified and after.search is not None and after.search.evaluations == 100
+    after = tp.plan("panda", **ENDS, warm_start=plan, solver="abso", evaluations=20)
+    assert after.certified and after.search is not None and after.search.evaluations == 20
 
 
 def pose_of(theta: list[float]) -> np.ndarray:

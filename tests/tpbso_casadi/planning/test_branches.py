@@ -109,6 +109,7 @@ def test_an_audit_computes_the_search_again_and_finds_a_false_branch_out(
         assert reason in output.err
 
 
+@pytest.mark.slow
 def test_starts_vias_and_lists_of_goals_may_be_poses() -> None:
     task = {
         "start": {"position": [0.5, -0.2, 0.5]},

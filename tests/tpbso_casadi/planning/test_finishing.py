@@ -65,6 +65,7 @@ def test_from_rest_to_rest_through_nothing_the_closed_form_is_fastest() -> None:
     assert retiming_of("time-3").chosen.objective == pytest.approx(alone.max(), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_where_a_pose_leaves_the_posture_open_free_space_is_not_the_fastest() -> None:
     wrist = """<link name="wrist"/><joint name="nod" type="revolute"><parent link="lower"/><child link="wrist"/>
      <origin xyz="0 0 0.3"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" velocity="2" effort="10"/></joint>

@@ -45,6 +45,7 @@ def test_an_upright_move_in_space_needs_no_search() -> None:
     assert plan.duration >= free().duration * (1.0 - 2e-3)
 
 
+@pytest.mark.slow
 def test_a_limit_of_the_tools_speed_holds_and_slows_the_motion_down() -> None:
     most = 0.5 * tool_speeds(free()).max()
     plan = tp.plan("panda", **CELL, constraints=[tp.ToolSpeed(max=most), tp.Upright(tolerance=TOLERANCE)])

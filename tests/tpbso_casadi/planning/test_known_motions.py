@@ -75,6 +75,7 @@ def test_only_what_was_changed_is_planned(before: tp.Plan, change: dict[str, flo
     assert warm.duration == pytest.approx(cold.duration, rel=0.02)
 
 
+@pytest.mark.slow
 def test_stages_that_were_added_or_left_out_leave_the_others(before: tp.Plan) -> None:
     stages = stages_of()
     assert kept_of(cell([*stages[:2], tp.Wait(0.1), *stages[2:]], before)) == 5
@@ -92,6 +93,7 @@ def test_in_another_scene_motions_are_kept_that_hold_there(before: tp.Plan) -> N
     assert 1 <= (kept_of(around) or 0) < 5
 
 
+@pytest.mark.slow
 def test_with_another_robot_nothing_is_kept(before: tp.Plan) -> None:
     slow = tp.robot("panda", tip_link="panda_hand_tcp", max_speed=[1.0] * 7)
     again = tp.sequence(slow, start=HOME, stages=stages_of(), obstacles=[TABLE, PART], warm_start=before)

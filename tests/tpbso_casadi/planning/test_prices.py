@@ -222,6 +222,7 @@ def test_what_there_was_no_time_for_is_named(monkeypatch: pytest.MonkeyPatch) ->
     assert optimum is not None and optimum.unpriced == ("acceleration",) and not optimum.ranking
 
 
+@pytest.mark.slow
 def test_what_holds_a_plan_back_need_not_hold_back_its_optimum() -> None:
     """A polish sees speeds at few times, and slows the whole down for the others: its plan is held back by a speed.
 

@@ -82,6 +82,7 @@ def test_another_goal_is_gone_to() -> None:
     assert_continues(step, executed)
 
 
+@pytest.mark.slow
 def test_a_way_round_is_searched_for_where_the_direct_one_is_closed_and_a_seed_decides_which() -> None:
     step, again = (replanner().replan(STANDING, [IN_THE_WAY]) for _ in range(2))
     assert (step.kind, step.certified, step.fail_safe) == ("new", True, True)

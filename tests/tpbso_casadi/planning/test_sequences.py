@@ -143,8 +143,9 @@ def test_one_certificate_holds_all_stages_and_their_joints(picked: tp.Plan, tmp_
     first = carrying.index(True)
 
     def refused_by(number: int, change: Callable[[Any], None], kind: type[Exception] = checker.RefusedError) -> str:
-        other = copy.deepcopy(content)
-        change(other["stages"][number])
+        some = stages[max(number - 1, 0) : number + 1]
+        other = copy.deepcopy({**content, "stages": some})
+        change(other["stages"][-1])
         with pytest.raises(kind) as refused:
             checker.check(other)
         return str(refused.value)
@@ -175,7 +176,7 @@ def test_one_certificate_holds_all_stages_and_their_joints(picked: tp.Plan, tmp_
         assert " m from its places" in refused_by(0, elsewhere)
     other_end = refused_by(0, lambda stage: stage["places"][0].update(at_goal=0))
     assert other_end.startswith("start of 'stage 1 (move)': ")
-    without = {**content, "stages": [stages[0], *stages[2:]]}
+    without = {**content, "stages": [stages[0], stages[2]]}
     with pytest.raises(ValueError, match="its state at the end before"):
         checker.check(without)
 
