@@ -102,6 +102,7 @@ def lin(interpolation: str = "cubic") -> ViaTimesProblem:
     return via_times(passing(LIN.postures, robot=arm), interpolation=interpolation)
 
 
+@pytest.mark.slow
 def test_lins_encoding_reaches_its_best_known_time_and_no_better() -> None:
     problem = lin()
     found = minimize(problem.cost, SearchBox(*problem.bounds), LSHADE(), Budget(6_000), 1)

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 
 from benchmarks.built_in_covers import MESHES, Meshes, NoMeshes
 from problems.geometry import unheld
@@ -26,7 +27,7 @@ def covers_of(description: RobotDescription) -> dict[str, LinkCover]:
     return {cover.link: cover for cover in description.covers}
 
 
-@pytest.mark.parametrize("model", BUILT_IN)
+@pytest.mark.parametrize("model", slow_except(sorted(BUILT_IN), ["ur5e"]))
 def test_both_covers_hold_the_meshes_of_every_link_and_little_more(model: str) -> None:
     """The hand of the Panda with its fingers at all openings; of some links of a UR5e the visual meshes alone."""
     meshes, covers = meshes_of(model), covers_of(built_in(model))

@@ -68,7 +68,7 @@ def test_arms_give_way_to_each_other(two: tp.StatedRobot) -> None:
     goal = [0.0, 0.6, 0.3, 0.0, 0.9, -0.3, 0.0]
     plan = tp.plan(two, start=start, goal=goal)
     assert plan.certified
-    theta = plan.trajectory.at(np.linspace(0.0, plan.duration, 1_500))
+    theta = plan.trajectory.at(np.linspace(0.0, plan.duration, 200))
     turns, places = placed(arm, theta)
     boxes = []
     for side in ("left", "right"):

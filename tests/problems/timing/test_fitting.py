@@ -20,7 +20,7 @@ def recording(seed: int, count: int) -> np.ndarray:
 
 
 @given(st.integers(0, 1_000), st.sampled_from([1e-2, 1e-3, 1e-4]))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_a_fitted_path_is_near_the_lines_between_all_rows(seed: int, tolerance: float) -> None:
     rows = distinct_rows(np.round(recording(seed, 1_500), 9))
     path = fitted_path(rows, tolerance)

@@ -70,7 +70,6 @@ def test_joints_that_turn_more_than_once_and_plans_far_from_the_best_known_are_m
         (["pentagram-time", "--evaluations", "1000"], turns),
         (["far.toml"], r"^joint 1 turns 1\.27 times; the joints that are given are 1\.27 turns apart"),
         (["time-5", "--solver", "bso", "--evaluations", "1000"], above),
-        (["time-5", "--links", "6", "--solver", "bso", "--evaluations", "1000"], None),
         (["time-2"], None),
     ):
         solve.main([*arguments, "--no-plots", "--out", "out"])

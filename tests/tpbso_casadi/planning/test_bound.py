@@ -118,13 +118,17 @@ def test_the_total_time_is_kept_where_more_would_be_better() -> None:
     assert late.certified and 2.5 <= late.duration <= 3.0
 
 
-def test_it_is_stored_without_a_convergence_and_starts_another_which_a_named_solver_searches(tmp_path: Path) -> None:
+def test_it_is_stored_without_a_convergence(tmp_path: Path) -> None:
     plan = planned()
     assert "convergence" not in drawings_of(plan.planned)
     stored = tp.read_run(plan.save(tmp_path / "run", figures=()))
     assert stored.result.evaluations == 0 and stored.result.stop_reason == "target"
     assert tp.audit(tmp_path / "run").certified
-    after = tp.plan("panda", **ENDS, warm_start=plan, solver="abso", evaluations=20)
+
+
+@pytest.mark.slow
+def test_it_starts_another_which_a_named_solver_searches() -> None:
+    after = tp.plan("panda", **ENDS, warm_start=planned(), solver="abso", evaluations=20)
     assert after.certified and after.search is not None and after.search.evaluations == 20
 
 

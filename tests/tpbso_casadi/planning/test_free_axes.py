@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.slow import slow_except
 from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
@@ -103,7 +104,7 @@ def test_a_free_turn_leads_on_where_the_tool_as_it_is_cannot_be_led(tmp_path: Pa
     assert again.certified and again.taken == plan.taken and "turned by" in plan.taken[0]
 
 
-@pytest.mark.parametrize("free", [{"turn": [-0.3, 0.3]}, {"tilt": 0.2}], ids=str)
+@pytest.mark.parametrize("free", slow_except([{"turn": [-0.3, 0.3]}, {"tilt": 0.2}], 1), ids=str)
 def test_lines_keep_within_a_range_and_a_cone(free: dict[str, Any]) -> None:
     plan = tp.sequence(UR5E, start={"joints": BENT}, stages=[tp.Line(by=BY, free="x", **free)])
     leans, away, sines = measured(plan)
@@ -111,6 +112,7 @@ def test_lines_keep_within_a_range_and_a_cone(free: dict[str, Any]) -> None:
     assert "turn" not in free or 0.05 < np.abs(sines).max() <= TURN
 
 
+@pytest.mark.slow
 def test_a_line_along_the_axes_of_the_tool_approaches_a_grasp() -> None:
     away = POINT - 0.1 * ROTATION[:, 2]
     before = tp.Pose(tuple(away.tolist()), tuple(POSE["quaternion"]), free="z")

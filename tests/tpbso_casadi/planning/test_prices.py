@@ -242,6 +242,7 @@ def test_what_holds_a_plan_back_need_not_hold_back_its_optimum() -> None:
     assert all(price.per_unit < 0.0 for price in others)
 
 
+@pytest.mark.slow
 def test_an_optimum_is_a_motion_that_exists() -> None:
     """A smoothed length is less than that of the straight line, which no motion's is."""
     content = stated("obstacle-3")

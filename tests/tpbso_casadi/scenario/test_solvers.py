@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.running import refusal
-from helpers.slow import slow_except
 from helpers.space_scenarios import space_scenario
 
 import tpbso_casadi as tp
@@ -116,7 +115,8 @@ def test_the_same_seed_gives_the_same_scenarios_of_many_kinds(some: list[Scenari
     assert any(scenario.obstacles for scenario in some)
 
 
-@pytest.mark.parametrize("number", slow_except(range(12), (3,)))
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(12))
 def test_each_random_scenario_can_be_solved(number: int, some: list[Scenario]) -> None:
     content = some[number].table()
     content["solver"] |= {"name": "abso", "evaluations": 6000}
