@@ -83,6 +83,7 @@ SIGNATURES = {
     ),
     "core_cover": (COUNT, (COUNT, POINTER, NUMBER, *(POINTER,) * 3)),
     "core_not_held": (COUNT, (COUNT, POINTER, COUNT, POINTER, NUMBER, COUNT, POINTER)),
+    "core_overlaps": (COUNT, (COUNT, POINTER, COUNT, POINTER, POINTER)),
     "core_connect_asking": (
         COUNT,
         (COUNT, *(POINTER,) * 4, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, IS_CLEAR, COUNT, POINTER),

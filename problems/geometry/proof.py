@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-import scipy  # whose parts are loaded when they are used
-from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.library import needed_core
@@ -38,20 +35,16 @@ class Balls:
         """The balls with radii smaller by a length, m."""
         return Balls(self.centers, np.maximum(self.radii - length, 0.0))
 
-    @cached_property
-    def _tree(self) -> scipy.spatial.cKDTree:
-        """Balls as points in four dimensions, of which the nearest to a point is the ball of least power.
+    def overlaps(self, others: Balls) -> FloatArray:
+        """How deep each of k balls lies in the one of these that it overlaps most, (k,), m; negative where apart."""
+        one, two, depths = self._numbers(), others._numbers(), np.empty(len(others))
+        addresses = one.ctypes.data, len(two), two.ctypes.data, depths.ctypes.data
+        if needed_core().core_overlaps(len(one), *addresses) < 0:
+            raise MemoryError("overlaps of balls")
+        return depths
 
-        The power |p - c|^2 - r^2 is a squared distance once c is lifted by sqrt(R^2 - r^2), with R the largest radius.
-        """
-        lift = np.sqrt(np.maximum(self.radii.max() ** 2 - self.radii**2, 0.0))
-        return scipy.spatial.cKDTree(np.column_stack([self.centers, lift]))
-
-    def likeliest(self, points: FloatArray, count: int) -> NDArray[np.intp]:
-        """Numbers of the balls of least power at points (n, 3): (n, count or as many as there are)."""
-        lifted = np.column_stack([points, np.zeros(len(points))])
-        _, numbers = self._tree.query(lifted, k=min(count, len(self)), workers=-1)
-        return np.asarray(numbers).reshape(len(points), min(count, len(self)))
+    def _numbers(self) -> FloatArray:
+        return np.ascontiguousarray(np.column_stack([self.centers, self.radii]), dtype=np.float64)
 
 
 def unheld(corners: FloatArray, balls: Balls) -> FloatArray:
@@ -65,7 +58,7 @@ def unheld(corners: FloatArray, balls: Balls) -> FloatArray:
         balls: that should hold them.
     """
     triangles = np.ascontiguousarray(corners, dtype=np.float64)
-    numbers, points = np.column_stack([balls.centers, balls.radii]), np.empty((MOST_SHOWN, 3))
+    numbers, points = balls._numbers(), np.empty((MOST_SHOWN, 3))
     count = needed_core().core_not_held(
         len(triangles), triangles.ctypes.data, len(numbers), numbers.ctypes.data, np.inf, MOST_SHOWN, points.ctypes.data
     )

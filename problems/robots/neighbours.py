@@ -21,12 +21,10 @@ class NeighbourSettings:
     Values are chosen.
 
     Attributes:
-        nearest: balls of a link that are tried for each of another.
         most_cells: cells of a joint's range before the proof gives up.
         counted_overlap: share of an overlap that is counted on: rounding takes less than the rest.
     """
 
-    nearest: int = 4
     most_cells: int = 200
     counted_overlap: float = 0.95
 
@@ -99,10 +97,7 @@ def _levers(balls: Balls, joint: ChainJoint) -> FloatArray:
 
 
 def _depths(one: Balls, two: Balls, joint: ChainJoint, value: float) -> FloatArray:
-    """Lower bounds of how deep each ball of two overlaps one of the likeliest of the others, (k,), m."""
+    """How deep each ball of two overlaps one of the others most, (k,), m."""
     pose = joint.moved(ca.DM(value))
     turn = np.array([[float(entry) for entry in row] for row in pose.rotation])
-    centers = two.centers @ turn.T + np.array([float(part) for part in pose.translation])
-    numbers = one.likeliest(centers, SETTINGS.nearest)
-    apart = np.linalg.norm(one.centers[numbers] - centers[:, None], axis=2)
-    return np.asarray((one.radii[numbers] - apart).max(axis=1) + two.radii)
+    return one.overlaps(Balls(two.centers @ turn.T + np.array([float(part) for part in pose.translation]), two.radii))

@@ -13,6 +13,12 @@ std::vector<Triangle> triangles_of(int count, const double* corners) {
     return found;
 }
 
+std::vector<Ball> balls_of(int count, const double* numbers) {
+    std::vector<Ball> found(count);
+    for (Ball& ball : found) ball = {{numbers[0], numbers[1], numbers[2]}, numbers[3]}, numbers += 4;
+    return found;
+}
+
 }  // namespace
 }  // namespace core::covers
 
@@ -49,16 +55,32 @@ int core_not_held(int count, const double* corners, int held, const double* ball
                   double* points) {
     using namespace core::covers;
     try {
-        std::vector<Ball> own(held);
-        for (Ball& ball : own) {
-            ball = {{balls[0], balls[1], balls[2]}, balls[3]};
-            balls += 4;
-        }
+        const std::vector<Ball> own = balls_of(held, balls);
         const std::vector<Place> found = BallTree(own).not_held(triangles_of(count, corners), resolution);
         for (size_t k = 0; k < std::min(found.size(), (size_t)capacity); ++k) {
             *points++ = found[k].x, *points++ = found[k].y, *points++ = found[k].z;
         }
         return (int)found.size();
+    } catch (const std::bad_alloc&) {
+        return -2;
+    }
+}
+
+// How deep each of some balls (count, 4) overlaps the one of others (held, 4) that it overlaps most, (count,); negative
+// where it is apart from all. -2 where memory did not suffice.
+int core_overlaps(int held, const double* balls, int count, const double* others, double* depths) {
+    using namespace core::covers;
+    try {
+        const std::vector<Ball> own = balls_of(held, balls);
+        for (const Ball& other : balls_of(count, others)) {
+            double room = std::numeric_limits<double>::infinity();
+            for (const Ball& ball : own) {
+                const double least = room + ball.radius, apart = square(ball.center - other.center);
+                if (least > 0.0 && apart < least * least) room = std::sqrt(apart) - ball.radius;
+            }
+            *depths++ = other.radius - room;
+        }
+        return 0;
     } catch (const std::bad_alloc&) {
         return -2;
     }

@@ -219,6 +219,7 @@ def test_a_move_to_where_it_stands() -> None:
     assert np.ptp(trajectory.at(trajectory.breakpoints), axis=0).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_in_free_space_the_search_finds_the_least_time_there_is() -> None:
     robot = THREE
     problem = move(Move(robot, HOME, (AWAY,)))

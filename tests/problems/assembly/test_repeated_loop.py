@@ -70,6 +70,7 @@ def test_the_cost_is_that_of_every_pair_written_out() -> None:
     assert (costs[~broken] < problem.weights.objective_upper_bound).all()
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_bits_are_those_of_the_virtual_machine() -> None:
     problem = problem_of(SCENE)

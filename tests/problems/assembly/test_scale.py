@@ -70,6 +70,7 @@ def descended(make: Any, objective: str, scale: float = 1.0) -> float:
     return float(problem.criteria.objective_value(motion, np.array([0.0])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-9, 1e7])
 def test_ipopt_plans_for_any_size(scale: float) -> None:
     for make, objective in ((move, "length"), (trace, "rotation")):

@@ -56,7 +56,8 @@ def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
     check(problem, problem.quick_trajectory(x) if problem.criteria.robot.limits.jerk is None else problem.trajectory(x))
 
 
-@pytest.mark.parametrize("name", slow_except(TASKS, ["corner"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TASKS)
 def test_a_polished_motion_is_faster_within_the_accuracy(name: str) -> None:
     problem = problem_of(name)
     exact = problem.trajectory(best(problem))

@@ -125,6 +125,7 @@ def test_the_motion_of_a_candidate_has_the_times_of_its_search_and_keeps_its_lim
         assert np.abs(late).max() <= 0.02 * speeds * duration
 
 
+@pytest.mark.slow
 def test_it_waits_for_the_way_to_be_free() -> None:
     problem = move(WAITING)
     best = minimize(problem.evaluator(VM), SearchBox(*problem.bounds), LSHADE(), Budget(1500), 0)

@@ -95,6 +95,13 @@ def test_random_triangles_are_held_exactly_when_their_points_are(seed: int) -> N
     assert (depths(bare, balls) < 1e-4).all()
 
 
+def test_overlaps_of_balls_are_those_of_each_with_the_deepest() -> None:
+    rng = np.random.default_rng(2)
+    one, two = (Balls(rng.normal(size=(count, 3)), rng.uniform(0.0, 0.4, count)) for count in (40, 70))
+    assert one.overlaps(two) == pytest.approx(depths(two.centers, one) + two.radii, rel=1e-14)
+    assert (one.overlaps(one) >= 2.0 * one.radii).all()
+
+
 def test_the_same_body_has_the_same_cover_and_a_stored_one_is_it() -> None:
     one, other = new_cover_of(PIPE, 0.01), cover_of(PIPE, 0.01)
     stored = Cover.from_text(one.text)

@@ -184,6 +184,7 @@ def test_near_an_oval_undecided_is_not_violated() -> None:
         assert limit_verdicts([held], still)[0].status == "undecided"
 
 
+@pytest.mark.slow
 def test_a_search_keeps_margin_and_width() -> None:
     arm = PlanarArm((0.7, 0.7, 0.6), (4.0,) * 3, (20.0,) * 3, link_radius=(0.04,) * 3, margin=0.05, self_collision=True)
     wall = Rectangle((0.7, 1.0), (0.2, 0.2), 0.3)

@@ -138,6 +138,7 @@ LEAVING = {
 }
 
 
+@pytest.mark.slow
 def test_a_motion_that_leaves_as_the_robot_moves_is_read_back_and_not_timed_anew(tmp_path: Path) -> None:
     passing = {"shape": "box", "center": [2.3, 1.2], "size": [0.3, 0.5], "velocity": [-0.3, 0.0]}
     tables: dict[str, Any] = {"arm": ARM | {"max_jerk": 400.0}, "model": {"samples": 20}}

@@ -96,11 +96,16 @@ def is_kept(plan: tp.Plan, robot: SpatialArm, task: dict[str, Any]) -> bool:
 
 
 def each_combination() -> list[Any]:
-    """In the default run one obstacle moves, ends rest without a via and move with one, and objectives take turns."""
+    """In the default run one obstacle moves; ends rest without a via and move past a posture; objectives take turns."""
     found = []
     for number, (via, ends, scene) in enumerate(product(VIAS, ENDS, SCENES)):
         for turn, objective in enumerate(OBJECTIVES):
-            quick = scene == "moves" and turn == number % len(OBJECTIVES) and (via == "no via") == (ends == "rests")
+            quick = (
+                scene == "moves"
+                and turn == number % len(OBJECTIVES)
+                and via in ("no via", "posture")
+                and (via == "no via") == (ends == "rests")
+            )
             names = via, ends, scene, objective
             found.append(pytest.param(*names, marks=[] if quick else [pytest.mark.slow], id=", ".join(names)))
     return found

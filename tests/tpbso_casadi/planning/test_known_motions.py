@@ -83,6 +83,7 @@ def test_stages_that_were_added_or_left_out_leave_the_others(before: tp.Plan) ->
     assert kept_of(cell(stages[:4], before)) == 3
 
 
+@pytest.mark.slow
 def test_in_another_scene_motions_are_kept_that_hold_there(before: tp.Plan) -> None:
     far = {"shape": "sphere", "center": [-0.6, 0.0, 0.9], "radius": 0.05}
     assert kept_of(cell(warm_start=before, obstacles=[TABLE, PART, far])) == 5

@@ -123,6 +123,7 @@ def test_each_random_scenario_can_be_solved(number: int, some: list[Scenario]) -
     assert plan(parse_scenario(content)).feasible
 
 
+@pytest.mark.slow
 def test_every_solver_takes_them(some: list[Scenario]) -> None:
     content = some[3].table()
     for name in SOLVERS:
