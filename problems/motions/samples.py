@@ -219,11 +219,9 @@ def _derivative(order: int) -> Quantity:
 
 
 def _frame(number: int) -> Quantity:
-    def width(robot: Robot) -> int:
-        frames = len(robot.positions(ca.DM.zeros(1, robot.dof)))
-        return robot.dim if number < frames else 0
-
-    return Quantity(width, lambda samples: samples.positions[number])
+    return Quantity(
+        lambda robot: robot.dim if number < robot.position_count else 0, lambda samples: samples.positions[number]
+    )
 
 
 def _tool_velocity(samples: Samples) -> Matrix:
@@ -331,8 +329,7 @@ class MotionView:
     @property
     def positions(self) -> tuple[ca.SX, ...]:
         """Positions of the frames, base first and tool last, each (2, 1) or (3, 1), m."""
-        count = len(self.robot.positions(ca.DM.zeros(1, self.robot.dof)))
-        return tuple(self._of(f"frame_{number}") for number in range(count))
+        return tuple(self._of(f"frame_{number}") for number in range(self.robot.position_count))
 
     @property
     def time(self) -> ca.SX:

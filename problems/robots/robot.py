@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import casadi as ca
@@ -122,6 +123,11 @@ class Robot(Parametric, ABC):
     def base(self) -> tuple[float, ...]:
         """The place of the base, m; the origin by default."""
         return (0.0,) * self.dim
+
+    @cached_property
+    def position_count(self) -> int:
+        """How many matrices ``positions`` gives."""
+        return len(self.positions(ca.DM.zeros(1, self.dof)))
 
     @abstractmethod
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
