@@ -100,7 +100,9 @@ class CoveredArm:
         with TemporaryDirectory() as folder:
             expanded = Path(folder) / "robot.urdf"
             expanded.write_text(table.urdf_text)
-            return PinocchioReferee(self.file if self.file.suffix == ".urdf" else expanded, arm, places, side)
+            packages = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
+            file = self.file if self.file.suffix == ".urdf" else expanded
+            return PinocchioReferee(file, arm, places, np.full((len(places), 3), side), packages)
 
     def letting_touch(self) -> tuple[CoveredArm, list[tuple[str, str]]]:
         """The arm in which links may touch that do at almost all postures, and the names of these."""
@@ -120,9 +122,10 @@ class Referee(Protocol):
 class PinocchioReferee:
     """The meshes of a URDF, as Pinocchio and coal see them."""
 
-    def __init__(self, file: Path, arm: SpatialArm, places: FloatArray, side: float) -> None:
-        packages = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-        self.meshes = meshes = Meshes(file, arm, places, (side,) * 3, packages=packages)
+    def __init__(
+        self, file: Path, arm: SpatialArm, places: FloatArray, sizes: FloatArray, packages: Sequence[str]
+    ) -> None:
+        self.meshes = meshes = Meshes(file, arm, places, sizes, packages=packages)
         owners: dict[str, list[int]] = {}
         for number, body in enumerate(meshes.geometry.geometryObjects):
             if body.parentFrame < meshes.model.nframes:  # a box has none
@@ -229,9 +232,9 @@ def _apart(arm: SpatialArm, owners: Mapping[str, Sequence[int]]) -> list[tuple[i
     return [(a, b) for one, two in names for a in owners.get(one, ()) for b in owners.get(two, ())]
 
 
-def contacts(referee: Referee, trajectory: tp.Trajectory) -> int:
-    """At how many times the meshes touch a box, or links that are kept apart each other."""
-    return sum(map(referee.touches, trajectory.at(np.linspace(0.0, trajectory.duration, TIMES))))
+def contacts(referee: Referee, trajectory: tp.Trajectory, count: int = TIMES) -> int:
+    """At how many of so many times the meshes touch a box, or links that are kept apart each other."""
+    return sum(map(referee.touches, trajectory.at(np.linspace(0.0, trajectory.duration, count))))
 
 
 def scenes(arm: SpatialArm) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:

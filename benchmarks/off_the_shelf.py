@@ -113,7 +113,7 @@ class Meshes:
         file: the URDF.
         arm: the same, as planned.
         boxes: places of their middles, (n, 3), m.
-        size: of each, m.
+        size: of each, or of all, m.
         mesh: a file and its place, (3,), m; None for none.
         packages: folders in which the folders of packages are.
     """
@@ -123,7 +123,7 @@ class Meshes:
         file: Path,
         arm: SpatialArm,
         boxes: FloatArray,
-        size: tuple[float, float, float] = (SIZE,) * 3,
+        size: FloatArray | tuple[float, float, float] = (SIZE,) * 3,
         mesh: tuple[Path, FloatArray] | None = None,
         packages: Sequence[str] = (str(ROBOTS.parents[1]),),
     ) -> None:
@@ -139,7 +139,8 @@ class Meshes:
         self.base = pin.updateFramePlacement(self.model, self.data, base) if base else pin.SE3.Identity()
         pin.forwardKinematics(self.model, self.data, pin.neutral(self.model))
         self.base = pin.updateFramePlacement(self.model, self.data, base)
-        bodies = [(coal.Box(*size), place) for place in boxes]
+        sizes = np.broadcast_to(size, np.shape(boxes))
+        bodies = [(coal.Box(*each), place) for each, place in zip(sizes, boxes, strict=True)]
         bodies += [] if mesh is None else [(coal.MeshLoader().load(str(mesh[0]), np.ones(3)), mesh[1])]
         for number, (body, place) in enumerate(bodies):
             pose = self.base * pin.SE3(np.eye(3), place)
@@ -150,9 +151,9 @@ class Meshes:
         self.geometry_data, self.pin = self.geometry.createData(), pin
 
     def _moved(self, arm: SpatialArm) -> set[int]:
-        """Numbers of the joints that the first of the chain carries."""
-        first = self.model.getJointId(arm.chain.joints[0].name)
-        return set(self.model.subtrees[first])
+        """Numbers of the joints of the arm, and of those that they carry."""
+        own = (self.model.subtrees[self.model.getJointId(joint.name)] for joint in arm.chain.joints)
+        return {int(number) for each in own for number in each}
 
     def configuration(self, theta: FloatArray) -> FloatArray:
         """Pinocchio's values of a posture (dof,): cosine and sine of joints that turn without end."""

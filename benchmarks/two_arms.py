@@ -91,24 +91,42 @@ def twice(file: Path, bases: dict[str, Any]) -> str:
     return ET.tostring(cell, encoding="unicode")
 
 
-def cells(file: Path) -> Iterator[Outcome]:
-    """The outcomes of cells of two arms, with their limits in the file."""
-    content, known = json.loads(file.read_text()), dict[str, Any]()
-    packages = {folder.name: str(folder) for folder in ROBOTS.iterdir() if folder.is_dir()}
+@dataclass(frozen=True)
+class Cell:
+    """A problem of two arms: their name, URDF and robot, joints at both ends, tables of boxes."""
+
+    name: str
+    urdf: Path
+    robot: tp.StatedRobot
+    start: list[float]
+    goal: list[float]
+    boxes: list[dict[str, Any]]
+
+
+def cells_of(file: Path, folder: Path) -> Iterator[Cell]:
+    """Cells of two arms, with their limits in the file; URDFs are written into a folder."""
+    content, known = json.loads(file.read_text()), dict[str, tuple[Path, tp.StatedRobot]]()
+    packages = {each.name: str(each) for each in ROBOTS.iterdir() if each.is_dir()}
     packages["example-robot-data"] = str(ROBOTS.parent)
+    for problem in content["problems"]:
+        name = problem["robot"]
+        path, tip = FILES[name]
+        text = twice(ROBOTS / path, problem)
+        if text not in known:
+            urdf = folder / f"{len(known)}.urdf"
+            urdf.write_text(text)
+            limits = {key: value for key, value in content["limits"][name].items() if key != "joint_names"}
+            tips = {side: f"{side}_{tip}" for side in SIDES}
+            known[text] = urdf, tp.robot(urdf, tips=tips, packages=packages, **limits)
+        boxes = [{"shape": "box", **box} for box in problem["boxes"]]
+        yield Cell(name, *known[text], problem["start"], problem["goal"], boxes)
+
+
+def cells(file: Path) -> Iterator[Outcome]:
+    """The outcomes of cells of two arms."""
     with TemporaryDirectory() as folder:
-        for problem in content["problems"]:
-            name = problem["robot"]
-            path, tip = FILES[name]
-            text = twice(ROBOTS / path, problem)
-            if text not in known:
-                urdf = Path(folder) / f"{len(known)}.urdf"
-                urdf.write_text(text)
-                limits = {key: value for key, value in content["limits"][name].items() if key != "joint_names"}
-                tips = {side: f"{side}_{tip}" for side in SIDES}
-                known[text] = tp.robot(urdf, tips=tips, packages=packages, **limits)
-            boxes = [{"shape": "box", **box} for box in problem["boxes"]]
-            yield planned(f"two {name}", known[text], problem["start"], problem["goal"], boxes)
+        for cell in cells_of(file, Path(folder)):
+            yield planned(f"two {cell.name}", cell.robot, cell.start, cell.goal, cell.boxes)
 
 
 def baxter(file: Path, keys: dict[str, str]) -> Iterator[Outcome]:
