@@ -18,7 +18,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -27,8 +27,8 @@ from scipy.spatial.distance import cdist
 
 import tpbso_casadi as tp
 from benchmarks.arms import PinocchioReferee, contacts
-from benchmarks.off_the_shelf import ROBOTS
-from benchmarks.two_arms import Cell, cells_of
+from benchmarks.off_the_shelf import ROBOTS, print_rows
+from benchmarks.two_arms import cells_of
 from problems.base import FloatArray
 from problems.core import CompiledWorld, Separation
 from problems.motions import Trajectory
@@ -41,6 +41,9 @@ TIMES = 20_000  # at which meshes are looked at
 BISECTED = 22  # times, for the scale of a motion
 ROUNDING = 1e-9  # m
 NEAR = (-6.0, -2.0)  # exponents of the room that a motion is scaled to
+OFTEN = (0.1, 0.5, 0.9)  # quantiles
+PROOFS = ("arms", "proven", "broken", "open", "false", "room um: 10 % / median / 90 %", "anew, nm", "CPU ms: median")
+MESHES = ("arms", "plans", "certified", "times with a contact")
 
 
 @dataclass(frozen=True)
@@ -164,32 +167,21 @@ def print_proofs(file: Path, count: int, samples: int, workers: int) -> None:
     """A row for each robot."""
     with ProcessPoolExecutor(workers) as pool:
         every = list(pool.map(partial(check, file=file, samples=samples), range(count), chunksize=20))
-    header = (
-        "arms",
-        "proven",
-        "broken",
-        "open",
-        "false",
-        "room um: 10 % / median / 90 %",
-        "anew, nm",
-        "CPU ms: median",
-    )
-    print(f"| {' | '.join(header)} |\n" + "|---" * len(header) + "|")
+    rows = []
     for name in dict.fromkeys(each.robot for each in every):
         own = [each for each in every if each.robot == name]
         counts = [sum(each.status is status for each in own) for status in (True, False, None)]
-        near = " / ".join(
-            f"{1e6 * room:.1f}" for room in np.quantile([abs(each.least) for each in own], [0.1, 0.5, 0.9])
-        )
+        near = " / ".join(f"{1e6 * room:.1f}" for room in np.quantile([abs(each.least) for each in own], OFTEN))
         off, cost = max(each.off for each in own), np.median([each.milliseconds for each in own])
-        numbers = (*counts, sum(each.is_false for each in own), near, f"{1e9 * off:.2g}", f"{cost:.1f}")
-        print(f"| two {name} | {' | '.join(map(str, numbers))} |")
+        counts.append(sum(each.is_false for each in own))
+        rows.append([f"two {name}", *map(str, counts), near, f"{1e9 * off:.2g}", f"{cost:.1f}"])
+    print_rows(PROOFS, rows)
 
 
 def met(number: int, file: Path) -> tuple[str, str, int]:
     """Of one problem: the arms, the status of its plan, at how many times meshes touch."""
     with TemporaryDirectory() as folder:
-        cell: Cell = list(cells_of(file, Path(folder)))[number]
+        cell = next(islice(cells_of(file, Path(folder)), number, None))
         plan = tp.plan(cell.robot, start=cell.start, goal=cell.goal, obstacles=cell.boxes)
         places, sizes = (np.array([box[key] for box in cell.boxes]) for key in ("center", "size"))
         arm = plan.planned.criteria.robot
@@ -204,11 +196,12 @@ def print_meshes(file: Path, count: int, workers: int) -> None:
     numbers = np.linspace(0, total - 1, count).round().astype(int).tolist()
     with ProcessPoolExecutor(workers) as pool:
         every = list(pool.map(partial(met, file=file), numbers))
-    print("| arms | plans | certified | times with a contact |\n|---|---|---|---|")
+    rows = []
     for name in dict.fromkeys(row[0] for row in every):
         own = [row for row in every if row[0] == name]
-        certified = sum(status == "certified" for _, status, _ in own)
-        print(f"| two {name} | {len(own)} | {certified} | {sum(touched for *_, touched in own)} |")
+        counts = len(own), sum(status == "certified" for _, status, _ in own), sum(touched for *_, touched in own)
+        rows.append([f"two {name}", *map(str, counts)])
+    print_rows(MESHES, rows)
 
 
 def main() -> None:

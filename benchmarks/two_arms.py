@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 import tpbso_casadi as tp
-from benchmarks.off_the_shelf import ROBOTS
+from benchmarks.off_the_shelf import ROBOTS, print_rows
 from problems.timing import least_durations
 
 FILES = {
@@ -148,7 +148,7 @@ def _solid(stated: dict[str, Any]) -> dict[str, Any]:
 
 def print_outcomes(outcomes: list[Outcome]) -> None:
     """A row for each set."""
-    print(f"| {' | '.join(HEADER)} |\n" + "|---" * len(HEADER) + "|")
+    rows = []
     for name in dict.fromkeys(outcome.name for outcome in outcomes):
         own = [outcome for outcome in outcomes if outcome.name == name]
         good = [outcome for outcome in own if outcome.status == "certified"]
@@ -160,7 +160,8 @@ def print_outcomes(outcomes: list[Outcome]) -> None:
             " / ".join(f"{value:.2f}" for value in np.quantile(seconds, [0.5, 0.9, 1.0])),
         )
         at = int((ratios < AT_THE_BOUND).sum())
-        print(f"| {name} | {len(own)} | {len(good)} | {listed} | {at} | {' | '.join(figures)} |")
+        rows.append([name, str(len(own)), str(len(good)), listed, str(at), *figures])
+    print_rows(HEADER, rows)
 
 
 def main() -> None:

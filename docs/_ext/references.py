@@ -21,12 +21,7 @@ from problems.base import FloatArray
 
 OURS = ("problems", "solvers", "tpbso_casadi")
 THEIRS = re.compile(r"(numpy|np|casadi|ca|scipy|pandas|pd|matplotlib|pathlib|collections|typing)\.")
-NOT_LOADED = (
-    "Figure",
-    "DataFrame",
-    "LiveView",
-    "SuiteMotion",
-)  # where they are used, most of other libraries
+NOT_LOADED = ("Figure", "DataFrame", "LiveView", "SuiteMotion")  # imported where they are used
 
 
 def resolved(app: Sphinx, env: BuildEnvironment, node: pending_xref, content: nodes.Element) -> nodes.Node | None:

@@ -66,13 +66,15 @@ def answers(library: ctypes.CDLL, seed: int) -> Answers:
 
 
 def covering(library: ctypes.CDLL, rng: np.random.Generator) -> bytes:
-    """A cover of random triangles, which enclose something, and what its larger half does not hold."""
+    """A cover of random triangles, which enclose something, what its larger half leaves bare, overlaps of halves."""
     corners, settings = rng.uniform(-0.1, 0.1, (24, 3, 3)), np.array(astuple(SETTINGS), dtype=float)
     balls, figures, missed = np.zeros((int(SETTINGS.most_balls), 4)), np.zeros(3), np.zeros((1_000, 3))
     triangles = len(corners), corners.ctypes.data
     count = library.core_cover(*triangles, 0.02, settings.ctypes.data, balls.ctypes.data, figures.ctypes.data)
     lost = library.core_not_held(*triangles, count // 2, balls.ctypes.data, 0.01, 1_000, missed.ctypes.data)
-    return bits(np.array([count, lost]), balls, figures, missed)
+    others, depths = balls[count // 2 : count].copy(), np.zeros(count - count // 2)
+    library.core_overlaps(count // 2, balls.ctypes.data, len(others), others.ctypes.data, depths.ctypes.data)
+    return bits(np.array([count, lost]), balls, figures, missed, depths)
 
 
 def passing(core: Core, degree: int, joints: int, rng: np.random.Generator) -> bytes:
