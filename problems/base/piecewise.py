@@ -104,7 +104,7 @@ def _isolated(powers: FloatArray, widths: FloatArray) -> tuple[NDArray[np.intp],
     """
     forms = bernstein(powers[..., None], widths)[..., 0]
     owners, starts, share = np.arange(widths.size), np.zeros(widths.size), 1.0
-    found, low, high = [], [], []
+    found, low, high, ends = [], [], [], []
     for halving in range(HALVINGS + 1):
         signs = np.sign(forms)
         changes, sure = (signs[1:] != signs[:-1]).sum(axis=0), (signs != 0.0).all(axis=0)
@@ -112,6 +112,7 @@ def _isolated(powers: FloatArray, widths: FloatArray) -> tuple[NDArray[np.intp],
         found.append(owners[single])
         low.append((starts * widths[owners])[single])
         high.append(((starts + share) * widths[owners])[single])
+        ends.append(signs[-1, single])
         left = ~(sure & (changes <= 1))
         forms, owners, starts = forms[:, left], owners[left], starts[left]
         if halving < HALVINGS:
@@ -120,12 +121,16 @@ def _isolated(powers: FloatArray, widths: FloatArray) -> tuple[NDArray[np.intp],
     unsure, known = np.unique(owners), np.concatenate(found)
     kept = ~np.isin(known, unsure)
     known = known[kept]
-    return known, _bracketed(powers[:, known], np.concatenate(low)[kept], np.concatenate(high)[kept]), unsure
+    bounds = (np.concatenate(each)[kept] for each in (low, high, ends))
+    return known, _bracketed(powers[:, known], *bounds), unsure
 
 
-def _bracketed(powers: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """The roots of polynomials (n, m) between parameters at which they have different signs, by Newton's steps."""
-    close, end = RESOLUTION * high, np.sign(_values(powers, high))
+def _bracketed(powers: FloatArray, low: FloatArray, high: FloatArray, end: FloatArray) -> FloatArray:
+    """The roots of polynomials (n, m) between parameters at which they have different signs, by Newton's steps.
+
+    The sign at the higher parameter is given: next to a root there, values that are computed in another way may differ.
+    """
+    close = RESOLUTION * high
     x, done = (low + high) / 2.0, np.zeros(low.size, dtype=bool)
     for _ in range(MOST_STEPS):
         value, slope = powers[0], np.zeros_like(x)

@@ -143,3 +143,15 @@ def test_splines_in_the_least_squares_are_those_of_dense_equations() -> None:
     ours = BSpline.near(t, at, values, degree)
     np.testing.assert_allclose(ours.c, np.vstack([values[0], expected, values[-1]]), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(ours(np.array([0.0, 1.0])), values[[0, -1]], atol=1e-14)
+
+
+@given(SEEDS)
+def test_a_root_at_the_end_of_an_interval_hides_no_other(seed: int) -> None:
+    """Whether the value at such an end is just above or below zero is rounding, and differs with how it is computed."""
+    rng = np.random.default_rng(seed)
+    roots = np.sort(rng.uniform(-0.5, 1.0, rng.integers(3, 5)))
+    end = abs(roots[-1])
+    curve = np.poly(np.append(roots[:-1], end)) * rng.normal() * 10.0 ** rng.uniform(0.0, 5.0)
+    found = real_roots(curve[:, None], np.zeros(1), np.array([end]))
+    for root in roots[(roots > 1e-3) & (roots < end - 1e-3)]:
+        assert np.abs(found - root).min() < 1e-6
