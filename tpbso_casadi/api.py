@@ -76,7 +76,7 @@ from tpbso_casadi.facade.planner import Planner
 from tpbso_casadi.facade.planning import audit, plan, read_run, replan
 from tpbso_casadi.facade.repairing import Repair, repair
 from tpbso_casadi.facade.retiming import retime
-from tpbso_casadi.facade.robots import StatedRobot, robot
+from tpbso_casadi.facade.robots import StatedRobot, cell, robot
 from tpbso_casadi.facade.sequences import Along, Attach, Detach, Line, MoveTo, Output, Wait, sequence
 from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
@@ -185,6 +185,7 @@ __all__ = [
     "audit",
     "benchmark_function",
     "builtin",
+    "cell",
     "certify",
     "closed_curve",
     "compare",

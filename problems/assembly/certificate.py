@@ -21,7 +21,7 @@ from problems.limits import KINDS, Clearance, CoverClearance, CoverSelfClearance
 from problems.motions import Trajectory
 from problems.robots import PlanarArm, Robot, SpatialArm, moved_inertia
 from problems.scene import Obstacle, Solid
-from problems.tasks import Pose, Position
+from problems.tasks import Place, Pose, Position
 
 FROM_OBSTACLES, FROM_EACH_OTHER = (Clearance, CoverClearance), (SelfClearance, CoverSelfClearance)
 CLAIMED = {*KINDS, *FROM_OBSTACLES, *FROM_EACH_OTHER}  # kinds of limits; a class derived from one may state another
@@ -215,23 +215,18 @@ class _StageClaim:
         sizes = [ROUNDING * edges.size * (1.0 + np.abs(trajectory.at(edges, n)).max()) for n in range(3)]
         return [max(LEAST_TOLERANCE, SPARE * jump) + float(size) for jump, size in zip(jumps, sizes, strict=True)]
 
+    def _end_places(self) -> tuple[Place, ...]:
+        """The places of the task at which the motion starts and ends."""
+        return self._criteria.task.end_places(self._trajectory.at(self._trajectory.breakpoints[-1:])[0])
+
     def _places(self) -> Iterator[dict[str, Any]]:
         """The tool's start and end, where the task gives them as positions or poses."""
-        robot, task, trajectory = self._criteria.robot, self._criteria.task, self._trajectory
-        frame, postures = _tool_frame(robot), self._given_postures()
+        robot, postures = self._criteria.robot, self._given_postures()
         within = max(NEAR, LEVERS * robot.dof * (robot.reach()[1] + 1.0) * self._tolerances()[0])
-        stated = task.end_places(trajectory.at(trajectory.breakpoints[-1:])[0])
-        for at_goal, place in enumerate(stated):
-            if postures[at_goal] is None and isinstance(place, Position | Pose):
-                point = np.append(place.position(robot), np.zeros(3 - robot.dim))
-                for points, away, farther in _stated_points(place):
-                    yield {
-                        "at_goal": at_goal,
-                        "carrier": (robot.chain.carrier if isinstance(robot, SpatialArm) else robot.dof) - 1,
-                        "points": frame[points].tolist(),
-                        "places": (point + away).tolist(),
-                        "within": float(within + farther),
-                    }
+        for at_goal, place in enumerate(self._end_places()):
+            for tool, one in place.by_tool(robot) if postures[at_goal] is None else ():
+                if isinstance(one, Position | Pose):
+                    yield from _tool_places(tool, one, at_goal, within)
 
     def _not_covered(self) -> Iterator[str]:
         """A line of each thing that the verdicts of the motion speak of, or do not, and the file does not claim."""
@@ -247,11 +242,31 @@ class _StageClaim:
         given = dict(zip(("start", "goal"), self._given_postures(), strict=True))
         covered = {f"{end} {rate}" for end in given for rate in ("velocity", "acceleration")[: 1 + self._is_smooth]}
         covered |= {name for name, posture in given.items() if posture is not None}
-        covered |= {("start", "goal")[place["at_goal"]] for place in self._places()}
+        covered |= {
+            name for name, place in zip(given, self._end_places(), strict=False) if _is_of_tools(place, criteria.robot)
+        }
         for constraint, _ in criteria.task.conditions(self._trajectory):
             if constraint.name not in covered:
                 yield f"condition: {constraint.name}"
         yield from criteria.not_judged
+
+
+def _is_of_tools(place: Place, robot: Robot) -> bool:
+    """Whether a place is a position or a pose of each tool."""
+    return all(isinstance(one, Position | Pose) for _, one in place.by_tool(robot))
+
+
+def _tool_places(robot: Robot, place: Position | Pose, at_goal: int, within: float) -> Iterator[dict[str, Any]]:
+    """A tool's place, as a certificate states it."""
+    point, frame = np.append(place.position(robot), np.zeros(3 - robot.dim)), _tool_frame(robot)
+    for points, away, farther in _stated_points(place):
+        yield {
+            "at_goal": at_goal,
+            "carrier": (robot.chain.carrier if isinstance(robot, SpatialArm) else robot.dof) - 1,
+            "points": frame[points].tolist(),
+            "places": (point + away).tolist(),
+            "within": float(within + farther),
+        }
 
 
 def _stated_points(place: Position | Pose) -> Iterator[tuple[list[int], FloatArray, float]]:

@@ -114,6 +114,10 @@ class Trajectory:
         """Joint angles or a derivative of them, (k,), at the end: where that jumps, what comes before."""
         return np.asarray(self._sides(derivative)[0][-1])
 
+    def of_joints(self, joints: Sequence[int]) -> Trajectory:
+        """The motion of some joints, by their numbers from 0."""
+        return Trajectory(self.breakpoints, self.coefficients[:, :, list(joints)])
+
     def part(self, first: float, last: float) -> Trajectory:
         """The section from one time in s to another, on a clock of its own; exact up to rounding.
 

@@ -5,7 +5,8 @@ from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.bodies import Bodies, Body, BodyPairs
 from problems.robots.built_in import BUILT_IN, built_in
 from problems.robots.carried import Carried, payload_of
-from problems.robots.chain import Chain, ChainJoint, JointKind
+from problems.robots.cell import BETWEEN, cell_of, own_name
+from problems.robots.chain import Chain, ChainJoint, JointKind, Tip
 from problems.robots.closed_form import ClosedForm
 from problems.robots.completion import OwnContacts, complete_arm
 from problems.robots.description import RobotDescription
@@ -59,6 +60,7 @@ from problems.robots.urdf_elements import document
 ROBOTS: dict[str, type[Robot]] = {"planar": PlanarArm}
 
 __all__ = [
+    "BETWEEN",
     "BUILT_IN",
     "GRAVITY",
     "LONGEST_STEP",
@@ -106,6 +108,7 @@ __all__ = [
     "Sphere",
     "SphereShape",
     "Steps",
+    "Tip",
     "Tool",
     "TrackingError",
     "Transform",
@@ -113,6 +116,7 @@ __all__ = [
     "appearance_text",
     "as_point",
     "built_in",
+    "cell_of",
     "complete_arm",
     "covers_text",
     "document",
@@ -120,6 +124,7 @@ __all__ = [
     "least_tracking_error",
     "matrix_of",
     "moved_inertia",
+    "own_name",
     "payload_of",
     "planar_payload",
     "postures",

@@ -87,6 +87,25 @@ class ChainJoint(Parametric):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Tip(Parametric):
+    """The end of a branch of joints, by its name.
+
+    Attributes:
+        name: such as ``left``.
+        link: name of the frame at the end.
+        frame: that frame in the one of its body.
+        body: number of that body.
+        base: where its branch stands, in the frame of the robot's base, m.
+    """
+
+    name: str
+    link: str
+    frame: FixedFrame
+    body: int
+    base: Point3 = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Chain(Parametric):
     """Joints, each on the base or on a body that another one moves; in a serial chain each is on the one before.
 
@@ -97,6 +116,7 @@ class Chain(Parametric):
         tip_link: name of the frame that carries the tool.
         tip: that frame in the one of its body.
         tip_body: number of that body, 0 for the base; None for that of the last joint.
+        tips: ends of several branches, of which one carries the tool; none of a chain.
     """
 
     name: str
@@ -105,6 +125,7 @@ class Chain(Parametric):
     tip_link: str = "tip"
     tip: FixedFrame = UNMOVED
     tip_body: int | None = None
+    tips: tuple[Tip, ...] = ()
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
@@ -122,6 +143,19 @@ class Chain(Parametric):
         """Names of the links that end a branch: the tool's, and those of bodies on which no joint is."""
         last = [body for body in range(1, len(self.joints) + 1) if body not in self.parents and body != self.carrier]
         return (self.tip_link, *(self.joints[body - 1].link for body in last))
+
+    def ended_at(self, tip: Tip) -> Chain:
+        """The chain with the tool at another tip."""
+        return replace(self, tip_link=tip.link, tip=tip.frame, tip_body=tip.body)
+
+    @cached_property
+    def branches(self) -> dict[str, tuple[int, ...]]:
+        """Numbers, from 0, of the joints that move each tip and no other, by the tips' names."""
+        above = {tip.name: set(self.above(tip.body)) for tip in self.tips}
+        return {
+            name: tuple(sorted(body - 1 for body in own if sum(body in other for other in above.values()) == 1))
+            for name, own in above.items()
+        }
 
     def above(self, body: int, until: int = 0) -> list[int]:
         """Numbers of the bodies from one down to another, which is left out; to the base by default."""

@@ -111,6 +111,16 @@ class Robot(Parametric, ABC):
         )
 
     @property
+    def by_tool(self) -> tuple[Robot, ...]:
+        """The robot with each of its tools as the one that it has; itself by default."""
+        return (self,)
+
+    @property
+    def arms(self) -> Mapping[str, tuple[int, ...]]:
+        """Numbers, from 0, of the joints of each arm, by the arms' names, where there are several; none by default."""
+        return {}
+
+    @property
     def endless(self) -> tuple[bool, ...]:
         """Whether each joint turns without end: values a whole turn apart are one posture."""
         ranges = self.limits.position or (ANGLES,) * self.dof
@@ -137,6 +147,11 @@ class Robot(Parametric, ABC):
     def tool(self) -> Tool:
         """The tool; in the last frame by default."""
         return LastFrame(self.positions)
+
+    @property
+    def strokes(self) -> tuple[slice, ...]:
+        """The points of :meth:`skeleton` that make a line each, from a base to a tool; all of them by default."""
+        return (slice(None),)
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
         """Positions of base, joints and tool, for drawing: (n, frames, dim), m; postures (n, dof), rad."""

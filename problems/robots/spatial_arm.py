@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from dataclasses import field as stated
 from functools import cached_property
+from itertools import accumulate, pairwise
 from typing import Any, ClassVar, Self
 
 import casadi as ca
@@ -27,7 +28,7 @@ from problems.base import (
 from problems.robots.appearance import LinkAppearance
 from problems.robots.arm_cover import ArmCover
 from problems.robots.bodies import Bodies, Body, BodyPairs
-from problems.robots.chain import Chain
+from problems.robots.chain import Chain, Tip
 from problems.robots.dynamics import RigidChain
 from problems.robots.inertia import Moments, Payload
 from problems.robots.joints import JointLimits, Joints
@@ -251,12 +252,31 @@ class SpatialArm(Robot):
         return Joints(names=names, identifiers=names, units=units, base=self.chain.base_link)
 
     @property
+    def by_tool(self) -> tuple[Robot, ...]:
+        return tuple(self.at_tips.values()) or (self,)
+
+    @property
+    def arms(self) -> Mapping[str, tuple[int, ...]]:
+        return self.chain.branches
+
+    @property
     def base(self) -> tuple[float, ...]:
         return tuple(float(part) for part in self.base_frame.translation)
 
     @cached_property
     def tool(self) -> ArmTool:
         return ArmTool(self.chain, self.base_frame, self.chain.tip @ self.tool_in_tip)
+
+    @cached_property
+    def at_tips(self) -> dict[str, SpatialArm]:
+        """The robot with each of its tips as its tool, by the tips' names; none of a chain."""
+        own = self.chain.tip_link
+        return {
+            tip.name: self
+            if tip.link == own
+            else replace(self, chain=self.chain.ended_at(tip), tool_in_tip=UNMOVED, payload=None)
+            for tip in self.chain.tips
+        }
 
     @cached_property
     def geometry(self) -> SpatialArm:
@@ -281,12 +301,31 @@ class SpatialArm(Robot):
         return np.stack([np.concatenate(pair, axis=1) for pair in zip(origins, turned, strict=True)], axis=1)
 
     def skeleton(self, theta: FloatArray | Matrix) -> FloatArray:
-        """Positions of base, joints and tool along lines between them: (n, p, 3), m; p = dof + 2 of a chain."""
-        angles = ca.DM(theta)
+        """Positions of base, joints and tool along lines between them: (n, p, 3), m; p = dof + 2 of a chain.
+
+        Of several tips a line to each, that to the one which carries the tool last.
+        """
+        angles, tips = ca.DM(theta), self._drawn_tips
         frames = self.chain.frames(angles, self.base_frame)
-        tool = frames[self.chain.carrier].apply(self.tool.frame.translation)
-        points = [*(frames[body].translation for body in self.chain.walk), tool]
+        points = [] if tips else [*(frames[body].translation for body in self.chain.walk), frames[0].translation]
+        for tip in tips:
+            points += [frames[0].apply(tip.base), *(frames[body].translation for body in self._branch_of(tip))]
+            points += [frames[tip.body].apply(tip.frame.translation)]
+        points[-1] = frames[self.chain.carrier].apply(self.tool.frame.translation)
         return np.stack([as_array(as_rows(point, angles.shape[0])) for point in points], axis=1)
+
+    @property
+    def strokes(self) -> tuple[slice, ...]:
+        ends = [0, *accumulate(len(self._branch_of(tip)) + 2 for tip in self._drawn_tips)]
+        return tuple(slice(*pair) for pair in pairwise(ends)) or (slice(None),)
+
+    @property
+    def _drawn_tips(self) -> list[Tip]:
+        """The tips, the one that carries the tool last."""
+        return sorted(self.chain.tips, key=lambda tip: tip.link == self.chain.tip_link)
+
+    def _branch_of(self, tip: Tip) -> list[int]:
+        return self.chain.above(tip.body)[::-1]
 
     @cached_property
     def bodies(self) -> ArmBodies:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from problems.base import InvalidProblem
-from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
+from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint, Tip
 from problems.robots.description import RobotDescription
 from problems.robots.inertia import Inertia, combined, inertia_fault, moved_inertia
 from problems.robots.mjcf import read_mjcf
@@ -70,7 +70,9 @@ def read_urdf(
     firsts += [LinkFrame(joint.child, number, parent=joint.parent) for number, joint in enumerate(moving, 1)]
     bodies = [_body(standing, first, along, {*values, *leads}) for first in firsts]
     frames = {frame.name: frame for body in bodies for frame in body.frames}
-    tip = frames[next(iter(ends.branches(tree).values()), joints[-1].child)]
+    several = ends.branches(tree)
+    ended = [(name, frames[link]) for name, link in several.items()]
+    tip = ended[0][1] if ended else frames[joints[-1].child]
     chain = Chain(
         name=file.name,
         joints=tuple(_joint(joint, frames[joint.parent], body) for joint, body in zip(moving, bodies[1:], strict=True)),
@@ -78,6 +80,7 @@ def read_urdf(
         tip_link=tip.name,
         tip=tip.pose,
         tip_body=None if tip.body == len(moving) else tip.body,
+        tips=tuple(Tip(name=name, link=end.name, frame=end.pose, body=end.body) for name, end in ended),
     )
     held = {name: value for name, value in values.items() if tree.joints[name].kind in MOVING}
     off_chain = [

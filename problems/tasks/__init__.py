@@ -1,11 +1,13 @@
 """Tasks: moves, paths to follow or trace, recorded motions, sequences."""
 
+from problems.tasks.at_tips import AtTips
 from problems.tasks.checks import (
     Surroundings,
     check_at_least,
     check_bodies,
     check_choice,
     check_obstacles,
+    check_posture,
     least_clearances,
     overloaded,
 )
@@ -45,6 +47,7 @@ from problems.tasks.turns import ShortTurns
 __all__ = [
     "ANGLE_TOLERANCE",
     "Arc",
+    "AtTips",
     "BoundedCurve",
     "Choice",
     "Corners",
@@ -83,6 +86,7 @@ __all__ = [
     "check_bodies",
     "check_choice",
     "check_obstacles",
+    "check_posture",
     "closed_curve",
     "elbow_signs",
     "knots_of",

@@ -357,12 +357,14 @@ class Move(Task):
         )
 
     def markers(self) -> tuple[Marker, ...]:
-        robot = self.robot
         ends = [
-            Marker(label="start", points=self.start.position(robot)[None], kind=MarkerKind.START),
-            Marker(label="goal", points=np.array([g.position(robot) for g in self.goals]), kind=MarkerKind.GOAL),
+            Marker(label="start", points=self._tools_at(self.start), kind=MarkerKind.START),
+            Marker(label="goal", points=self._tools_at(*self.goals), kind=MarkerKind.GOAL),
         ]
         if self.vias:
-            points = np.array([via.position(robot) for via in self.vias])
-            ends.insert(1, Marker(label="via", points=points, kind=MarkerKind.VIA))
+            ends.insert(1, Marker(label="via", points=self._tools_at(*self.vias), kind=MarkerKind.VIA))
         return tuple(ends)
+
+    def _tools_at(self, *places: Place) -> FloatArray:
+        """Positions of all tools at places, (n, dim), m."""
+        return np.array([one.position(robot) for place in places for robot, one in place.by_tool(self.robot)])

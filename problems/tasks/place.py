@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Any, ClassVar, Literal, TypeAlias, get_args
@@ -238,6 +238,10 @@ class Place(Parametric, ABC):
     def position(self, robot: Robot) -> FloatArray:
         """The position of the tool, (dim,), m."""
 
+    def by_tool(self, robot: Robot) -> Iterator[tuple[Robot, Place]]:
+        """The place of each tool, behind the robot with this tool; itself by default."""
+        yield robot, self
+
     def taken(self, robot: Robot, theta: FloatArray) -> str:
         """How a posture (dof,) turns the tool where the place leaves that free, in words; nothing by default."""
         return ""
@@ -317,6 +321,9 @@ class Joints(Place):
 
     def position(self, robot: Robot) -> FloatArray:
         return as_array(robot.tool.position(ca.DM([self.values]))).ravel()
+
+    def by_tool(self, robot: Robot) -> Iterator[tuple[Robot, Place]]:
+        return ((each, self) for each in robot.by_tool)
 
     def table(self) -> dict[str, Any]:
         turns = {} if self.turns is None else {"turns": self.turns}

@@ -222,33 +222,35 @@ class Pose(Place):
         Raises:
             InvalidProblem: it finds none, or none that is clear and held.
         """
-        arm = _in_space(robot, field)
+        found, what = self.postures_there(_in_space(robot, field), near, field), self._described
+        held = usable_postures(robot, obstacles, found, f"with the tool at {what}", field)
+        return tuple(map(self.on_branch, separate_postures(held, middle_of(robot) if near is None else near)))
+
+    def postures_there(self, arm: SpatialArm, near: FloatArray | None, field: str) -> FloatArray:
+        """Postures of inverse kinematics at the pose, (n, dof), rad, whatever they touch.
+
+        Args:
+            arm: that moves.
+            near: a posture (dof,) in the turns nearest to which joints are taken, rad; the middle where None.
+            field: of the task, for messages.
+
+        Raises:
+            InvalidProblem: it finds none.
+        """
         rotations, starts = self._rotations_looked_at()
-        found = np.concatenate(
-            [
-                postures(arm, self.point, each, np.random.default_rng(SETTINGS.seed), starts, near, steps_of(arm))
-                for each in rotations
-            ]
-        )
-        what = f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
+        each = [
+            postures(arm, self.point, one, np.random.default_rng(SETTINGS.seed), starts, near, steps_of(arm))
+            for one in rotations
+        ]
+        found = np.concatenate(each)
         if not len(found):
             count = starts * len(rotations)
-            raise InvalidProblem(field, f"no posture of {count} searches for one has the tool at {what}")
-        nearest = least_clearances(robot, obstacles, found)
-        clear = found[nearest >= robot.margin]
-        if not len(clear):
-            reason = too_near(robot, obstacles, found[int(np.argmax(nearest))])
-            raise InvalidProblem(field, f"none of {len(found)} postures with the tool at {what} is clear; {reason}")
-        held = clear[can_hold(robot, clear)]
-        if not len(held):
-            reason = overloaded(robot, clear[0])
-            raise InvalidProblem(field, f"none of {len(clear)} clear postures at {what} can be held; {reason}")
-        apart: list[FloatArray] = []
-        middle = _middle(robot) if near is None else near
-        for theta in sorted(held, key=lambda each: float(np.abs(each - middle).max())):
-            if all(np.abs(theta - other).max() > SETTINGS.least_difference for other in apart):
-                apart.append(theta)
-        return tuple(map(self.on_branch, apart))
+            raise InvalidProblem(field, f"no posture of {count} searches for one has the tool at {self._described}")
+        return found
+
+    @property
+    def _described(self) -> str:
+        return f"{self.point}" if self.quaternion is None else f"{self.point} turned by {self.quaternion}"
 
     def _rotations_looked_at(self) -> tuple[Sequence[FloatArray | None], int]:
         """Rotations (3, 3) of the tool, and the starts for each."""
@@ -267,7 +269,7 @@ class Pose(Place):
         self, robot: Robot, chosen: Matrix, elbow: Operand, near: Matrix | None
     ) -> tuple[Matrix, Matrix | None]:
         """The posture at which joints are put, projected onto the pose; and its miss relative to the tolerance."""
-        theta = self._onto(robot, ca.horzcat(*self.branch) + SETTINGS.offset * chosen.T)
+        theta = self.onto(robot, ca.horzcat(*self.branch) + SETTINGS.offset * chosen.T)
         return theta, ca.norm_inf(self.miss(robot, theta)) / self.tolerance(robot)
 
     def postures(self, robot: Robot, chosen: FloatArray, elbow: float = 1.0) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -303,9 +305,10 @@ class Pose(Place):
         return found[0], bool(reached[0])
 
     def projected(self, robot: Robot, theta: FloatArray) -> FloatArray:
-        return as_array(self._onto(robot, ca.DM(theta).T)).ravel()
+        return as_array(self.onto(robot, ca.DM(theta).T)).ravel()
 
-    def _onto(self, robot: Robot, theta: Matrix) -> Matrix:
+    def onto(self, robot: Robot, theta: Matrix) -> Matrix:
+        """A posture (1, dof), rad, projected onto the pose."""
         rotation: Matrix | None = None
         if self.quaternion is not None:
             rotation = ca.reshape(rotation_rows(self.quaternion), 3, 3).T
@@ -356,7 +359,43 @@ def _in_space(robot: Robot, field: str = "goal", name: str = "") -> SpatialArm:
     return robot
 
 
-def _middle(robot: Robot) -> FloatArray:
+def middle_of(robot: Robot) -> FloatArray:
     """The posture (dof,) in the middle of the joints' ranges; zero where there are none."""
     ranges = robot.limits.position
     return np.zeros(robot.dof) if ranges is None else np.array(ranges).mean(axis=1)
+
+
+def usable_postures(
+    robot: Robot, obstacles: Sequence[Obstacle], theta: FloatArray, what: str, field: str
+) -> FloatArray:
+    """Postures of some (n, dof) that are clear and that the motors can hold.
+
+    Args:
+        robot: that moves.
+        obstacles: to keep clear of.
+        theta: postures, rad.
+        what: they have in common, for messages.
+        field: of the task, likewise.
+
+    Raises:
+        InvalidProblem: there is none.
+    """
+    nearest = least_clearances(robot, obstacles, theta)
+    clear = theta[nearest >= robot.margin]
+    if not len(clear):
+        reason = too_near(robot, obstacles, theta[int(np.argmax(nearest))])
+        raise InvalidProblem(field, f"none of {len(theta)} postures {what} is clear; {reason}")
+    held = clear[can_hold(robot, clear)]
+    if not len(held):
+        reason = overloaded(robot, clear[0])
+        raise InvalidProblem(field, f"none of {len(clear)} clear postures {what} can be held; {reason}")
+    return held
+
+
+def separate_postures(theta: FloatArray, near: FloatArray) -> list[FloatArray]:
+    """Postures of some (n, dof) that lie apart, rad or m, the nearest to another one (dof,) first."""
+    apart: list[FloatArray] = []
+    for posture in sorted(theta, key=lambda each: float(np.abs(each - near).max())):
+        if all(np.abs(posture - other).max() > SETTINGS.least_difference for other in apart):
+            apart.append(posture)
+    return apart

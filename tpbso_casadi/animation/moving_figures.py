@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from tpbso_casadi.animation.frames import Frames
 from tpbso_casadi.figures.palette import BLUE
 from tpbso_casadi.figures.scene import capsule, draw_bodies, draw_obstacle, draw_scene, draw_ways, wide_bodies
-from tpbso_casadi.figures.space import Posture, draw_picture
+from tpbso_casadi.figures.space import Posture, draw_picture, in_strokes, parted
 from tpbso_casadi.figures.style import lay_out
 
 ARM, WAY = "#1b2733", BLUE
@@ -50,7 +50,7 @@ def plane(axes: Axes, frames: Frames) -> Callable[[int], None]:
 
 def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     """A robot in space, in perspective."""
-    scene = frames.scene
+    scene, robot = frames.scene, frames.criteria.robot
     bounds = scene.bounds(frames.theta)
     view = scene.view(frames.theta, bounds)
     picture = draw_picture(axes, view, scene, Posture("", ARM, frames.theta[0]), bounds)
@@ -58,8 +58,9 @@ def space(axes: Axes, frames: Frames) -> Callable[[int], None]:
     tip_path = axes.plot([], [], color=WAY, linewidth=2.0, zorder=3)[0]
 
     def show(index: int) -> None:
-        tip_path.set_data(*view.project(frames.joints[: index + 1, -1]).T)
-        picture.arm.set_data(*view.project(frames.joints[index]).T)
+        tools = [frames.joints[: index + 1, stroke][:, -1] for stroke in robot.strokes]
+        tip_path.set_data(*view.project(parted(tools)).T)
+        picture.arm.set_data(*view.project(in_strokes(robot, frames.joints[index])).T)
         picture.painting.show(frames.theta[index], float(frames.times[index]))
 
     return show

@@ -218,6 +218,7 @@ def shared_data(frames: Frames) -> dict[str, Any]:
     return {
         "times": rounded(frames.times, FINE),
         "joints": rounded(frames.joints),
+        "strokes": [[*range(frames.joints.shape[1])[stroke]] for stroke in robot.strokes],
         "points": rounded(frames.task_points),
         "joint_names": list(robot.joints.names),
         "lines": [_line(joint) for joint in range(robot.dof)],

@@ -9,9 +9,12 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 from problems import CertificateStatus, Trajectory, Verdict
 from problems.assembly import MotionStage
-from problems.base import FloatArray
+from problems.base import FloatArray, shown_value
+from problems.robots import own_name
 from solvers import Result
 from tpbso_casadi.audit_report import audit_run
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, positive, times_array, whole
@@ -22,7 +25,7 @@ from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
 from tpbso_casadi.programs import Program, exporter_of
-from tpbso_casadi.scenario import Scenario, plugin_failures_named
+from tpbso_casadi.scenario import MemberSection, Scenario, plugin_failures_named
 from tpbso_casadi.storage import (
     RunResult,
     StoredRun,
@@ -108,6 +111,25 @@ class PlannedStage:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class PlannedArm:
+    """The motion of one arm of several, on the clock of all.
+
+    Attributes:
+        name: of the arm.
+        joints: names of its joints, as its own controller knows them.
+        trajectory: of these.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    trajectory: Trajectory
+
+    def __repr__(self) -> str:
+        moves = f"{len(self.joints)} joints" if self.trajectory.moves else "stands still"
+        return f"<arm {self.name!r} of a plan: {moves}, T = {self.trajectory.duration:.4g} s>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Plan:
     """A motion that was planned, judged for all t.
 
@@ -175,6 +197,34 @@ class Plan:
         """The stages of a sequence, in their order; none of a plan that is one motion."""
         judged = zip(self.motion.stages, self.motion.by_stage, strict=False)
         return tuple(PlannedStage.of(stage, verdicts, self.trajectory) for stage, verdicts in judged)
+
+    def part(self, arm: str) -> PlannedArm:
+        """The motion of one arm of several, or of one that stands still.
+
+        Args:
+            arm: its name, of a cell or of the tips of a robot.
+
+        Raises:
+            ValueError: no arm has this name; lists those that there are.
+        """
+        robot = self.motion.criteria.robot
+        if arm in robot.arms:
+            own = robot.arms[arm]
+            names = tuple(own_name(robot.joints.identifiers[joint], arm) for joint in own)
+            return PlannedArm(arm, names, self.trajectory.of_joints(own))
+        standing = self._standing
+        if arm in standing:
+            names = standing[arm].alone.build().joints.names
+            return PlannedArm(arm, names, Trajectory.standing(np.array(standing[arm].stays_at), self.duration))
+        known = [*robot.arms, *standing]
+        there = f"there are {', '.join(known)}" if known else "there is one arm alone, which has no name"
+        raise ValueError(f"arm: none is called {shown_value(arm)}; {there}")
+
+    @property
+    def _standing(self) -> dict[str, MemberSection]:
+        """Robots of a cell that stand still, by their names."""
+        cell = self.scenario.robots
+        return {} if cell is None else {name: each for name, each in cell.robots.items() if each.stays_at is not None}
 
     @property
     def not_judged(self) -> tuple[str, ...]:

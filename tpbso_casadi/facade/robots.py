@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from problems import InvalidProblem, PlanarArm, Robot
-from problems.base import FloatArray, did_you_mean
+from problems.base import FloatArray, did_you_mean, shown_value
 from problems.robots import BUILT_IN, LinkCover, SpatialArm
 from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python
 from tpbso_casadi.scenario import (
@@ -18,6 +18,7 @@ from tpbso_casadi.scenario import (
     TITLES,
     AnyRobotTable,
     ArmSection,
+    CellSection,
     InputFolder,
     RobotSection,
     ScenarioError,
@@ -104,6 +105,29 @@ def robot(model: AnyRobot, **keys: Any) -> StatedRobot:
         return _robot(model, keys)
 
 
+def cell(robots: Mapping[str, AnyRobot]) -> StatedRobot:
+    """Several robots in one cell, planned together as one robot.
+
+    Args:
+        robots: by their names, each as :func:`robot` makes it, with ``base`` where it stands. Joints and links of the
+            cell are called ``NAME/JOINT`` and ``NAME/LINK``; starts and goals may be stated by the robots' names.
+
+    Raises:
+        ScenarioError: one is in the plane, or cannot be part of a cell.
+        TypeError: they are not by names.
+    """
+    if not isinstance(robots, Mapping):
+        raise TypeError(f"robots: a dict of robots by their names is needed, not {shown_value(robots)}")
+    with in_words_of_python():
+        tables = {}
+        for name, each in robots.items():
+            stated = _robot(each, {})
+            if not isinstance(stated.table, SpatialRobotSection) or stated.kept:
+                raise ScenarioError(f"robots.{name}: a robot in space is needed, without margin and may_touch")
+            tables[name] = {key: getattr(stated.table, key) for key in stated.table.stated_keys}
+        return StatedRobot(read_table(CellSection, "robots", tables))
+
+
 def _robot(model: AnyRobot, keys: dict[str, Any]) -> StatedRobot:
     if isinstance(model, StatedRobot | Robot):
         if keys:
@@ -153,7 +177,7 @@ def _planar(model: PlanarArm) -> ArmSection:
 
 
 def _in_space(model: SpatialArm) -> AnyRobotTable:
-    table: SpatialRobotSection | None = model.statement
+    table: SpatialRobotSection | CellSection | None = model.statement
     if table is None or table.build() != model:  # another limit than the description has, say
         raise ScenarioError("robot: say tp.robot('panda') or tp.robot('arm.urdf'): a plan keeps the description")
     return table

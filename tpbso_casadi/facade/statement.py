@@ -246,7 +246,7 @@ def place_of(place: Any, dof: int, dim: int, name: str) -> Any:
         return place
     given = plain(place)
     if isinstance(given, dict):
-        return given
+        return given if {*given} & {"joints", "position"} else {key: _of_an_arm(place[key], key, name) for key in place}
     if _is_matrix(place):
         return _pose(place, name)
     if not isinstance(given, list) or not all(map(_is_number, given)):
@@ -257,6 +257,18 @@ def place_of(place: Any, dof: int, dim: int, name: str) -> Any:
         return given if dim == 2 else {"position": given}
     if len(given) != dof:
         raise ScenarioError(f"{name}: {len(given)} numbers; {_forms(dof, dim)}")
+    return {"joints": given}
+
+
+def _of_an_arm(place: Any, arm: str, name: str) -> Any:
+    """The place of one arm of several; numbers are the values of its joints."""
+    if isinstance(place, Place | str | dict):
+        return place
+    if _is_matrix(place):
+        return _pose(place, f"{name}.{arm}")
+    given = plain(place)
+    if not isinstance(given, list) or not all(map(_is_number, given)):
+        raise ScenarioError(f"{name}.{arm}: {shown_value(given)} is no place; joint values are needed, or a pose")
     return {"joints": given}
 
 

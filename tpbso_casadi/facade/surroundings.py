@@ -25,7 +25,7 @@ from tpbso_casadi.scenario import (
 
 Content: TypeAlias = dict[str, Any]
 STANDS = {"kind": "recorded-motion"}  # a [task] without rows: what is around a motion is read before it is
-ROBOTS = ("arm", "robot")  # tables that state a robot
+ROBOTS = ("arm", "robot", "robots")  # tables of which one states a robot
 AROUND = ("obstacles", "carried", "may_touch")
 OF_A_FILE = ("unit", *ROBOTS, *AROUND, "scene", "constraints", "model")  # which a file says of any motion
 MODEL_KEYS = ("limits", "margin", "self_collision", "constraints")  # of [model], that say something of any motion
@@ -141,9 +141,10 @@ def carrying(scenario: Scenario, mass: float | None) -> Scenario:
     """A scenario whose robot has another payload, kg, if one is stated; 0 for none."""
     if mass is None:
         return scenario
-    key = "arm" if scenario.arm is not None else "robot"
-    with as_scenario_errors(key):
-        return scenario.replaced(**{key: _loaded(scenario.robot_table, mass)})
+    if scenario.robots is not None:
+        raise ScenarioError("payload: of which robot of the cell? state it in its own table")
+    with as_scenario_errors(scenario.robot_key):
+        return scenario.replaced(**{scenario.robot_key: _loaded(scenario.robot_table, mass)})
 
 
 def _loaded(table: AnyRobotTable, mass: float) -> AnyRobotTable:

@@ -31,7 +31,7 @@ from tpbso_casadi.figures.scene import (
     extent_of,
     time_labels,
 )
-from tpbso_casadi.figures.space import Posture, Way, space_figure
+from tpbso_casadi.figures.space import Posture, Way, parted, space_figure
 from tpbso_casadi.figures.space_scene import Scene
 from tpbso_casadi.figures.style import (
     ONE_COLUMN,
@@ -274,11 +274,13 @@ def path_in_space(plan: PlannedMotion) -> Figure:
         Posture(labels[snapshot.label], snapshot.colour, theta, snapshot.time, snapshot.opacity, bool(snapshot.label))
         for snapshot, theta in zip(shown, motion.trajectory.at(times_of(shown)), strict=True)
     ]
-    tool = motion.joint_positions(plan.times)[:, -1]
+    points, strokes = motion.joint_positions(plan.times), criteria.robot.strokes
+    tools = [points[:, stroke][:, -1] for stroke in strokes]
+    ends = [Points(name, tool[[row]]) for tool in tools for name, row in (("start", 0), ("goal", -1))]
     way = Way(
-        path=Points("path of the tool", tool),
+        path=Points("path of the tool" if len(tools) == 1 else "paths of the tools", parted(tools)),
         passed=tuple(passed_by(motion)),
-        named=(Points("start", tool[:1]), Points("goal", tool[-1:]), *passed_by(motion)),
+        named=(*ends, *passed_by(motion)),
         nearest=None if nearest is None else Points(nearest.label, nearest.points),
     )
     scene = Scene(

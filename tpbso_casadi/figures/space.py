@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 
 from problems.base import FloatArray
-from problems.robots import RobotDescription
+from problems.robots import Robot, RobotDescription
 from problems.tasks import MarkerKind
 from tpbso_casadi.figures.appearance import LIGHT, front_of, layers, palette_of, placed_corners, silhouette
 from tpbso_casadi.figures.palette import BLUE, CLOSEST, GREEN, OBSTACLE, PATH, VERMILLION
@@ -321,8 +321,12 @@ def draw_names(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture]
     labels = [PlaceLabel(points.label, view.project(points.places[0])) for points in way.named]
     if way.nearest is not None:
         labels.insert(0, PlaceLabel(way.nearest.label, view.project(way.nearest.places).mean(axis=0), CLOSEST))
-    skeletons = scene.robot.skeleton(thetas_of(postures))
-    label_places(axes, labels, [view.project(line) for line in (way.path.places, *skeletons)])
+    skeletons, path = scene.robot.skeleton(thetas_of(postures)), way.path.places
+    lines = [
+        path[np.isfinite(path).all(axis=1)],
+        *(each[stroke] for each in skeletons for stroke in scene.robot.strokes),
+    ]
+    label_places(axes, labels, [view.project(line) for line in lines])
 
 
 def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Posture]) -> None:
@@ -339,14 +343,26 @@ def draw_measurable(axes: Axes, view: View, scene: Scene, postures: Sequence[Pos
     axes.plot(*view.project(np.array(scene.robot.base)), "s", color="black", markersize=7, label="base", zorder=5)
     draw_thickness(axes, view, scene, [posture for posture in postures if posture.strong])
     for posture, skeleton in zip(postures, scene.robot.skeleton(thetas_of(postures)), strict=True):
+        lines = view.project(in_strokes(scene.robot, skeleton))
         axes.plot(
-            *view.project(skeleton).T, "-o", color=posture.colour, label=literal(posture.label) or None,
+            *lines.T, "-o", color=posture.colour, label=literal(posture.label) or None,
             markerfacecolor="white", markersize=3.5 if posture.strong else 2.0,
             linewidth=1.8 if posture.strong else 0.9, zorder=4 if posture.strong else 3,
         )  # fmt: skip
     for marker in scene.markers:
         draw_band(axes, replace(marker, points=view.project(marker.points)))
         axes.plot(*view.project(marker.points).T, label=marker.label, **MARKER_STYLES[marker.kind])
+
+
+def in_strokes(robot: Robot, skeleton: FloatArray) -> FloatArray:
+    """The points of a skeleton (p, 3), m, with gaps between the lines of different tools."""
+    return parted([skeleton[stroke] for stroke in robot.strokes])
+
+
+def parted(lines: Sequence[FloatArray]) -> FloatArray:
+    """The points of lines, (n, 3) each, m, one after the other, with gaps that are not drawn."""
+    gap = np.full((1, 3), np.nan)
+    return np.vstack([part for line in lines for part in (line, gap)][:-1])
 
 
 def thetas_of(postures: Sequence[Posture]) -> FloatArray:
@@ -400,7 +416,10 @@ def draw_picture(axes: Axes, view: View, scene: Scene, posture: Posture, bounds:
     draw_ground(axes, view, scene, bounds)
     painting = Painting(axes, view, scene, posture.colour)
     painting.show(posture.theta, posture.time)
-    skeleton, width = scene.robot.skeleton(posture.theta[None])[0], 0.0 if scene.appearances else 1.6
+    skeleton, width = (
+        in_strokes(scene.robot, scene.robot.skeleton(posture.theta[None])[0]),
+        0.0 if scene.appearances else 1.6,
+    )
     arm = axes.plot(*view.project(skeleton).T, "-", color=posture.colour, linewidth=width, alpha=0.8, zorder=4)[0]
     for marker in scene.markers:
         if marker.kind is not MarkerKind.POINTS:

@@ -31,7 +31,7 @@ from tpbso_casadi.scenario import (
 
 DIGITS = 9  # of m and rad: what lies nearer is one, as places and postures are computed again
 SAME_POSTURE = 1e-10  # rad, likewise
-BESIDES_STAGES = ("arm", "robot", "model", "solver")  # tables on which all motions of a sequence depend
+BESIDES_STAGES = ("arm", "robot", "robots", "model", "solver")  # tables on which all motions of a sequence depend
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,11 @@ from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
+
 from problems.base import Range
-from tpbso_casadi.planning import ACCURACY, ControllerRows, PlannedMotion
+from problems.robots import own_name
+from tpbso_casadi.planning import ACCURACY, ControllerRows, JudgedMotion, PlannedMotion
 from tpbso_casadi.programs.program import Exporter, Program, Proof
 from tpbso_casadi.programs.tables import Rate, equal_steps
 
@@ -20,18 +23,23 @@ NANOSECONDS = 1_000_000_000  # in a second
 VALUES = ("positions", "velocities", "accelerations", "effort")  # of a point
 
 
-def ros_message(rows: ControllerRows) -> dict[str, Any]:
+def ros_message(rows: ControllerRows, arm: str | None = None) -> dict[str, Any]:
     """The fields of the message, a point for each row.
 
     In rad, rad/s, rad/s^2, N m; m and N where a joint slides. There is no effort where masses are not known.
+
+    Args:
+        rows: of all joints.
+        arm: whose joints are listed, under the names of their own controller; all where None.
     """
     robot, torques = rows.source.criteria.robot, rows.source.torques(rows.times)
+    names, own = robot.joints.identifiers, list(range(robot.dof) if arm is None else robot.arms[arm])
     none: list[list[float]] = [[]] * len(rows.times)
-    states = [state.tolist() for state in rows.states]
-    effort = none if torques is None else torques.tolist()
+    states = [state[:, own].tolist() for state in rows.states]
+    effort = none if torques is None else torques[:, own].tolist()
     return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": robot.joints.base},
-        "joint_names": list(robot.joints.identifiers),
+        "joint_names": [names[joint] if arm is None else own_name(names[joint], arm) for joint in own],
         "points": [
             {
                 **dict(zip(VALUES, values, strict=True)),
@@ -44,9 +52,8 @@ def ros_message(rows: ControllerRows) -> dict[str, Any]:
     }
 
 
-def message_yaml(rows: ControllerRows) -> Iterator[str]:
-    """The lines of the message in YAML, as ``ros2 topic pub`` and ``rosmsg`` read it."""
-    message = ros_message(rows)
+def message_yaml(message: dict[str, Any]) -> Iterator[str]:
+    """The lines of a message in YAML, as ``ros2 topic pub`` and ``rosmsg`` read it."""
     stamp, names = message["header"]["stamp"], message["joint_names"]
     yield "header:\n"
     yield f"  stamp: {_time(stamp)}\n"
@@ -92,8 +99,8 @@ class Message(Exporter):
     rate: Rate | None = None
 
     @abstractmethod
-    def text(self, rows: ControllerRows) -> str:
-        """The message of rows."""
+    def text(self, message: dict[str, Any]) -> str:
+        """The text of a message."""
 
     def rows(self, plan: PlannedMotion) -> ControllerRows:
         """The rows of a plan.
@@ -110,11 +117,33 @@ class Message(Exporter):
         return Program(
             content=f"joint_trajectory: {rows.described}",
             proofs=(Proof("what the controller's splines make of the rows", rows.joined.status),),
-            assumptions=("the robot is at the first row, as fast as it says",),
+            assumptions=("the robot is at the first row, as fast as it says", *_of_clocks(plan.motion)),
             unstated=tuple(f"signal {each.signal[0]}={each.signal[1]}" for each in stages if each.signal),
             planned=plan.motion.status,
-            files={self.file: self.text(rows)},
+            files={name: self.text(ros_message(rows, arm)) for name, arm in self._files(plan.motion)},
         )
+
+    def _files(self, motion: JudgedMotion) -> Iterator[tuple[str, str | None]]:
+        """The names of the files, and the arm of which each is: of all joints together, and of each arm of several."""
+        yield self.file, None
+        stem, dot, suffix = self.file.rpartition(".")
+        yield from ((f"{stem}_{arm}{dot}{suffix}", arm) for arm in motion.criteria.robot.arms)
+
+
+LATE = 1e-3  # s, by which one controller may start after another
+
+
+def _of_clocks(motion: JudgedMotion) -> Iterator[str]:
+    """A line on what it costs that the controllers of several arms do not start together."""
+    robot = motion.criteria.robot
+    if not robot.arms:
+        return
+    fastest = np.abs(motion.trajectory.at(motion.trajectory.extreme_times(1), 1)).max(axis=0)
+    most = LATE * max(float(fastest[list(own)].max()) for own in robot.arms.values())
+    yield (
+        f"the controllers of {' and '.join(robot.arms)} start together: {1e3 * LATE:g} ms late is up to {most:.2g} rad "
+        "of a joint, which tracking_error covers if it states so much"
+    )
 
 
 class RosJson(Message):
@@ -123,8 +152,8 @@ class RosJson(Message):
     title: ClassVar[str] = "ROS, JSON"
     file: ClassVar[str] = "joint_trajectory.json"
 
-    def text(self, rows: ControllerRows) -> str:
-        return json.dumps(ros_message(rows), indent=1, allow_nan=False) + "\n"
+    def text(self, message: dict[str, Any]) -> str:
+        return json.dumps(message, indent=1, allow_nan=False) + "\n"
 
 
 class RosYaml(Message):
@@ -133,5 +162,5 @@ class RosYaml(Message):
     title: ClassVar[str] = "ROS, YAML"
     file: ClassVar[str] = "joint_trajectory.yaml"
 
-    def text(self, rows: ControllerRows) -> str:
-        return "".join(message_yaml(rows))
+    def text(self, message: dict[str, Any]) -> str:
+        return "".join(message_yaml(message))

@@ -31,14 +31,18 @@ MOST_CARRIED = 20
 MOST_CONTACTS = 1_000
 Contacts: TypeAlias = Annotated[list[tuple[Word, Word]], Count(0, MOST_CONTACTS)]  # pairs of names
 DEFAULT_NAME = "carried"
-OWN = ("mass",)  # keys that an obstacle has not
+OWN = ("mass", "robot")  # keys that an obstacle has not
 BODY = "body"
 
 
 class CarriedSection(Section):
-    """A table of [[carried]]: the keys of an obstacle, in the tool's frame, and its mass in kg, spread evenly."""
+    """A table of [[carried]]: the keys of an obstacle, in the tool's frame, and its mass in kg, spread evenly.
+
+    ``robot`` names the robot of a cell whose tool holds it.
+    """
 
     mass: Positive | None = None
+    robot: Word | None = None
     body: AnyObstacle = field(repr=False)
 
     @classmethod
@@ -52,7 +56,8 @@ class CarriedSection(Section):
             return super().from_table(content)
 
     def table(self) -> dict[str, Any]:
-        return self.body.table() | ({} if self.mass is None else {"mass": self.mass})
+        own = {key: getattr(self, key) for key in OWN}
+        return self.body.table() | {key: value for key, value in own.items() if value is not None}
 
     @property
     def name(self) -> str:

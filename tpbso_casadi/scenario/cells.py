@@ -192,14 +192,13 @@ class Cell:
         task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias)
         further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
         margin = scenario.model.margin if stage.margin is None else stage.margin
-        key = "arm" if scenario.arm is not None else "robot"
         stated = (*scenario.may_touch, *self.contacts, *stage.may_touch)
         pairs = [pair for pair in stated if self._concerns(pair)]
         solver = scenario.solver
         if "name" not in solver.stated_keys:
             solver = solver.replaced(name=scenario.robot_table.usual_solver)
         return scenario.replaced(
-            **{key: scenario.robot_table.replaced(**stage.of_the_robot)},
+            **{scenario.robot_key: scenario.robot_table.replaced(**stage.of_the_robot)},
             task=task,
             obstacles=list(self.obstacles),
             carried=list(self.carried),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from problems import InvalidProblem, Joints, Place, Position
-from problems.base import Angle, Count, InvalidTable, Range, ReadBy, at, reader, shown_value
+from problems.base import Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.limits import AxisName, FreeAxis
 from problems.tasks import Pose, Turns
+from tpbso_casadi.scenario.named_places import FORMS, NamedPosture, PlacesByName
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
     MOST_EVALUATIONS,
@@ -25,49 +24,6 @@ from tpbso_casadi.scenario.validation import (
 )
 
 MOST_PLACES = 100  # goals, or vias
-FORMS = "[x, y], { joints = [...] } or { position = [...] }"
-
-
-@dataclass(frozen=True)
-class NamedPosture(Joints):
-    """A posture by its name in an SRDF, in whose place the joints stand once the robot's files are read."""
-
-    values: tuple[Angle, ...] = ()
-    name: str = field(kw_only=True)
-
-    def table(self) -> Any:
-        return self.name
-
-
-def with_postures(value: Any, postures: Mapping[str, tuple[float, ...]]) -> Any:
-    """A value of a table with joints in place of named postures.
-
-    Args:
-        value: a table, a place, a list of them, or anything else, which is returned as it is.
-        postures: values of all joints by their names, rad or m.
-
-    Raises:
-        InvalidTable: there is no posture of a name.
-    """
-    if isinstance(value, NamedPosture):
-        if value.name not in postures:
-            sources = "an srdf, a moveit_config or an MJCF names postures"
-            known = f"; there are {', '.join(postures)}" if postures else f": {sources}"
-            raise InvalidTable(f"no posture {value.name!r}{known}")
-        return Joints(postures[value.name])
-    if isinstance(value, list):
-        places = []
-        for index, place in enumerate(value):
-            with at(index):
-                places.append(with_postures(place, postures))
-        return places
-    if not isinstance(value, Section):
-        return value
-    found = {}
-    for key, before in value.values().items():
-        with at(key):
-            found[key] = with_postures(before, postures)
-    return value.replaced(**{key: after for key, after in found.items() if after != getattr(value, key)})
 
 
 class JointsTable(Section):
@@ -142,6 +98,8 @@ def read_place(value: Any) -> Place:
     if isinstance(value, str):
         return NamedPosture(name=value)
     kinds = [key for key in ("joints", "position") if isinstance(value, dict) and key in value]
+    if isinstance(value, dict) and value and not kinds and all(isinstance(each, PARTS) for each in value.values()):
+        return _places_by_name(value)
     if not isinstance(value, list | tuple) and len(kinds) != 1:
         raise ValueError(f"{FORMS} is needed, not {shown_value(value)}")
     if not kinds:
@@ -150,6 +108,21 @@ def read_place(value: Any) -> Place:
     if kinds == ["position"] and "free" in value and not _in_space(value):
         raise InvalidTable("in the plane no axis of the tool is free; leave it out", "free")
     return (PoseTable if kinds == ["position"] and _in_space(value) else in_plane).from_table(value).built()
+
+
+PARTS = (dict, str, Place)  # what may stand for the place of one arm of several
+
+
+def _places_by_name(table: dict[str, Any]) -> PlacesByName:
+    """The places of several arms, by their names."""
+    places = []
+    for name, stated in table.items():
+        with at(name):
+            place = read_place(stated)
+            if isinstance(place, PlacesByName):
+                raise ValueError(f"{{ joints = [...] }} or {{ position = [...] }} is needed, not {shown_value(stated)}")
+            places.append((name, place))
+    return PlacesByName(parts=tuple(places))
 
 
 def _in_space(table: dict[str, Any]) -> bool:

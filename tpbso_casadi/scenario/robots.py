@@ -15,6 +15,7 @@ from problems.robots import (
     planar_payload,
 )
 from tpbso_casadi.scenario.catalogues import ROBOT_CATALOGUE, PluginError
+from tpbso_casadi.scenario.cell_robots import CellSection
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
 from tpbso_casadi.scenario.validation import (
@@ -246,5 +247,5 @@ def read_robot(table: Any) -> RobotSection | SpatialRobotSection:
     return (SpatialRobotSection if in_space else RobotSection).from_table(table)
 
 
-AnyRobotTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection
+AnyRobotTable: TypeAlias = ArmSection | RobotSection | SpatialRobotSection | CellSection
 AnyRobot = Annotated[RobotSection | SpatialRobotSection, ReadBy(read_robot)]

@@ -9,7 +9,7 @@ import logging
 import os
 import pathlib
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
@@ -17,6 +17,7 @@ from typing import Annotated, Any, NamedTuple, Self, TypeVar
 from problems import InvalidProblem, Obstacle, Problem, Robot
 from problems.assembly import Criteria
 from problems.base import Checked, Count, InvalidTable, Range, at, did_you_mean, shown_value, too_much
+from problems.robots import Carried
 from solvers import AnySolver, Budget
 from tpbso_casadi.scenario.carried import (
     MOST_CARRIED,
@@ -37,13 +38,15 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
     is_raised_in,
 )
+from tpbso_casadi.scenario.cell_robots import CellSection
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import check_names
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.model import ModelSection, with_motion
+from tpbso_casadi.scenario.named_places import ArmOfRobot, KnownNames, StandingArms
 from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_files
-from tpbso_casadi.scenario.places import SimulationSection, with_postures
-from tpbso_casadi.scenario.robots import AnyRobot, ArmSection, RobotSection, check_numbers
+from tpbso_casadi.scenario.places import SimulationSection
+from tpbso_casadi.scenario.robots import AnyRobot, AnyRobotTable, ArmSection, check_numbers
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
 from tpbso_casadi.scenario.tasks import TASKS, AnyTask
@@ -65,6 +68,7 @@ from tpbso_casadi.scenario.validation import (
 
 LOG = logging.getLogger(__name__)
 C = TypeVar("C")
+ROBOTS = ("arm", "robot", "robots")  # tables of which one states what moves
 KEYS_OF_BODIES = {"carried": "carried"}  # by fields of the robot, where they are not in its table
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
@@ -169,6 +173,7 @@ class Scenario(FileSection):
 
     arm: ArmSection | None = None
     robot: AnyRobot | None = None
+    robots: CellSection | None = None
     task: AnyTask
     obstacles: Annotated[list[AnyObstacle], Count(0, MOST_OBSTACLES)] = field(default_factory=list)
     scene: Annotated[str, Count(1, 1000)] | None = None
@@ -192,7 +197,7 @@ class Scenario(FileSection):
 
     def table(self) -> dict[str, Any]:
         content = super().table()
-        for key in ("simulation", "scene", "carried", "may_touch", "constraints"):
+        for key in ("robots", "simulation", "scene", "carried", "may_touch", "constraints"):
             if not getattr(self, key):
                 content.pop(key, None)  # which is not there where tables are chosen
         return content
@@ -221,10 +226,11 @@ class Scenario(FileSection):
         return super().from_table(content)._completed()
 
     def check(self) -> None:
-        if self.arm is None and self.robot is None:
+        stated = [key for key in ROBOTS if getattr(self, key) is not None]
+        if not stated:
             raise InvalidTable("missing key", "arm")
-        if self.arm is not None and self.robot is not None:
-            raise InvalidTable("the robot is stated twice, as [arm] and as [robot]", "robot")
+        if len(stated) > 1:
+            raise InvalidTable(f"the robot is stated twice, as [{stated[0]}] and as [{stated[1]}]", stated[1])
         if not self.task.has_solver and self.solver != SolverSection():
             raise InvalidTable(f"{self.task.kind!r} is timed; there is nothing to search for, leave it out", "solver")
 
@@ -240,32 +246,51 @@ class Scenario(FileSection):
         return self.replaced(model=model.replaced(constraints=own), constraints=[])
 
     def with_postures(self) -> Self:
-        """The scenario, which is in rad, with joints in place of postures that the robot's files name.
+        """The scenario, which is in rad, with places in place of named ones, and arms that stay standing still.
 
         Raises:
-            InvalidTable: they name none of these.
+            InvalidTable: the robot's files name none of these postures, no arm has such a name, or the place of an arm
+                is not stated.
         """
         try:
-            postures = self._postures
+            names = self._names
         except InvalidProblem:  # said when the robot is built
             return self
+        with at("task"):
+            standing = StandingArms.of(self.task, names)
+        if standing is not None:
+            assert isinstance(self.robot_table, SpatialRobotSection | CellSection)
+            robot = self.robot_table.standing(standing.postures)
+            return self.replaced(**{"task": standing.task, self.robot_key: robot}).with_postures()
         parts, found = {"task": self.task, "simulation": self.simulation}, {}
         for key, part in parts.items():
             with at(key):
-                found[key] = with_postures(part, postures)
+                found[key] = names.resolved(part)
         return self.replaced(**{key: part for key, part in found.items() if part != parts[key]})
 
     @property
-    def _postures(self) -> Mapping[str, tuple[float, ...]]:
-        """The postures that the robot's files name, of all joints, rad or m."""
-        table = self.robot_table
-        return table.description().postures if isinstance(table, SpatialRobotSection) else {}
+    def _names(self) -> KnownNames:
+        """The names that the robot gives to postures and to its arms."""
+        if self.robots is not None:
+            return self.robots.names()
+        if isinstance(self.robot, SpatialRobotSection):
+            described = self.robot.description()
+            arms = {
+                name: ArmOfRobot(own, {key: tuple(q[j] for j in own) for key, q in described.postures.items()})
+                for name, own in described.chain.branches.items()
+            }
+            return KnownNames(described.postures, arms, len(described.chain.joints))
+        return KnownNames({}, {}, 0)
 
     @property
-    def robot_table(self) -> ArmSection | RobotSection | SpatialRobotSection:
-        """The table that states the robot."""
-        table = self.arm or self.robot
-        assert table is not None
+    def robot_key(self) -> str:
+        """The key of the table that states what moves."""
+        return next(key for key in ROBOTS if getattr(self, key) is not None)
+
+    @property
+    def robot_table(self) -> AnyRobotTable:
+        """The table that states what moves."""
+        table: AnyRobotTable = getattr(self, self.robot_key)
         return table
 
     def problem(self) -> Problem[Any]:
@@ -325,7 +350,7 @@ class Scenario(FileSection):
         """The robot that may touch what ``may_touch`` says, of itself and of obstacles."""
         allowed = with_contacts(robot, self.may_touch, obstacles)
         own = own_contacts(self.may_touch, obstacles)
-        if own and not isinstance(self.robot_table, SpatialRobotSection):
+        if own and not isinstance(self.robot_table, SpatialRobotSection | CellSection):
             raise ScenarioError("may_touch: two bodies of the robot itself: of robots in space alone")
         return replace(self._built_robot(own), may_touch=allowed.may_touch) if own else allowed
 
@@ -337,7 +362,10 @@ class Scenario(FileSection):
         """
         table = self.robot_table
         try:
+            if isinstance(table, CellSection):
+                return table.build(self._carried_by_robots(table), may_touch)
             if isinstance(table, SpatialRobotSection):
+                self._check_holders()
                 return table.build(carried_bodies(self.carried), may_touch)
             if self.carried:
                 raise ScenarioError("carried: of robots in space alone")
@@ -345,6 +373,20 @@ class Scenario(FileSection):
         except InvalidProblem as error:
             key = KEYS_OF_BODIES.get(error.field, f"{table.prefix}{error.field}")
             raise ScenarioError(f"{key}: {error.reason}") from error
+
+    def _carried_by_robots(self, cell: CellSection) -> list[tuple[str, Carried]]:
+        """Bodies that the robots of a cell carry, behind the names of these."""
+        for number, table in enumerate(self.carried):
+            if table.robot not in cell.robots:
+                reason = f"{', '.join(cell.robots)}: say which one holds it"
+                raise ScenarioError(f"carried.{number}.robot: {table.robot!r} is none of the robots {reason}")
+        bodies = carried_bodies(self.carried)
+        return [(table.robot or "", body) for table, body in zip(self.carried, bodies, strict=True)]
+
+    def _check_holders(self) -> None:
+        stated = next((number for number, table in enumerate(self.carried) if table.robot is not None), None)
+        if stated is not None:
+            raise ScenarioError(f"carried.{stated}.robot: there is one robot alone; leave it out")
 
 
 @contextmanager
@@ -446,8 +488,9 @@ def with_files_read(scenario: Scenario, folder: InputFolder) -> Scenario:
                 raise ScenarioError(f"scene: {len(obstacles)} obstacles, of at most {MOST_OBSTACLES}")
         files: dict[str, Any] = {"task": scenario.task.with_files(folder), "obstacles": obstacles, "scene": None}
         files["carried"] = with_files(scenario.carried, folder, "carried")
-        if scenario.robot is not None:
-            files["robot"] = scenario.robot.with_files(folder)
+        for key in ROBOTS[1:]:
+            if (table := getattr(scenario, key)) is not None:
+                files[key] = table.with_files(folder)
     return scenario.replaced(**files)
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Annotated, ClassVar, Literal, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 from problems import InvalidProblem
 from problems.base import CACHE_SIZE, Count, InvalidTable, Range
@@ -280,7 +280,7 @@ class SpatialRobotSection(Section):
         Raises:
             InvalidProblem: it cannot be; with a key of this table.
         """
-        return _built(_Statement(json.dumps(self.table()), self), tuple(carried), tuple(map(tuple, disabled)))
+        return _built(Statement(json.dumps(self.table()), self), tuple(carried), tuple(map(tuple, disabled)))
 
     def _made(self, carried: Sequence[Carried], disabled: Sequence[tuple[str, str]]) -> SpatialArm:
         with self._named():
@@ -345,6 +345,23 @@ class SpatialRobotSection(Section):
         except InvalidProblem as error:
             raise InvalidProblem(f"{key}.{error.field}", error.reason) from error
 
+    def standing(self, postures: Mapping[str, tuple[float, ...]]) -> Self:
+        """The robot some of whose arms stand still at joints, rad or m, by the names of their tips.
+
+        Raises:
+            InvalidTable: joints off the planned ones stand in a named posture.
+        """
+        if isinstance(self.locked, str):
+            raise InvalidTable("a posture by its name, beside an arm that stays: state the joints", "locked")
+        chain = self.description().chain
+        held = {
+            chain.joints[joint].name: value
+            for name, values in postures.items()
+            for joint, value in zip(chain.branches[name], values, strict=True)
+        }
+        tips = {tip.name: tip.link for tip in chain.tips if tip.name not in postures}
+        return self.replaced(locked=self.locked | held, tips=tips, group=None)
+
     def description(self) -> RobotDescription:
         """The description of the model or of the URDF, with the limits of the file that states some.
 
@@ -386,11 +403,11 @@ class SpatialRobotSection(Section):
 
 
 @dataclass(frozen=True)
-class _Statement:
+class Statement:
     """A table with all that it states as a text, by which it is known again."""
 
     text: str
-    table: SpatialRobotSection = field(compare=False)
+    table: Any = field(compare=False)
 
 
 @lru_cache(maxsize=CACHE_SIZE)
@@ -414,5 +431,6 @@ def _described_between(
 
 
 @lru_cache(maxsize=CACHE_SIZE)
-def _built(statement: _Statement, carried: tuple[Carried, ...], disabled: tuple[tuple[str, str], ...]) -> SpatialArm:
-    return statement.table._made(carried, disabled)
+def _built(statement: Statement, carried: tuple[Carried, ...], disabled: tuple[tuple[str, str], ...]) -> SpatialArm:
+    table: SpatialRobotSection = statement.table
+    return table._made(carried, disabled)

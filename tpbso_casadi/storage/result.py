@@ -48,7 +48,7 @@ def stored_scenario(content: Any) -> Scenario:
     """
     if not isinstance(content, Scenario | dict):
         raise ValueError(f"a scenario is needed, not {shown_value(content)}")
-    return Scenario.from_table(content).normalised()
+    return Scenario.from_table(content).normalised().with_postures()
 
 
 class RunResult(StoredTable):

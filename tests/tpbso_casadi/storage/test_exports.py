@@ -183,7 +183,9 @@ def test_any_joint_name_survives_yaml(name: str) -> None:
         motion.criteria.task, robot=replace(robot, chain=replace(robot.chain, joints=joints, base_link=name))
     )
     named = replace(motion, criteria=replace(motion.criteria, task=task))
-    message = yaml.safe_load("".join(message_yaml(ControllerRows(named, np.array([0.0, motion.trajectory.duration])))))
+    message = yaml.safe_load(
+        "".join(message_yaml(ros_message(ControllerRows(named, np.array([0.0, motion.trajectory.duration])))))
+    )
     assert message["joint_names"][0] == message["header"]["frame_id"] == name
     numbers = [value for point in message["points"] for key in ("positions", "velocities") for value in point[key]]
     assert all(isinstance(value, float) for value in numbers)  # 1e-17 is no word

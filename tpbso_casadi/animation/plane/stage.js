@@ -67,14 +67,14 @@ function planeStage(motion) {
     views: [],
     bindings: [],
     dress() {},
-    paint(pen, theme, { row, joints, way, passed, close }) {
+    paint(pen, theme, { row, joints, ways, passed, close }) {
       const places = placesOf(pen), { box, at, unit } = places, corner = cornerFor(pen, places);
       paintAxes(pen, theme, places);
       pen.within(box, () => {
         drawScaleBar(pen, theme, unit, corner.right, corner.bottom);
         paintObstacles(pen, theme, at, row);
-        pen.line(way.map(at), 1.5, theme.way, { alpha: 0.35 });
-        pen.line(passed.map(at), 2.5, theme.way);
+        pen.line(ways[0].map(at), 1.5, theme.way, { alpha: 0.35 });
+        pen.line(passed[0].map(at), 2.5, theme.way);
         paintArm(pen, theme, places, joints);
         for (const point of motion.points) pen.dot(at(point), 4, theme.task, theme.ground);
         if (close) drawClosest(pen, theme, close.points.map(at), close.distance);

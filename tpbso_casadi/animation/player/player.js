@@ -12,7 +12,7 @@ function start(figure) {
   const transport = transportOf(find, clock, { steps: last, seconds: motion.seconds, broken: motion.broken }, ask);
   const stages = stagesOf(find("stages"), motion.stages, clock, transport.goTo);
   const curves = curvesOf(motion, plots), legend = legendOf(find("joints"), motion.joint_names);
-  const way = motion.joints.map((posture) => posture[posture.length - 1]);
+  const ways = motion.strokes.map((stroke) => motion.joints.map((posture) => posture[stroke.at(-1)]));
 
   function restyle() {
     theme = themeOf(figure, motion.lines);
@@ -21,11 +21,11 @@ function start(figure) {
     ask();
   }
   function stateAt(row) {
-    const joints = between(motion.joints, row), tip = joints[joints.length - 1];
-    const passed = [...way.slice(0, Math.floor(row) + 1), tip];
+    const joints = between(motion.joints, row), until = Math.floor(row) + 1;
+    const passed = ways.map((way, tool) => [...way.slice(0, until), joints[motion.strokes[tool].at(-1)]]);
     const { points, distances, numbers, names } = motion.closest ?? {}, near = Math.round(row);
     const close = points && { points: points[near], distance: distances[near], names: names[numbers[near]] };
-    return { row, joints, way, passed, close };
+    return { row, joints, ways, passed, close };
   }
   function draw() {
     const row = clock.time / clock.end * last, state = stateAt(row);

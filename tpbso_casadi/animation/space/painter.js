@@ -123,15 +123,16 @@ function painterOf(motion, pen, theme) {
   const mark = (spot, ...style) => { if (spot) pen.dot(spot, ...style); };
 
   // state: centers, joints, frames (of what moves by itself), bodies (frames of the robot's), cover (whether it is
-  // shown), way, passed (points of it until now), close.
+  // shown), ways of the tools, passed (points of them until now), close.
   return (view, state) => {
     paintGround(motion, pen, theme, view);
     for (const { way } of moving) pen.line(view.line(way), 1.2, theme.edge, { alpha: 0.7, dashes: [4, 3] });
     paintThings(view, state);
-    pen.line(view.line(state.way), 1.5, theme.way, { alpha: 0.35 });
-    pen.line(view.line(state.passed), 2.5, theme.way);
+    for (const way of state.ways) pen.line(view.line(way), 1.5, theme.way, { alpha: 0.35 });
+    for (const passed of state.passed) pen.line(view.line(passed), 2.5, theme.way);
     if (!looks.length || state.cover) {
-      pen.line(view.line(state.joints), 1.5, theme.ink, { alpha: 0.7 });
+      for (const stroke of motion.strokes)
+        pen.line(view.line(stroke.map((joint) => state.joints[joint])), 1.5, theme.ink, { alpha: 0.7 });
       for (const joint of state.joints) mark(view.point(joint), 2.5, theme.ground, theme.ink);
     }
     for (const point of motion.points) mark(view.point(point), 4, theme.task, theme.ground);

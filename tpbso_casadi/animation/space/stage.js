@@ -34,11 +34,11 @@ function spaceStage(motion, canvas, changed) {
         ? [{ keys: ["c"], shown: "c", what: "show or hide the spheres of the cover", run: turnCover }] : []),
     ],
     dress() { paint = null; },
-    paint(pen, theme, { row, joints, way, passed, close }) {
+    paint(pen, theme, { row, joints, ways, passed, close }) {
       paint ??= painterOf(motion, pen, theme);
       const view = viewOf(camera, pen.width, pen.height), centers = between(motion.centers, row);
       const frames = motion.moving.map((moving) => between(moving.frames, row)), bodies = between(motion.bodies, row);
-      paint(view, { centers, joints, way, passed, close, frames, bodies, cover });
+      paint(view, { centers, joints, ways, passed, close, frames, bodies, cover });
       drawScaleBar(pen, theme, view.point(camera.center)[2], pen.width, pen.height, " at the middle");
     },
   };
