@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from functools import cache
 from numbers import Integral, Real
+from operator import is_
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, Union, get_args, get_origin, get_type_hints
 
@@ -167,7 +168,8 @@ def _in_tuple(field: str, value: Any, hint: Any) -> tuple[Any, ...]:
         kinds = (kinds[0],) * len(values)
     if len(values) != len(kinds):
         raise _wrong(field, value, hint)
-    return tuple(conformed(field, entry, kind) for entry, kind in zip(values, kinds, strict=True))
+    found = tuple(conformed(field, entry, kind) for entry, kind in zip(values, kinds, strict=True))
+    return values if isinstance(values, tuple) and all(map(is_, found, values)) else found
 
 
 def _entries(value: Any) -> list[Any]:

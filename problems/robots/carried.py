@@ -24,11 +24,13 @@ class Carried:
         name: for messages.
         shapes: that it is made of, in the tool's frame.
         mass: spread evenly over them, kg; None where none is stated.
+        tip: name of the tip whose tool holds it, of a robot with several; empty for the first.
     """
 
     name: str
     shapes: tuple[Shape, ...]
     mass: float | None = None
+    tip: str = ""
 
     @property
     def appearances(self) -> Parts:

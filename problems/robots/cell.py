@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
-from itertools import accumulate, chain, combinations, pairwise, product
+from functools import cached_property, lru_cache
+from itertools import accumulate, combinations, pairwise, product
+from itertools import chain as chained
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from problems.base import InvalidProblem
+from problems.base import CACHE_SIZE, InvalidProblem
 from problems.robots.appearance import LinkAppearance
 from problems.robots.arm_cover import ArmCover, CoveredLink
 from problems.robots.chain import Chain, ChainJoint, Tip
-from problems.robots.inertia import Inertia, combined, moved_inertia
+from problems.robots.inertia import moved_inertia
 from problems.robots.link_covers import placed
 from problems.robots.own_pairs import LinkPairs
 from problems.robots.spatial_arm import LeftOut, SpatialArm
@@ -77,8 +78,8 @@ class Member:
     stays_at: tuple[float, ...] | None
 
     def named(self, part: str) -> str:
-        """The name in the cell of a joint or a link."""
-        return f"{self.name}{BETWEEN}{part}"
+        """The name in the cell of a joint, a link, or a carried body, which keeps its own."""
+        return part if part in self.arm.carried else f"{self.name}{BETWEEN}{part}"
 
     def body(self, number: int) -> int:
         """The number in the cell of a body: 0 for what stands still."""
@@ -98,23 +99,19 @@ class Member:
 
     def joints(self) -> Iterator[ChainJoint]:
         """The joints as those of the cell, with the mass of what the tool carries."""
+        arm, chain = self.arm, self.arm.chain
         if self.stays_at is not None:
             return
-        for number, (joint, parent) in enumerate(zip(self.arm.chain.joints, self.arm.chain.parents, strict=True), 1):
+        if arm.payload is not None:
+            chain = chain.loaded(chain.carrier, moved_inertia(arm.payload, arm.tool.frame))
+        for joint, parent in zip(chain.joints, chain.parents, strict=True):
             yield replace(
                 joint,
                 name=self.named(joint.name),
                 link=self.named(joint.link),
                 parent=self.body(parent),
                 pose=FixedFrame.of(self.pose(parent) @ joint.pose),
-                inertia=self._inertia(number),
             )
-
-    def _inertia(self, body: int) -> Inertia | None:
-        own, payload = self.arm.chain.joints[body - 1].inertia, self.arm.payload
-        if own is None or payload is None or body != self.arm.chain.carrier:
-            return own
-        return combined([own, moved_inertia(payload, self.arm.tool.frame)])
 
     def tips(self) -> Iterator[Tip]:
         """The tool under the name of the robot, or several tips; none of a robot that stands still."""
@@ -197,8 +194,8 @@ class Members:
             locked=tuple(self._all(Member.locked)),
             appearances=tuple(self._all(Member.appearances)),
             tracking=self._tracking(),
-            kept_pairs=(*self._own_pairs("kept_pairs"), *self._sphere_pairs(spheres)),
-            proven_pairs=tuple(self._own_pairs("proven_pairs")),
+            kept_pairs=_shared((*self._own_pairs("kept_pairs"), *self._sphere_pairs(spheres))),
+            proven_pairs=_shared(tuple(self._own_pairs("proven_pairs"))),
             cover=self._cover(),
         )
 
@@ -230,12 +227,12 @@ class Members:
             raise InvalidProblem("may_touch", f"no link {unknown!r}; there are {', '.join(sorted(known))}")
 
     def _all(self, parts: Callable[[Member], Iterator[Any]]) -> Iterator[Any]:
-        return chain.from_iterable(map(parts, self.each))
+        return chained.from_iterable(map(parts, self.each))
 
     def _joined(self, field: str) -> Any:
         """The values of a field for all joints; None where a robot that moves has none."""
         values = [getattr(member.arm, field) for member in self._moving]
-        return None if any(value is None for value in values) else tuple(chain(*values))
+        return None if any(value is None for value in values) else tuple(chained(*values))
 
     def _tracking(self) -> TrackingError | None:
         """The errors of all joints, zero where none are stated."""
@@ -244,7 +241,7 @@ class Members:
             return None
         none = {part.name: 0.0 for part in fields(TrackingError)}
         parts = {
-            name: tuple(chain(*(getattr(arm.tracking, name, (zero,) * arm.dof) for arm in arms)))
+            name: tuple(chained(*(getattr(arm.tracking, name, (zero,) * arm.dof) for arm in arms)))
             for name, zero in none.items()
         }
         return TrackingError(**parts)
@@ -302,6 +299,12 @@ class Members:
         ]
         pairs = sorted((min(place[a], place[b]), max(place[a], place[b])) for a, b in (*own, *between))
         return ArmCover(tuple(links[number] for number in order), tuple(pairs))
+
+
+@lru_cache(maxsize=CACHE_SIZE)
+def _shared(pairs: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int], ...]:
+    """The same object for the same pairs, of which there are thousands, so that they are checked once."""
+    return pairs
 
 
 def _numbers(members: Sequence[Member], parts: Callable[[Member], Iterator[Any]]) -> list[range]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from problems.base import FRICTIONS, FloatArray, InvalidProblem, Matrix, Operand, Parametric, check_within, columns
 from problems.robots.dynamics import RigidJoint, regrouped
-from problems.robots.inertia import Inertia
+from problems.robots.inertia import Inertia, combined
 from problems.robots.transform import UNMOVED, FixedFrame, Point3, Transform, moved
 
 
@@ -147,6 +147,14 @@ class Chain(Parametric):
     def ended_at(self, tip: Tip) -> Chain:
         """The chain with the tool at another tip."""
         return replace(self, tip_link=tip.link, tip=tip.frame, tip_body=tip.body)
+
+    def loaded(self, body: int, load: Inertia) -> Chain:
+        """The chain with a further mass on a body, in whose frame it is stated, where the body's own is known."""
+        own = self.joints[body - 1].inertia if body else None
+        if own is None:
+            return self
+        joint = replace(self.joints[body - 1], inertia=combined([own, load]))
+        return replace(self, joints=(*self.joints[: body - 1], joint, *self.joints[body:]))
 
     @cached_property
     def branches(self) -> dict[str, tuple[int, ...]]:

@@ -14,7 +14,7 @@ from problems.library import needed_core
 from problems.robots.appearance import LinkAppearance, Parts, Visual, new_appearances, placed_appearances
 from problems.robots.carried import Carried
 from problems.robots.chain import Chain, ChainJoint, JointKind, LinkFrame, OffChainJoint
-from problems.robots.inertia import Payload
+from problems.robots.inertia import Payload, moved_inertia
 from problems.robots.link_covers import (
     SETTINGS,
     LinkCover,
@@ -177,28 +177,33 @@ class RobotDescription:
         return ((link, ball) for link, shapes in self.shapes for ball in searched_balls(shapes, covers.get(link)))
 
     def carrying(self, carried: Sequence[Carried], tool: Transform) -> RobotDescription:
-        """The description with bodies on its tool, as links of the body that carries it.
+        """The description with bodies on its tools, as links of the bodies that carry these.
 
         Args:
-            carried: the bodies, in the tool's frame.
-            tool: from the tool's frame to the tip's.
+            carried: the bodies, in the frames of their tools.
+            tool: from the frame of the first tool to the tip's.
 
         Raises:
-            InvalidProblem: ``carried`` has a name that another link has, or cannot be covered.
+            InvalidProblem: ``carried`` has a name that another link has, cannot be covered, or is of no tip.
         """
-        names, body, pose = [frame.name for frame in self.links], self.chain.carrier, self.chain.tip @ tool
+        names = [frame.name for frame in self.links]
         double = next((part.name for part in carried if part.name in names), None)
         if double is not None:
             raise InvalidProblem("carried", f"the robot has a link {double!r}: state another name")
-        frames = [LinkFrame(part.name, body, FixedFrame.of(pose)) for part in carried]
+        frames = [self._frame_of(part, tool) for part in carried]
+        chain = self.chain
+        for part, frame in zip(carried, frames, strict=True):
+            if frame.body != chain.carrier:  # the weight of all others is that of the payload
+                chain = chain.loaded(frame.body, moved_inertia(part.inertia, frame.pose))
         balls = [
-            ball.seen_from(frame.pose).on(body, frame.name)
+            ball.seen_from(frame.pose).on(frame.body, frame.name)
             for frame, part in zip(frames, carried, strict=True)
             for ball in searched_balls(part.shapes, None)
         ]
         seen = placed_appearances(frames, {part.name: part.appearances for part in carried}) if self.appearances else ()
         held = replace(
             self,
+            chain=chain,
             links=(*self.links, *frames),
             spheres=(*self.spheres, *balls),
             appearances=(*self.appearances, *seen),
@@ -209,6 +214,16 @@ class RobotDescription:
         covers = [cover_link(part.name, part.shapes, _no_file, SETTINGS.coarse_overhang)[0] for part in carried]
         shapes = [(part.name, part.shapes) for part in carried]
         return replace(held, shapes=(*self.shapes, *shapes), covers=(*self.covers, *covers))
+
+    def _frame_of(self, part: Carried, tool: Transform) -> LinkFrame:
+        """The frame of a carried body, which is that of the tool that holds it."""
+        chain, tips = self.chain, {tip.name: tip for tip in self.chain.tips}
+        if part.tip and part.tip not in tips:
+            known = f"there are {', '.join(tips)}" if tips else "there is one arm alone: leave it out"
+            raise InvalidProblem("carried", f"no arm is called {part.tip!r}; {known}")
+        if not part.tip or tips[part.tip].link == chain.tip_link:
+            return LinkFrame(part.name, chain.carrier, FixedFrame.of(chain.tip @ tool))
+        return LinkFrame(part.name, tips[part.tip].body, tips[part.tip].frame)
 
     def with_spheres(self, spheres: tuple[Sphere, ...]) -> RobotDescription:
         """The description with spheres in the place of all others, and of covers."""

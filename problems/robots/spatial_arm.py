@@ -30,7 +30,7 @@ from problems.robots.arm_cover import ArmCover
 from problems.robots.bodies import Bodies, Body, BodyPairs
 from problems.robots.chain import Chain, Tip
 from problems.robots.dynamics import RigidChain
-from problems.robots.inertia import Moments, Payload
+from problems.robots.inertia import Moments, Payload, moved_inertia
 from problems.robots.joints import JointLimits, Joints
 from problems.robots.robot import Robot
 from problems.robots.spheres import Sphere
@@ -277,6 +277,21 @@ class SpatialArm(Robot):
             else replace(self, chain=self.chain.ended_at(tip), tool_in_tip=UNMOVED, payload=None)
             for tip in self.chain.tips
         }
+
+    def with_tool_at(self, tip: str) -> SpatialArm:
+        """The robot with another of its tips as its tool; the payload stays where it is.
+
+        Raises:
+            InvalidProblem: there is no such tip.
+        """
+        if tip not in self.at_tips:
+            known = f"there are {', '.join(self.at_tips)}" if self.at_tips else "there is one arm alone"
+            raise InvalidProblem("arm", f"no arm is called {tip!r}; {known}")
+        other = self.at_tips[tip]
+        if self.payload is None or other is self:
+            return other
+        load = moved_inertia(self.payload, self.tool.frame)
+        return replace(other, chain=other.chain.loaded(self.chain.carrier, load))
 
     @cached_property
     def geometry(self) -> SpatialArm:

@@ -40,9 +40,10 @@ class StatedStage:
         if "constraints" in given:
             given["constraints"] = _own_constraints(given["constraints"], arm, name)
         readers = {"goal": goals_of, "via": places_of}
+        dof = len(arm.model.arms.get(given.get("arm", ""), ())) or arm.dof
         for key, read in readers.items():
             if key in given:
-                given[key] = read(given[key], arm.dof, arm.model.dim, f"{name}.{key}")
+                given[key] = read(given[key], dof, arm.model.dim, f"{name}.{key}")
         return {"kind": self.kind, **plain(given)}
 
 
@@ -59,6 +60,7 @@ class MoveTo(StatedStage):
 
     Args:
         goal: joint values, a point, a pose, a frame (4, 4), as of :func:`plan`; or a list of which any will do.
+        arm: that moves, of a robot with several: goal and vias are its own, and the others end where they begin.
         via: places that are passed, in this order.
         blend: how far from its goal the motion may pass, m of the tool or rad of all joints together; it then goes on
             without a stop to the goal of the next stage, a move as well.
@@ -74,6 +76,7 @@ class MoveTo(StatedStage):
     kind: ClassVar[str] = "move"
 
     goal: Any
+    arm: str | None = None
     via: Any = None
     blend: float | None = None
     may_touch: Sequence[tuple[str, str]] | None = None
@@ -91,6 +94,7 @@ class Line(StatedStage):
 
     Args:
         goal: where it ends, a point or a pose; or ``by``, or ``along``.
+        arm: whose tool goes, of a robot with several.
         by: how far it goes along the axes of the world, (dim,), m.
         along: how far it goes along the axes of the tool, as it is turned at first, (3,), m.
         through: a point of an arc to the goal, (dim,), m.
@@ -114,6 +118,7 @@ class Line(StatedStage):
     kind: ClassVar[str] = "line"
 
     goal: Any = None
+    arm: str | None = None
     by: Any = None
     along: Any = None
     through: Any = None
@@ -140,6 +145,7 @@ class Along(StatedStage):
     Args:
         points: (n, dim), m; or a CSV file of them.
         accuracy: how far the tool may be from the straight lines, corners included, m.
+        arm: whose tool goes, of a robot with several.
         angular_accuracy: how far it may be turned from how it is at first, rad.
         free: as of :class:`Line`.
         turn: likewise.
@@ -160,6 +166,7 @@ class Along(StatedStage):
 
     points: Any
     accuracy: float
+    arm: str | None = None
     angular_accuracy: float | None = None
     free: str | None = None
     turn: Sequence[float] | None = None
@@ -184,6 +191,7 @@ class Attach(StatedStage):
         body: a shape in the tool's frame, such as :class:`Box`, or its table; an obstacle where None.
         mass: kg; what is carried has no weight where None, which is said beside the certificate.
         touch: names of links, obstacles and what else is carried, whose contact with it is allowed while it is held.
+        arm: whose hand takes it up, of a robot with several; the first by default.
     """
 
     kind: ClassVar[str] = "attach"
@@ -192,10 +200,11 @@ class Attach(StatedStage):
     body: Obstacle | Mapping[str, Any] | None = None
     mass: float | None = None
     touch: Sequence[str] | None = None
+    arm: str | None = None
 
     def table(self, arm: StatedRobot, name: str) -> dict[str, Any]:
         own = {"kind": self.kind, "name": self.name}
-        own |= {key: plain(getattr(self, key)) for key in ("mass", "touch") if getattr(self, key) is not None}
+        own |= {key: plain(getattr(self, key)) for key in ("mass", "touch", "arm") if getattr(self, key) is not None}
         body = None if self.body is None else obstacle_of(self.body, f"{name}.body")
         if isinstance(body, Obstacle):
             return own | {"body": replace(body, name=self.name)}

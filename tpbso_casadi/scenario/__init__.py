@@ -20,6 +20,7 @@ from tpbso_casadi.scenario.input_files import (
     read_text,
     read_toml,
 )
+from tpbso_casadi.scenario.led_stages import LedStage
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.motion_files import READERS, pieces_in, read_recorded
@@ -53,7 +54,7 @@ from tpbso_casadi.scenario.scenario import (
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.sequence import SequenceTask
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
-from tpbso_casadi.scenario.stages import LedStage, MovingStage, StageSection
+from tpbso_casadi.scenario.stage_section import MovingStage, StageSection
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, task_tables
 from tpbso_casadi.scenario.tracking_log import TrackingLog, read_tracking_log
 from tpbso_casadi.scenario.validation import (

@@ -31,18 +31,18 @@ MOST_CARRIED = 20
 MOST_CONTACTS = 1_000
 Contacts: TypeAlias = Annotated[list[tuple[Word, Word]], Count(0, MOST_CONTACTS)]  # pairs of names
 DEFAULT_NAME = "carried"
-OWN = ("mass", "robot")  # keys that an obstacle has not
+OWN = ("mass", "arm")  # keys that an obstacle has not
 BODY = "body"
 
 
 class CarriedSection(Section):
     """A table of [[carried]]: the keys of an obstacle, in the tool's frame, and its mass in kg, spread evenly.
 
-    ``robot`` names the robot of a cell whose tool holds it.
+    ``arm`` names the arm whose tool holds it, of a robot with several; the first where it is left out.
     """
 
     mass: Positive | None = None
-    robot: Word | None = None
+    arm: Word | None = None
     body: AnyObstacle = field(repr=False)
 
     @classmethod
@@ -83,7 +83,7 @@ class CarriedSection(Section):
         if self.body.margin_rate:
             raise InvalidProblem("margin_rate", "what is carried is where the tool is")
         shapes = tuple(_shape(part) for part in self.body.parts())
-        return Carried(self.name, shapes, self.mass)
+        return Carried(self.name, shapes, self.mass, self.arm or "")
 
 
 def _shape(part: Obstacle) -> Shape:

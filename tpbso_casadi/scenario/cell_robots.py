@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 from problems import InvalidProblem
 from problems.base import CACHE_SIZE, InvalidTable, at, shown_value
-from problems.robots import BETWEEN, Carried, SpatialArm, cell_of
+from problems.robots import BETWEEN, Carried, SpatialArm, cell_of, own_name
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.named_places import ArmOfRobot, KnownNames
 from tpbso_casadi.scenario.spatial_robots import MOST_JOINTS, SpatialRobotSection, Statement
@@ -46,6 +46,7 @@ class CellSection(Section):
     usual_solver: ClassVar[str] = SpatialRobotSection.usual_solver
 
     robots: dict[Word, MemberSection]
+    lead: Word | None = None  # the robot whose tool a stage moves; no table states it
 
     @classmethod
     def from_table(cls, content: Any) -> Self:
@@ -95,6 +96,26 @@ class CellSection(Section):
             arms[name] = ArmOfRobot(joints, described.postures)
         return KnownNames({}, arms, first)
 
+    def for_stage(self, arm: str | None, keys: Mapping[str, Any]) -> Self:
+        """The cell of a stage that states some keys anew, and whose tool is that of a robot, if one is named.
+
+        Raises:
+            InvalidProblem: a payload is stated and no robot; or a list has not a value for each joint.
+        """
+        if "payload" in keys and arm is None:
+            raise InvalidProblem("payload", "of which robot? name it by arm")
+        names, robots = self.names(), dict(self.robots)
+        for name, own in names.arms.items():
+            mine = {}
+            for key, value in keys.items():
+                if isinstance(value, list) and len(value) != names.dof:
+                    raise InvalidProblem(key, f"{len(value)} values for {names.dof} joints")
+                mine[key] = [value[joint] for joint in own.joints] if isinstance(value, list) else value
+            if name != arm:
+                mine.pop("payload", None)
+            robots[name] = robots[name].replaced(**mine) if mine else robots[name]
+        return self.replaced(robots=robots, lead=arm)
+
     def standing(self, postures: Mapping[str, Sequence[float]]) -> Self:
         """The cell in which some robots stand still at joints, rad or m."""
         still = {name: self.robots[name].replaced(stays_at=list(values)) for name, values in postures.items()}
@@ -115,41 +136,45 @@ class CellSection(Section):
                 found[name] = robot.with_files(folder)
         return self.replaced(robots=found)
 
-    def build(
-        self, carried: Sequence[tuple[str, Carried]] = (), disabled: Sequence[tuple[str, str]] = ()
-    ) -> SpatialArm:
+    def build(self, carried: Sequence[Carried] = (), disabled: Sequence[tuple[str, str]] = ()) -> SpatialArm:
         """The robots as one arm, the same object for the same statement.
 
         Args:
-            carried: bodies on the tools of robots, behind the robots' names.
+            carried: bodies on the tools of robots, which they name.
             disabled: names of links that may touch.
 
         Raises:
             InvalidProblem: it cannot be; with a key of this table.
         """
-        return _built(Statement(json.dumps(self.table()), self), tuple(carried), tuple(map(tuple, disabled)))
+        text = json.dumps([self.lead, self.table()])
+        return _built(Statement(text, self), tuple(carried), tuple(map(tuple, disabled)))
 
-    def _made(self, carried: Sequence[tuple[str, Carried]], disabled: Sequence[tuple[str, str]]) -> SpatialArm:
+    def _made(self, carried: Sequence[Carried], disabled: Sequence[tuple[str, str]]) -> SpatialArm:
+        holders = {part.name: part.tip or next(iter(self.moving)) for part in carried}
+        for number, part in enumerate(carried):
+            if holders[part.name] not in self.robots:
+                reason = f"no arm is called {part.tip!r}; there are {', '.join(self.robots)}"
+                raise InvalidProblem(f"carried.{number}.arm", reason)
+
+        def robot_of(link: str) -> str:
+            return holders.get(link, link.partition(BETWEEN)[0])
+
         arms = {}
         for name, robot in self.robots.items():
-            bodies = [part for holder, part in carried if holder == name]
+            bodies = [replace(part, tip="") for part in carried if holders[part.name] == name]
             own = [
-                (one.partition(BETWEEN)[2], two.partition(BETWEEN)[2])
+                (own_name(one, name), own_name(two, name))
                 for one, two in disabled
-                if _of(one) == name == _of(two)
+                if robot_of(one) == name == robot_of(two)
             ]
             with _within(name):
                 arms[name] = robot.alone.build(bodies, own)
         still = {name: robot.stays_at for name, robot in self.robots.items() if robot.stays_at is not None}
-        arm = cell_of(arms, still, [(one, two) for one, two in disabled if _of(one) != _of(two)])
+        arm = cell_of(arms, still, [(one, two) for one, two in disabled if robot_of(one) != robot_of(two)])
         if arm.dof > MOST_JOINTS:
             raise InvalidProblem(next(iter(arms)), f"{arm.dof} joints of all robots; at most {MOST_JOINTS} are planned")
-        return replace(arm, statement=self)
-
-
-def _of(link: str) -> str:
-    """The name of the robot that has a link."""
-    return link.partition(BETWEEN)[0]
+        arm = replace(arm, statement=self)
+        return arm if self.lead is None else arm.with_tool_at(self.lead)
 
 
 @contextmanager
@@ -165,8 +190,6 @@ def _within(name: str) -> Iterator[None]:
 
 
 @lru_cache(maxsize=CACHE_SIZE)
-def _built(
-    statement: Statement, carried: tuple[tuple[str, Carried], ...], disabled: tuple[tuple[str, str], ...]
-) -> SpatialArm:
+def _built(statement: Statement, carried: tuple[Carried, ...], disabled: tuple[tuple[str, str], ...]) -> SpatialArm:
     table: CellSection = statement.table
     return table._made(carried, disabled)

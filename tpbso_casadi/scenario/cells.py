@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -16,12 +17,14 @@ from problems.objectives import OBJECTIVES
 from problems.robots import SpatialArm, as_point, quaternions_of
 from problems.tasks import Sequence as StagedTask
 from tpbso_casadi.scenario.carried import CarriedSection
+from tpbso_casadi.scenario.led_stages import tool_frames
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles
 from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.scenario.sequence import SequenceTask
-from tpbso_casadi.scenario.stages import AttachStage, MovingStage, OutputStage, StageSection, tool_frames
+from tpbso_casadi.scenario.stage_section import MovingStage, StageSection
+from tpbso_casadi.scenario.stages import AttachStage, OutputStage
 from tpbso_casadi.scenario.validation import ScenarioError
 
 ENDS = "stage_ends"  # the quantity of a plan that says when its stages end, s
@@ -125,11 +128,13 @@ class Cell:
         self._check_names(stage.touch)
         contacts = (*self.contacts, *((name, other) for other in stage.touch))
         if body is not None:
-            return replace(self, carried=(*self.carried, CarriedSection(mass=mass, body=body)), contacts=contacts)
+            held = CarriedSection(mass=mass, arm=stage.arm, body=body)
+            return replace(self, carried=(*self.carried, held), contacts=contacts)
         index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
         taken = self.obstacles[index]
-        body = _posed(taken, np.linalg.solve(self._tool(posture), _pose_of(taken)))
-        others, held = (*self.obstacles[:index], *self.obstacles[index + 1 :]), CarriedSection(mass=mass, body=body)
+        body = _posed(taken, np.linalg.solve(self._tool(posture, stage.arm), _pose_of(taken)))
+        others = (*self.obstacles[:index], *self.obstacles[index + 1 :])
+        held = CarriedSection(mass=mass, arm=stage.arm, body=body)
         held.build()  # which raises where it cannot be carried
         return replace(self, obstacles=others, carried=(*self.carried, held), contacts=contacts)
 
@@ -141,7 +146,7 @@ class Cell:
         """
         index = self._index(name, [held.name for held in self.carried], "carried body")
         held = self.carried[index].body
-        body = _posed(held, self._tool(posture) @ _pose_of(held))
+        body = _posed(held, self._tool(posture, self.carried[index].arm) @ _pose_of(held))
         others = (*self.carried[:index], *self.carried[index + 1 :])
         contacts = tuple(pair for pair in self.contacts if pair[0] != name)
         return replace(self, obstacles=(*self.obstacles, body), carried=others, contacts=contacts)
@@ -164,16 +169,31 @@ class Cell:
             raise ScenarioError(f"name: {names.count(name)} are called {name!r}; each needs a name of its own")
         return names.index(name)
 
-    def _tool(self, posture: FloatArray) -> FloatArray:
-        """The frame of the tool in a posture (dof,), (4, 4).
+    def seen_by(self, stage: StageSection) -> Self:
+        """The cell whose robot has the tool of the arm that a stage moves.
+
+        Raises:
+            InvalidProblem: the robot has no such arm.
+        """
+        arm = stage.arm if isinstance(stage, MovingStage) else None
+        return self if arm is None else replace(self, robot=_with_tool_of(self.robot, arm))
+
+    def _tool(self, posture: FloatArray, arm: str | None) -> FloatArray:
+        """The frame of the tool, of an arm where one is named, in a posture (dof,), (4, 4)."""
+        return np.asarray(self.tools(posture[None], arm)[0])
+
+    def tools(self, postures: FloatArray, arm: str | None) -> FloatArray:
+        """Frames of the tool, of an arm where one is named, in postures (n, dof): (n, 4, 4).
 
         Raises:
             InvalidProblem: a robot in the plane, which carries nothing.
         """
         if not isinstance(self.robot, SpatialArm):
             raise InvalidProblem("name", "in the plane nothing is carried")
-        (frame,) = tool_frames(self.robot, posture[None])
-        return np.asarray(frame)
+        robot = self.scenario.robot_table.build()
+        if not isinstance(robot, SpatialArm):
+            raise InvalidProblem("name", "in the plane nothing is carried")
+        return tool_frames(robot if arm is None else _with_tool_of(robot, arm), postures)
 
     def statement(self, stage: MovingStage, posture: FloatArray, goal: Any = None) -> Scenario:
         """The stage as a scenario of its own, a move from a posture (dof,).
@@ -189,7 +209,7 @@ class Cell:
         scenario, robot = self.scenario, self.robot
         goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)), turns="exact")
         start = Joints(tuple(map(float, posture)))
-        task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias)
+        task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias_from(robot, posture))
         further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
         margin = scenario.model.margin if stage.margin is None else stage.margin
         stated = (*scenario.may_touch, *self.contacts, *stage.may_touch)
@@ -198,7 +218,7 @@ class Cell:
         if "name" not in solver.stated_keys:
             solver = solver.replaced(name=scenario.robot_table.usual_solver)
         return scenario.replaced(
-            **{scenario.robot_key: scenario.robot_table.replaced(**stage.of_the_robot)},
+            **{scenario.robot_key: scenario.robot_table.for_stage(stage.arm, stage.of_the_robot)},
             task=task,
             obstacles=list(self.obstacles),
             carried=list(self.carried),
@@ -210,6 +230,17 @@ class Cell:
     def _concerns(self, pair: Sequence[str]) -> bool:
         """Whether a contact is one of the robot, as long as what it names stands around or is carried."""
         return sum(name in [obstacle.name for obstacle in self.obstacles] for name in pair) < 2
+
+
+def _with_tool_of(robot: Robot, arm: str) -> SpatialArm:
+    """The robot with the tool of one of its arms.
+
+    Raises:
+        InvalidProblem: it has no such arm.
+    """
+    if not isinstance(robot, SpatialArm):
+        raise InvalidProblem("arm", "there is one arm alone, which has no name; leave it out")
+    return robot.with_tool_at(arm)
 
 
 def _posed(body: ObstacleSection, pose: Any) -> ObstacleSection:
@@ -250,11 +281,20 @@ def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSect
     assert isinstance(task, SequenceTask)
     cell = Cell.at_first(scenario)
     for (numbers, stage), posture in zip(task.legs, postures, strict=True):
-        yield stage, cell
-        try:
+        with _of_stage(numbers[-1]):
+            seen = cell.seen_by(stage)
+        yield stage, seen
+        with _of_stage(numbers[-1]):
             cell = stage.changed(cell, posture)
-        except (ScenarioError, InvalidProblem) as error:
-            raise ScenarioError(f"task.stages.{numbers[-1]}.{error}") from error
+
+
+@contextmanager
+def _of_stage(number: int) -> Iterator[None]:
+    """Errors name the key of a stage."""
+    try:
+        yield
+    except (ScenarioError, InvalidProblem) as error:
+        raise ScenarioError(f"task.stages.{number}.{error}") from error
 
 
 def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray) -> SequenceCriteria:
@@ -268,7 +308,7 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
         signal = (stage.signal, stage.value) if isinstance(stage, OutputStage) else None
         criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
         stages.append(MotionStage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
-    robot = scenario.model.kept_by(cells[0].robot)
+    robot = scenario.model.kept_by(Cell.at_first(scenario).robot)
     tools = as_array(robot.tool.position(ca.DM(postures)))
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
@@ -295,9 +335,9 @@ def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArra
     shown = build_obstacles(standing, dof)
     if not held:
         return shown
-    rows, robot = np.unique(np.concatenate([times, np.linspace(0.0, times[-1], PICTURES)])), cells[0].robot
-    assert isinstance(robot, SpatialArm)  # what carries
-    tools = tool_frames(robot, trajectory.at(rows))
+    rows = np.unique(np.concatenate([times, np.linspace(0.0, times[-1], PICTURES)]))
+    arms = {body.arm for cell in cells for body in cell.carried}
+    tools = {arm: cells[0].tools(trajectory.at(rows), arm) for arm in arms}
     at = np.clip(np.searchsorted(times, rows, side="right") - 1, 0, len(cells) - 1)
     for number, name in enumerate(held, start=len(standing) + 1):
         frames = _frames_of(name, [cells[index] for index in at], tools)
@@ -309,12 +349,15 @@ def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArra
     return shown
 
 
-def _frames_of(name: str, cells: Sequence[Cell], tools: FloatArray) -> FloatArray:
+def _frames_of(name: str, cells: Sequence[Cell], tools: Mapping[str | None, FloatArray]) -> FloatArray:
     """The frames of a body, in the hand or standing, at n moments, (n, 4, 4); before it is there, its first one."""
     found: list[FloatArray | None] = []
-    for cell, tool in zip(cells, tools, strict=True):
+    for number, cell in enumerate(cells):
         body = next((obstacle for obstacle in cell.obstacles if obstacle.name == name), None)
-        carried = next((held.body for held in cell.carried if held.name == name), None)
-        found.append(tool @ _pose_of(carried) if carried is not None else None if body is None else _pose_of(body))
+        held = next((held for held in cell.carried if held.name == name), None)
+        if held is not None:
+            found.append(tools[held.arm][number] @ _pose_of(held.body))
+        else:
+            found.append(None if body is None else _pose_of(body))
     first = next(frame for frame in found if frame is not None)
     return np.array([first if frame is None else frame for frame in found])

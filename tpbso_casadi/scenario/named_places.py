@@ -14,6 +14,7 @@ from tpbso_casadi.scenario.validation import Section
 S = TypeVar("S", bound=Section)
 STAY = "stay"  # in the place of a goal: an arm stands still at its start
 FORMS = "[x, y], { joints = [...] } or { position = [...] }"
+ARM = "arm"  # the key of a stage that one arm of several does
 START, GOAL, VIA = "start", "goal", "via"  # keys of places
 
 
@@ -98,8 +99,26 @@ class KnownNames:
             return places
         return self._with_places(value) if isinstance(value, Section) else value
 
+    def of_arm(self, name: str | None) -> KnownNames:
+        """The names of one arm of several; all where None.
+
+        Raises:
+            InvalidTable: no arm has this name.
+        """
+        if name is None:
+            return self
+        if name not in self.arms:
+            raise self._unknown(name, ARM)
+        return KnownNames(self.arms[name].postures, {}, len(self.arms[name].joints))
+
+    def _unknown(self, name: str, *where: str) -> InvalidTable:
+        if not self.arms:
+            return InvalidTable("there is one arm alone, which has no name; leave it out", *where)
+        known = ", ".join(self.arms)
+        return InvalidTable(f"no arm is called {name!r}{did_you_mean(name, self.arms)}; there are {known}", *where)
+
     def _with_places(self, table: S) -> S:
-        names, found = self, {}
+        names, found = self.of_arm(getattr(table, ARM, None)), {}
         for key, before in table.values().items():
             with at(key):
                 found[key] = names.resolved(before)
@@ -114,8 +133,7 @@ class KnownNames:
             if not self.arms:
                 raise InvalidTable(f"{FORMS} is needed, not {shown_value(stated.table())}")
             if name not in self.arms:
-                known = ", ".join(self.arms)
-                raise InvalidTable(f"no arm is called {name!r}{did_you_mean(name, self.arms)}; there are {known}")
+                raise self._unknown(name)
         places = {name: self._part(name, parts.get(name)) for name in self.arms}
         values = self._before() or {}
         for name, place in places.items():

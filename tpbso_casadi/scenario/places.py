@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from problems import InvalidProblem, Joints, Place, Position
 from problems.base import Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.limits import AxisName, FreeAxis
-from problems.tasks import Pose, Turns
+from problems.tasks import AtTips, Pose, Turns
 from tpbso_casadi.scenario.named_places import FORMS, NamedPosture, PlacesByName
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
@@ -90,6 +90,8 @@ def read_place(value: Any) -> Place:
     Raises:
         ValueError: it is neither.
     """
+    if isinstance(value, AtTips):  # whose table speaks of arms that only a robot has
+        return value
     if isinstance(value, Place):
         try:
             value = value.table()

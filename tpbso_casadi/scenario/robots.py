@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import field
 from math import radians
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
@@ -103,6 +104,16 @@ class ArmSection(Section):
         """The table with the same reach and limits, and another number of equal links."""
         return self.replaced(link_lengths=[sum(self.link_lengths) / links] * links)
 
+    def for_stage(self, arm: str | None, keys: Mapping[str, Any]) -> Self:
+        """The robot of a stage that states some keys anew.
+
+        Raises:
+            InvalidProblem: an arm is named, where there is one alone.
+        """
+        if arm is not None:
+            raise InvalidProblem("arm", "there is one arm alone, which has no name; leave it out")
+        return self.replaced(**keys)
+
     def build(self) -> PlanarArm:
         """The robot arm itself.
 
@@ -189,6 +200,16 @@ class RobotSection(Section):
     def with_files(self, folder: InputFolder) -> Self:
         """The table itself: it names no files."""
         return self
+
+    def for_stage(self, arm: str | None, keys: Mapping[str, Any]) -> Self:
+        """The robot of a stage that states some keys anew.
+
+        Raises:
+            InvalidProblem: an arm is named, where there is one alone.
+        """
+        if arm is not None:
+            raise InvalidProblem("arm", "there is one arm alone, which has no name; leave it out")
+        return self.replaced(**keys)
 
     def build(self) -> Robot:
         """The robot that the table states.

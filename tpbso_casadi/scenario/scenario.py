@@ -17,7 +17,6 @@ from typing import Annotated, Any, NamedTuple, Self, TypeVar
 from problems import InvalidProblem, Obstacle, Problem, Robot
 from problems.assembly import Criteria
 from problems.base import Checked, Count, InvalidTable, Range, at, did_you_mean, shown_value, too_much
-from problems.robots import Carried
 from solvers import AnySolver, Budget
 from tpbso_casadi.scenario.carried import (
     MOST_CARRIED,
@@ -69,7 +68,7 @@ from tpbso_casadi.scenario.validation import (
 LOG = logging.getLogger(__name__)
 C = TypeVar("C")
 ROBOTS = ("arm", "robot", "robots")  # tables of which one states what moves
-KEYS_OF_BODIES = {"carried": "carried"}  # by fields of the robot, where they are not in its table
+CARRIED = "carried"  # a field of robots that is no key of their tables
 LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
 
 NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
@@ -362,31 +361,14 @@ class Scenario(FileSection):
         """
         table = self.robot_table
         try:
-            if isinstance(table, CellSection):
-                return table.build(self._carried_by_robots(table), may_touch)
-            if isinstance(table, SpatialRobotSection):
-                self._check_holders()
+            if isinstance(table, SpatialRobotSection | CellSection):
                 return table.build(carried_bodies(self.carried), may_touch)
             if self.carried:
                 raise ScenarioError("carried: of robots in space alone")
             return table.build()
         except InvalidProblem as error:
-            key = KEYS_OF_BODIES.get(error.field, f"{table.prefix}{error.field}")
+            key = error.field if error.field.startswith(CARRIED) else f"{table.prefix}{error.field}"
             raise ScenarioError(f"{key}: {error.reason}") from error
-
-    def _carried_by_robots(self, cell: CellSection) -> list[tuple[str, Carried]]:
-        """Bodies that the robots of a cell carry, behind the names of these."""
-        for number, table in enumerate(self.carried):
-            if table.robot not in cell.robots:
-                reason = f"{', '.join(cell.robots)}: say which one holds it"
-                raise ScenarioError(f"carried.{number}.robot: {table.robot!r} is none of the robots {reason}")
-        bodies = carried_bodies(self.carried)
-        return [(table.robot or "", body) for table, body in zip(self.carried, bodies, strict=True)]
-
-    def _check_holders(self) -> None:
-        stated = next((number for number, table in enumerate(self.carried) if table.robot is not None), None)
-        if stated is not None:
-            raise ScenarioError(f"carried.{stated}.robot: there is one robot alone; leave it out")
 
 
 @contextmanager

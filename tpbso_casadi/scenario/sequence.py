@@ -14,7 +14,8 @@ from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.model import ModelSection, TaskSection
 from tpbso_casadi.scenario.obstacles import with_files
 from tpbso_casadi.scenario.places import AnyPlace
-from tpbso_casadi.scenario.stages import AnyStage, MoveStage, StageSection
+from tpbso_casadi.scenario.stage_section import StageSection
+from tpbso_casadi.scenario.stages import AnyStage, MoveStage
 from tpbso_casadi.scenario.validation import ScenarioError
 
 MOST_STAGES, MOST_VISITS = 200, 30

@@ -137,6 +137,7 @@ class SpatialRobotSection(Section):
     base_link: Word | None = None
     tip_link: Word | None = None
     tips: dict[Word, Word] = field(default_factory=dict)
+    tip: Word | None = None
     group: Word | None = None
     locked: dict[Word, Number] | Word = field(default_factory=dict)
     spheres: FileName | None = None
@@ -293,6 +294,8 @@ class SpatialRobotSection(Section):
                 description = description.with_spheres(read_spheres(self.spheres_text, description.links))
             description = description.carrying(carried, self._pose("tool"))
             stated = None if self.payload is None else self.payload.build()
+            first = {"", *(tip.name for tip in description.chain.tips if tip.link == description.chain.tip_link)}
+            on_tool = [part for part in carried if part.tip in first]
             arm = description.arm(
                 max_speed=self.max_speed,
                 max_acceleration=self.max_acceleration,
@@ -301,7 +304,7 @@ class SpatialRobotSection(Section):
                 max_torque=self.max_torque,
                 viscous_friction=self.viscous_friction,
                 coulomb_friction=self.coulomb_friction,
-                payload=stated if description.chain.torque_gap else payload_of(carried, stated),
+                payload=stated if description.chain.torque_gap else payload_of(on_tool, stated),
                 gravity=self.gravity,
                 self_margin=self.self_margin,
                 tracking=self._tracking,
@@ -313,7 +316,8 @@ class SpatialRobotSection(Section):
             weightless = [part.name for part in carried if part.mass is None and arm.max_torque is not None]
             unknown = tuple(f"the weight of {name}: no mass is stated" for name in weightless)
             left_out = replace(complete.left_out, others=(*complete.left_out.others, *unknown))
-            return replace(complete, left_out=left_out, statement=self)
+            arm = replace(complete, left_out=left_out, statement=self)
+            return arm if self.tip is None else arm.with_tool_at(self.tip)
 
     @property
     def _tracking(self) -> dict[str, float | list[float]] | None:
@@ -344,6 +348,10 @@ class SpatialRobotSection(Section):
             return table.build()
         except InvalidProblem as error:
             raise InvalidProblem(f"{key}.{error.field}", error.reason) from error
+
+    def for_stage(self, arm: str | None, keys: Mapping[str, Any]) -> Self:
+        """The robot of a stage that states some keys anew, and whose tool is that of an arm, if one is named."""
+        return self.replaced(**keys, **({} if arm is None else {"tip": arm}))
 
     def standing(self, postures: Mapping[str, tuple[float, ...]]) -> Self:
         """The robot some of whose arms stand still at joints, rad or m, by the names of their tips.

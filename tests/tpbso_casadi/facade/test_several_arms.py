@@ -90,7 +90,7 @@ goal = { left = { position = [0.35, 0.3, 0.3] }, right = "stay" }
 left = { joints = [1.2, -1.6, 1.9, -1.87, -1.57, 0.0] }
 right = { joints = [1.2, -1.6, 1.9, -1.87, -1.57, 0.0] }
 [[carried]]
-robot = "left"
+arm = "left"
 shape = "box"
 size = [0.05, 0.05, 0.1]
 center = [0.0, 0.0, 0.06]
@@ -122,7 +122,7 @@ def test_a_scenario_file_of_a_cell(in_an_empty_folder: None, capsys: pytest.Capt
         ('model = "ur5e"\nbase', 'urdf = "none.urdf"\nbase', "robots.right.urdf: none.urdf: "),
         ('model = "ur5e"\nbase', 'model = "ur5e"\nmax_speed = [1.0]\nbase', "robots.right.max_speed: 1 values"),
         ("[robots.left]", '[robot]\nmodel = "panda"\n[robots.left]', "robots: the robot is stated twice, as [robot]"),
-        ('robot = "left"', 'robot = "middle"', "carried.0.robot: 'middle' is none of the robots left, right"),
+        ('arm = "left"', 'arm = "middle"', "carried.0.arm: no arm is called 'middle'; there are left, right"),
         ('right = "stay" }', 'middle = "stay" }', "task.goal: no arm is called 'middle'; there are left, right"),
         ('right = "stay" }', 'right = "home" }', "task.goal.right: no posture 'home'"),
         ("left = { joints = [1.2,", "left = { joints = [9.9,", "task.start: "),
