@@ -303,7 +303,7 @@ class Members:
 
 @lru_cache(maxsize=CACHE_SIZE)
 def _shared(pairs: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int], ...]:
-    """The same object for the same pairs, of which there are thousands, so that they are checked once."""
+    """Pairs as one object for all equal ones: there are thousands, and the same object is checked once."""
     return pairs
 
 

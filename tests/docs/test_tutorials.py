@@ -58,9 +58,9 @@ def followed(name: str, folder: Path) -> str:
     return done.stdout
 
 
-def test_there_are_six() -> None:
+def test_there_are_seven() -> None:
     index = (TUTORIALS / "index.md").read_text()
-    assert len(PAGES) == 6 and all(f"\n{name}\n" in index for name in PAGES)
+    assert len(PAGES) == 7 and all(f"\n{name}\n" in index for name in PAGES)
 
 
 def test_every_block_is_a_cell_or_a_command() -> None:
@@ -88,6 +88,14 @@ def test_a_cell_is_certified_stage_by_stage(tmp_path: Path) -> None:
     assert len(re.findall(r"^stage \d+ \((?:move|line)\) .* certified$", printed, flags=re.M)) == 7
     assert "gripper,close" in printed
     assert result_in(tmp_path / "cell")["stages"][4]["kind"] == "attach"
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_a_bar_is_handed_over(tmp_path: Path) -> None:
+    printed = followed("hand-over", tmp_path)
+    assert "accepted: 7 motions of 12 joints" in printed and "1 ms late is up to" in printed
+    assert {path.name for path in (tmp_path / "hand-over").iterdir()} >= {"joint_trajectory_left.json"}
 
 
 @pytest.mark.process

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
-from problems import Joints, Place
-from problems.base import Angle, InvalidTable, at, did_you_mean, shown_value
+from problems import Joints, Place, Robot
+from problems.base import Angle, FloatArray, InvalidTable, at, did_you_mean, shown_value
 from problems.tasks import AtTips
 from tpbso_casadi.scenario.validation import Section
 
@@ -71,12 +71,20 @@ class KnownNames:
         arms: of a robot that has several, by their names; none of others.
         dof: how many joints there are.
         start: where the robot is before, if that is known; arms that a place does not name stay there.
+        known_later: whether that becomes known later, as of a stage of a sequence, and places by name stand until then.
     """
 
     postures: Mapping[str, tuple[float, ...]]
     arms: Mapping[str, ArmOfRobot]
     dof: int
     start: Place | None = None
+    known_later: bool = False
+
+    @classmethod
+    def at_posture(cls, robot: Robot, posture: FloatArray) -> Self:
+        """The names of a robot's arms, where it is in a posture (dof,)."""
+        arms = {name: ArmOfRobot(tuple(own), {}) for name, own in robot.arms.items()}
+        return cls({}, arms, robot.dof, Joints(tuple(posture.tolist())))
 
     def resolved(self, value: Any) -> Any:
         """A value of a table with places in place of named ones.
@@ -92,10 +100,10 @@ class KnownNames:
         if isinstance(value, PlacesByName):
             return self._joined(value)
         if isinstance(value, list):
-            places = []
+            places, later = [], replace(self, known_later=True)
             for index, place in enumerate(value):
                 with at(index):
-                    places.append(self.resolved(place))
+                    places.append((later if isinstance(place, Section) else self).resolved(place))
             return places
         return self._with_places(value) if isinstance(value, Section) else value
 
@@ -134,6 +142,9 @@ class KnownNames:
                 raise InvalidTable(f"{FORMS} is needed, not {shown_value(stated.table())}")
             if name not in self.arms:
                 raise self._unknown(name)
+        if self.known_later:
+            moved = {name: place for name, place in parts.items() if name not in stated.staying}
+            return replace(stated, parts=tuple((name, self._part(name, place)) for name, place in moved.items()))
         places = {name: self._part(name, parts.get(name)) for name in self.arms}
         values = self._before() or {}
         for name, place in places.items():

@@ -90,7 +90,7 @@ def read_place(value: Any) -> Place:
     Raises:
         ValueError: it is neither.
     """
-    if isinstance(value, AtTips):  # whose table speaks of arms that only a robot has
+    if isinstance(value, AtTips | PlacesByName):  # whose table speaks of arms that only a robot has
         return value
     if isinstance(value, Place):
         try:

@@ -12,6 +12,7 @@ from problems.tasks import AtTips
 from tpbso_casadi.scenario.carried import BODY, MOST_CONTACTS
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.led_stages import LineStage, PathStage
+from tpbso_casadi.scenario.named_places import KnownNames, PlacesByName
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces
 from tpbso_casadi.scenario.stage_section import C, MovingStage, Name, StageSection
@@ -69,7 +70,10 @@ class MoveStage(MovingStage):
         return self._of_all(self.goal, robot, posture)
 
     def _of_all(self, place: Place, robot: Robot, posture: FloatArray) -> Place:
-        """A place of the arm that moves as one of all arms, of which the others are as in a posture (dof,)."""
+        """A place of one arm or some as one of all arms, of which the others are as in a posture (dof,)."""
+        if isinstance(place, PlacesByName):
+            whole: Place = KnownNames.at_posture(robot, posture).resolved(place)
+            return whole
         if self.arm is None:
             return place
         own = robot.arms[self.arm]
@@ -176,4 +180,6 @@ AnyStage = Annotated[StageSection, ReadBy(read_stage)]
 
 
 def _as_stated(place: Place) -> Place:
-    return replace(place, turns="exact") if isinstance(place, Joints) else place
+    if isinstance(place, Joints) and not isinstance(place, PlacesByName):
+        return replace(place, turns="exact")
+    return place

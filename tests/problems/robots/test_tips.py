@@ -144,3 +144,62 @@ def test_a_group_of_two_arms_and_its_posture(two: tp.StatedRobot) -> None:
     np.testing.assert_allclose(plan.trajectory(0.0), [0.0, 0.1, 0.2, 0.3, -0.1, -0.2, 0.3])
     one = tp.robot("torso.urdf", srdf="torso.srdf", group="right", **KEYS)
     assert one.model.joints.names == ("right_1", "right_2", "right_3")
+
+
+BALL = tp.Sphere(center=(0.6, 0.85, 0.5), radius=0.04, name="ball")
+
+
+def test_stages_by_arm(two: tp.StatedRobot, tmp_path: Path) -> None:
+    """The column is locked, so that each joint moves one hand alone."""
+    arms = tp.robot("torso.urdf", tips=TIPS, locked={"turn": 0.0}, max_torque=40.0, **KEYS)
+    assert arms.model.arms == {"left": (0, 1, 2), "right": (3, 4, 5)}
+    plan = tp.sequence(
+        arms,
+        start=[0.0] * 6,
+        stages=[
+            tp.MoveTo(tp.Joints((0.4, 0.3, 0.0)), arm="left"),
+            tp.Attach(
+                "ball", arm="right", body={"shape": "sphere", "center": [0.34, 0.0, 0.0], "radius": 0.02}, mass=0.5
+            ),
+            tp.MoveTo(tp.Joints((-0.4, 0.2, 0.0)), arm="right"),
+            tp.Detach("ball"),
+            tp.MoveTo({"left": {"joints": [0.0, 0.1, 0.0]}}),
+        ],
+    )
+    assert plan.certified
+    ends = [stage.trajectory.value_at_end() for stage in plan.stages if stage.trajectory is not None]
+    np.testing.assert_allclose(ends[0], [0.4, 0.3, 0.0, 0.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(ends[1], [0.4, 0.3, 0.0, -0.4, 0.2, 0.0], atol=1e-9)
+    np.testing.assert_allclose(ends[2][3:], [-0.4, 0.2, 0.0], atol=1e-9)
+    held = plan.motion.stages[2].criteria
+    assert held is not None
+    robot = held.robot
+    assert isinstance(robot, SpatialArm)
+    (ball,) = (sphere for sphere in robot.spheres if sphere.name == "ball")
+    assert ball.link == 6 and robot.chain.joints[5].inertia.mass == pytest.approx(1.5)  # type: ignore[union-attr]
+    theta = np.array([[0.1, 0.2, 0.3, 0.4, 0.5, 0.6]])
+    assert robot.payload is None
+    np.testing.assert_allclose(robot.tool.at(theta)[0], arms.model.at_tips["right"].tool.at(theta)[0])  # type: ignore[attr-defined]
+    run = tp.read_run(plan.save(tmp_path / "run", figures=()))
+    assert run.certified
+    checker.check(checker.read(plan.certificate(tmp_path / "c.json")))
+
+
+@pytest.mark.parametrize(
+    ("stage", "line"),
+    [
+        (
+            tp.MoveTo(tp.Joints((0.1, 0.2, 0.3)), arm="middle"),
+            "stages[0] arm: no arm is called 'middle'; there are left, right",
+        ),
+        (tp.MoveTo([0.1, 0.2], arm="left"), "stages[0].goal: 2 numbers; 3 joint values are needed"),
+        (tp.MoveTo({"joints": [0.1, 0.2]}, arm="left"), "stages[0] goal: 2 joints for an arm of 3"),
+        (tp.MoveTo("up", arm="left"), "stages[0] goal: no posture 'up'"),
+        (tp.Attach("ball", arm="middle"), "stages[0] arm: no arm is called 'middle'"),
+    ],
+)
+def test_stages_of_no_arm(two: tp.StatedRobot, stage: Any, line: str) -> None:
+    arms = tp.robot("torso.urdf", tips=TIPS, locked={"turn": 0.0}, **KEYS)
+    last = tp.MoveTo([0.1] * 6)
+    found = line_of(lambda: tp.sequence(arms, start=[0.0] * 6, stages=[stage, last], obstacles=[BALL]))
+    assert found.startswith(line)

@@ -104,7 +104,7 @@ def test_a_scenario_file_of_a_cell(in_an_empty_folder: None, capsys: pytest.Capt
     assert "left/wrist_3_link" in capsys.readouterr().out
     plan = tp.read_run("run")
     robot = plan.motion.criteria.robot
-    assert robot.carried == ("left/carried",)
+    assert robot.carried == ("carried",)
     assert plan.scenario.robots is not None and plan.scenario.robots.robots["right"].stays_at == HOME
     assert status(audit, "run") == 0
 
