@@ -37,7 +37,7 @@ from problems import (
     pentagram,
 )
 from problems.evaluation import EvaluationOptions, PopulationFunction
-from problems.limits import ToolOrientation, ToolRegion, ToolSpeed, Upright
+from problems.limits import RelativePose, ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.motions import JointPath, MotionView
 from problems.tasks import PathTracing, Pose, SpaceTracing
 from solvers import (
@@ -154,6 +154,7 @@ __all__ = [
     "RandomSearch",
     "Recording",
     "Rectangle",
+    "RelativePose",
     "Repair",
     "Replanner",
     "Result",

@@ -97,7 +97,8 @@ class _Arm:
         each = zip(chain.joints, chain.parents, strict=True)
         joints = [(joint.pose, joint.axis, joint.turns, parent) for joint, parent in each]
         spheres = [(sphere.link, sphere.center) for sphere in robot.spheres]
-        frames = [*((n, ORIGIN) for n in range(robot.dof + 1)), *spheres]
+        tips = [(tip.body, point) for tip in chain.tips for point in tip.points]
+        frames = [*((n, ORIGIN) for n in range(robot.dof + 1)), *spheres, *tips]
         return cls(robot.base_frame, joints, chain.carrier, robot.tool.frame, frames)
 
     @classmethod

@@ -22,7 +22,7 @@ from problems.limits.covers import (
 )
 from problems.limits.expression import MOVING, Bound, ExpressionLimit, StatedExpression
 from problems.limits.free_axis import AxisName, DirectionBound, FreeAxis, TurnRange
-from problems.limits.hand import HAND_CONSTRAINTS, HandConstraint, ToolOrientation, ToolRegion, ToolSpeed, Upright
+from problems.limits.hand import HandConstraint, ToolOrientation, ToolRegion, ToolSpeed, Upright
 from problems.limits.joint_limits import (
     AccelerationLimit,
     DurationBounds,
@@ -50,6 +50,7 @@ from problems.limits.limit import (
     scaling,
 )
 from problems.limits.proximity import BodyPair, Pair, Proximity, SelfClearance, clearances
+from problems.limits.relative_pose import RelativePose
 from problems.limits.staying import (
     AT_GOAL,
     TaperedMargin,
@@ -62,6 +63,9 @@ from problems.robots import Robot
 from problems.scene import Obstacle
 
 KINDS = (SpeedLimit, AccelerationLimit, JerkLimit, JointRange, TorqueLimit, Clearance, SelfClearance)
+HAND_CONSTRAINTS: dict[str, type[HandConstraint]] = {
+    each.kind: each for each in (Upright, ToolOrientation, ToolRegion, ToolSpeed, RelativePose)
+}
 LIMITS: dict[str, type[Limit]] = {limit.name: limit for limit in KINDS}
 
 
@@ -134,6 +138,7 @@ __all__ = [
     "Pair",
     "PenaltyKind",
     "Proximity",
+    "RelativePose",
     "Repetition",
     "SelfClearance",
     "StatedExpression",

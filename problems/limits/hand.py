@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, ClassVar, Self, TypeAlias
 
 import casadi as ca
 import numpy as np
@@ -81,6 +81,10 @@ class HandConstraint:
     def for_robot(self, robot: Robot, obstacles: Sequence[Obstacle]) -> ExpressionLimit:
         """The limit of a robot."""
         return self.stated(robot).for_robot(robot, obstacles)
+
+    def from_posture(self, robot: Robot, theta: FloatArray) -> Self:
+        """The constraint of a motion from a posture (dof,) on; itself by default."""
+        return self
 
     def _dimensions(self, robot: Robot, field: str, coordinates: int) -> None:
         if coordinates != robot.dim:
@@ -156,7 +160,7 @@ class ToolOrientation(HandConstraint):
     free: AxisName | None = None
 
     def check(self) -> None:
-        _check_turn(self.quaternion)
+        check_turn(self.quaternion)
         FreeAxis.stated(self.free, None, 0.0)
 
     def stated(self, robot: Robot) -> StatedExpression:
@@ -204,7 +208,7 @@ class ToolRegion(HandConstraint):
         if self.center is None and self.point is None:
             raise InvalidProblem("center", "say a box (center, size), or one side of a plane (point, normal)")
         if self.quaternion is not None:
-            _check_turn(self.quaternion)
+            check_turn(self.quaternion)
         for key in ("quaternion", "angle"):
             if getattr(self, key) and self.center is None:
                 raise InvalidProblem(key, "only a box is turned: say center and size")
@@ -270,11 +274,6 @@ class ToolSpeed(HandConstraint):
         return self._bounded(robot, "m/s", lambda m: ca.norm_2(m.tool_velocity), upper=[self.max])
 
 
-HAND_CONSTRAINTS: dict[str, type[HandConstraint]] = {
-    each.kind: each for each in (Upright, ToolOrientation, ToolRegion, ToolSpeed)
-}
-
-
 def tool_rotation(m: MotionView) -> ca.SX:
     """The matrix of the tool's axes, (dim, dim); in the plane x is along the last link."""
     if m.robot.dim == 3:
@@ -296,6 +295,11 @@ def _unit(field: str, direction: Sequence[float]) -> FloatArray:
     return np.array(direction) / length
 
 
-def _check_turn(quaternion: Turn) -> None:
+def check_turn(quaternion: Turn) -> None:
+    """Check that four numbers are a quaternion of length 1.
+
+    Raises:
+        InvalidProblem: they are not.
+    """
     if not is_of_length_one(quaternion):
         raise InvalidProblem("quaternion", f"{quaternion} is not of length 1")

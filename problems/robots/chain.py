@@ -104,6 +104,12 @@ class Tip(Parametric):
     body: int
     base: Point3 = (0.0, 0.0, 0.0)
 
+    @property
+    def points(self) -> tuple[Point3, ...]:
+        """The origin of its frame, and points 1 m along the axes of that, in the frame of its body, m."""
+        origin, columns = self.frame.translation, zip(*self.frame.rotation, strict=True)
+        return (origin, *((origin[0] + x, origin[1] + y, origin[2] + z) for x, y, z in columns))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Chain(Parametric):

@@ -284,9 +284,7 @@ class SpatialArm(Robot):
         Raises:
             InvalidProblem: there is no such tip.
         """
-        if tip not in self.at_tips:
-            known = f"there are {', '.join(self.at_tips)}" if self.at_tips else "there is one arm alone"
-            raise InvalidProblem("arm", f"no arm is called {tip!r}; {known}")
+        self.tip_places(tip)  # which refuses a name that is none
         other = self.at_tips[tip]
         if self.payload is None or other is self:
             return other
@@ -300,10 +298,11 @@ class SpatialArm(Robot):
         return SpatialArm(self.chain, ones, ones, base_frame=self.base_frame, tool_in_tip=self.tool_in_tip)
 
     def positions(self, theta: Matrix) -> tuple[Matrix, ...]:
-        """Base, joints, centres of the spheres, tool; dof + 2 + spheres matrices (n, 3), m."""
+        """Base, joints, centres of the spheres, four points of each tip, tool: matrices (n, 3), m."""
         frames, rows = self.chain.frames(theta, self.base_frame), theta.shape[0]
         points = [frame.translation for frame in frames]
         points += [frames[sphere.link].apply(sphere.center) for sphere in self.spheres]
+        points += [frames[tip.body].apply(point) for tip in self.chain.tips for point in tip.points]
         points.append(frames[self.chain.carrier].apply(self.tool.frame.translation))
         return tuple(as_rows(point, rows) for point in points)
 
@@ -359,7 +358,21 @@ class SpatialArm(Robot):
     def _farthest(self) -> FloatArray:
         joints = self.chain.extents
         spheres = [joints[sphere.link] + float(np.linalg.norm(sphere.center)) for sphere in self.spheres]
-        return np.array([*joints, *spheres, joints[self.chain.carrier] + self.tool.distance])
+        tips = [joints[tip.body] + float(np.linalg.norm(point)) for tip in self.chain.tips for point in tip.points]
+        return np.array([*joints, *spheres, *tips, joints[self.chain.carrier] + self.tool.distance])
+
+    def tip_places(self, tip: str) -> slice:
+        """The numbers among :meth:`positions` of the four points of a tip: its origin, and 1 m along its axes.
+
+        Raises:
+            InvalidProblem: there is no such tip.
+        """
+        names = [each.name for each in self.chain.tips]
+        if tip not in names:
+            known = f"there are {', '.join(names)}" if names else "there is one arm alone"
+            raise InvalidProblem("arm", f"no arm is called {tip!r}; {known}")
+        first = self.dof + 1 + len(self.spheres) + 4 * names.index(tip)
+        return slice(first, first + 4)
 
     @property
     def touching(self) -> Self:

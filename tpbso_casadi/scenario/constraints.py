@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Self
 
+from problems import Robot
 from problems.base import (
     Checked,
     Count,
+    FloatArray,
     InvalidProblem,
     InvalidTable,
     ReadBy,
@@ -50,13 +52,21 @@ class HandSection(NamedSection):
     def in_radians(self) -> Self:
         return self.replaced(arguments=self.arguments.in_radians(HAND_CONSTRAINTS[self.kind]))
 
-    def limit_kind(self) -> LimitKind:
+    def limit_kind(self) -> HandConstraint:
         """The kind of limit.
 
         Raises:
             InvalidProblem: naming the key that does not fit.
         """
         return HAND_CONSTRAINTS[self.kind](**self.arguments.values)
+
+    def from_posture(self, robot: Robot, theta: FloatArray) -> Self:
+        """The section of a motion from a posture (dof,) on.
+
+        Raises:
+            InvalidProblem: as :meth:`limit_kind`; or the robot has not what it is about.
+        """
+        return self.of(self.limit_kind().from_posture(robot, theta))
 
 
 def read_constraint(table: Any) -> NamedSection:

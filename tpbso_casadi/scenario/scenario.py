@@ -14,7 +14,9 @@ from contextlib import contextmanager
 from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
 
-from problems import InvalidProblem, Obstacle, Problem, Robot
+import numpy as np
+
+from problems import InvalidProblem, Joints, Obstacle, Problem, Robot
 from problems.assembly import Criteria
 from problems.base import Checked, Count, InvalidTable, Range, at, did_you_mean, shown_value, too_much
 from solvers import AnySolver, Budget
@@ -38,7 +40,7 @@ from tpbso_casadi.scenario.catalogues import (
     is_raised_in,
 )
 from tpbso_casadi.scenario.cell_robots import CellSection
-from tpbso_casadi.scenario.constraints import OwnConstraints
+from tpbso_casadi.scenario.constraints import HandSection, OwnConstraints
 from tpbso_casadi.scenario.expressions import check_names
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.model import ModelSection, with_motion
@@ -338,12 +340,23 @@ class Scenario(FileSection):
         tables |= dict.fromkeys(ModelSection.schema(), "model.")
         try:
             robot = self.model.kept_by(robot)
-            stated = build(robot, obstacles, self.model)
+            stated = build(robot, obstacles, self._model_from_start(robot))
             LOG.info("model: %d joints, %d obstacles in %.3f s", robot.dof, len(obstacles), time.perf_counter() - began)
             return stated
         except InvalidProblem as error:
             table = tables.get(error.field.partition(".")[0], "task.")
             raise ScenarioError(f"{table}{error.field}: {error.reason}") from error
+
+    def _model_from_start(self, robot: Robot) -> ModelSection:
+        """The form of the model, with what arms hold together as they do at a start that is stated by joints."""
+        start = getattr(self.task, "start", None)
+        if not isinstance(start, Joints) or len(start.values) != robot.dof:
+            return self.model
+        theta, held = np.array(start.values, dtype=np.float64), list(self.model.constraints)
+        for number, section in enumerate(held):
+            if isinstance(section, HandSection):
+                held[number] = section.from_posture(robot, theta)
+        return self.model if held == self.model.constraints else self.model.replaced(constraints=held)
 
     def _with_contacts(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Robot:
         """The robot that may touch what ``may_touch`` says, of itself and of obstacles."""

@@ -89,7 +89,7 @@ def test_the_speed_of_the_tool_is_that_of_its_point_and_falls_with_time() -> Non
 
 def test_names_are_those_of_the_kinds() -> None:
     assert ToolSpeed(max=1.0).name == "tool speed" and ToolSpeed(max=1.0, name="slow").name == "slow"
-    assert list(HAND_CONSTRAINTS) == ["upright", "tool orientation", "tool region", "tool speed"]
+    assert list(HAND_CONSTRAINTS) == ["upright", "tool orientation", "tool region", "tool speed", "relative pose"]
 
 
 REFUSED: list[tuple[type[HandConstraint], dict[str, Any], str]] = [
