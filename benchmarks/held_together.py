@@ -1,9 +1,9 @@
 """Two arms that hold a bar of 0.6 m: motions that keep their relative pose, measured by Pinocchio's kinematics.
 
 Two UR5 stand 1.1 m apart and hold the bar 30 mm below their flanges. Starts and goals are drawn: its middle, its turn
-about the vertical, and how it leans; both arms can hold it there without contact. A third of the problems have a
-box that stands in the middle of the way. Each motion keeps the right tool where it is at the start, as seen from the left one,
-within 1 mm and 0.01 rad. Needs the extra ``oracles``.
+about the vertical, and how it leans; both arms can hold it there without contact. A third of the problems have a box
+in the middle of the way. Each motion keeps the right tool where it is at the start, as seen from the left one, within
+1 mm and 0.01 rad. Needs the extra ``oracles``.
 
     python -m benchmarks.held_together --count 20
 """

@@ -54,6 +54,11 @@ class DirectPlanner:
         """A lower bound of the objective over all approaches; minus infinity where none is known."""
         return -np.inf
 
+    @property
+    def in_free_space(self) -> Trajectory | None:
+        """The fastest motion to the nearest posture at the goal, whatever is in its way; None where none is known."""
+        return None
+
     def at_the_bound(self, rng: np.random.Generator) -> Iterator[Trajectory]:
         """Motions that nothing between the same two postures can beat, if they keep all limits.
 
@@ -67,7 +72,7 @@ class DirectPlanner:
         return ()
 
     def along_paths(
-        self, approach: Approach, seed: int, to_beat: float, running_out: Callable[[], bool]
+        self, approach: Approach, seed: int, to_beat: float, is_enough: Callable[[bool], bool]
     ) -> Iterator[Trajectory]:
         """Motions polished from paths that are found, each better than those before.
 
@@ -75,7 +80,7 @@ class DirectPlanner:
             approach: between which postures they lead.
             seed: of the paths.
             to_beat: the objective of a motion that is known, with the cost of its goal; infinite where none is.
-            running_out: whether no time is left.
+            is_enough: whether to come to an end, with a motion that is known or without one.
         """
         return iter(())
 

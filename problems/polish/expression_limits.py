@@ -206,6 +206,11 @@ class ExpressionLimits:
             return np.ones(len(theta), dtype=bool)
         return np.asarray((self.at_rest(theta)[:, self.is_static] <= ROUNDING).all(axis=1))
 
+    def broken_at(self, theta: FloatArray) -> str:
+        """The name of the limit that a posture (k,) at rest breaks most, in shares of the scales."""
+        names = [limit.name for limit in self.limits for _ in self._rows_of(limit)]
+        return names[int(np.argmax(np.where(self.is_static, self.at_rest(theta[None])[0], -np.inf)))]
+
     def are_kept(self, trajectory: Trajectory, times: FloatArray) -> bool:
         """Whether a motion keeps all limits at times (n,) in s."""
         state = np.concatenate([trajectory.at(times, order) for order in range(STATE_ORDERS)], axis=1)

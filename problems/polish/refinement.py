@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
@@ -81,8 +81,8 @@ def _gentler(limits: JointLimits, scale: float) -> JointLimits:
     return replace(limits, acceleration=acceleration, jerk=jerk)
 
 
-def never() -> bool:
-    """Whether no time is left: there always is some."""
+def never(is_known: bool) -> bool:
+    """Whether to come to an end, where a motion is known or none is: there always is time."""
     return False
 
 
@@ -153,7 +153,7 @@ class PathRefinement:
         passages: places on the way; None where there are none.
         through: postures that paths lead through, one at each of these places, (n, dof), rad.
         known: a motion through them that breaks limits of the surroundings alone; None where none is known.
-        running_out: whether no time is left for something better.
+        is_enough: whether to come to an end, with a motion that is known or without one.
         stay: for how long the goal has to be clear after the arrival, s; it matters where obstacles move.
         settings: of the refinement.
     """
@@ -167,15 +167,12 @@ class PathRefinement:
     passages: Passages | None = None
     through: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
     known: Trajectory | None = None
-    running_out: Callable[[], bool] = never
+    is_enough: Callable[[bool], bool] = never
     stay: float = 0.0
     settings: RefinementSettings = DEFAULT_REFINEMENT
 
     def best_motion(self, seed: int, to_beat: float = np.inf) -> Trajectory | None:
-        """The best motion that was proven to be clear; None where none beats a given value of the objective.
-
-        Where no other motion is known, it goes on without time until there is one.
-        """
+        """The best motion that was proven to be clear; None where none beats a given value, or was found in time."""
         settings, best, values = self.settings, None, list[float]()
         to_beat *= self.objective.scale
         known: dict[tuple[bytes, float], Iterate | None] = {}  # different paths may become the same motion
@@ -185,14 +182,14 @@ class PathRefinement:
             limit = to_beat if best is None else min(to_beat, best.value)
             key = (np.round(initial.x, settings.path_digits) + 0.0).tobytes(), initial.duration
             if key not in known:
-                known[key] = self._refined(initial, limit, self.running_out if limit < np.inf else never)
+                known[key] = self._refined(initial, limit)
             refined = known[key]
             values += [] if refined is None else [refined.value]
             if refined is not None and refined.value < limit:
                 best = refined
             if best is not None and best.value <= settings.near_bound * self.objective.bound:
                 break
-            if best is not None and self.running_out():
+            if self.is_enough(best is not None):
                 break
             if sum(each <= settings.near_optimal * min(values) for each in values) >= settings.agreeing_paths:
                 break
@@ -215,12 +212,13 @@ class PathRefinement:
 
     # One motion: polished, repaired, proven
 
-    def _refined(
-        self, initial: InitialMotion, to_beat: float, running_out: Callable[[], bool] = never
-    ) -> Iterate | None:
+    def _refined(self, initial: InitialMotion, to_beat: float) -> Iterate | None:
         """The initial motion polished and proven, after repairs; None where it fails or does not beat a value."""
+        running_out = partial(self.is_enough, to_beat < np.inf)
         attempt, slower = self._first_attempt(initial, running_out), None
-        for _ in range(self.settings.repairs + 1):
+        for number in range(self.settings.repairs + 1):
+            if number and running_out():
+                break
             polished = attempt.polish(attempt.x, to_beat, attempt.programs, attempt.duration)
             exact = self._passing(attempt.polish, polished)
             if self._had_too_little_reserve(attempt.polish, polished, exact):

@@ -20,7 +20,7 @@ from solvers import StopReason, unsearched
 from tpbso_casadi.planning.finishing import AS_FAST, PlannedMotion, is_better, slowed
 from tpbso_casadi.planning.motion import JudgedMotion
 from tpbso_casadi.planning.planning import Planning
-from tpbso_casadi.scenario import FAMILIES
+from tpbso_casadi.scenario import FAMILIES, ScenarioError
 
 LOG = logging.getLogger(__name__)
 ABOUT_AS_GOOD = 1.002
@@ -35,7 +35,10 @@ def directly(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
     model = planning.scenario.model
     if not (planning.settings.is_direct and (model.retime or FAMILIES[model.motion].keeps_its_timing)):
         return None
-    return planning.interruption.attempt(partial(_directly, problem, planning))
+    try:
+        return planning.interruption.attempt(partial(_directly, problem, planning))
+    except InvalidProblem as error:
+        raise ScenarioError(f"task.{error.field}: {error.reason}") from error
 
 
 def _directly(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
@@ -94,12 +97,22 @@ def along_paths(problem: Problem[Any], planning: Planning, known: PlannedMotion 
             motion = judged(branch.criteria, trajectory)
             if motion.feasible and (best is None or is_better(motion, best[0])):
                 best = motion, branch
-        if best is not None and (len(tried) >= MOST_APPROACHES or planning.satisfied()):
+        if planning.satisfied(best is not None) or (best is not None and len(tried) >= MOST_APPROACHES):
             break
     LOG.info("direct: ways to %d of %d postures in %.3f s", len(tried), len(approaches), time.perf_counter() - began)
     if best is None or (known is not None and best[0] is known.motion):
         return known
     return _plan(planning, best[1], best[0], began, StopReason.CONVERGED, len(tried))
+
+
+def too_late(problem: Problem[Any], planning: Planning) -> PlannedMotion | None:
+    """The fastest motion in free space, judged, where no time is left for a better one; None where some is left."""
+    branch = (problem.branches or (problem,))[0]
+    fastest = branch.direct.in_free_space if planning.settings.is_direct and planning.left <= 0.0 else None
+    if fastest is None:
+        return None
+    motion = JudgedMotion(branch.criteria.at_free_times(), fastest, {}, retimed=True)
+    return _plan(planning, branch, motion, time.perf_counter(), StopReason.SECONDS, 1)
 
 
 def judged(criteria: Criteria, trajectory: Trajectory) -> JudgedMotion:

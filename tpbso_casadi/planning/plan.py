@@ -24,7 +24,7 @@ from solvers import (
     keep_best,
 )
 from tpbso_casadi.planning.branches import best_of_branches, best_within
-from tpbso_casadi.planning.direct import directly
+from tpbso_casadi.planning.direct import directly, too_late
 from tpbso_casadi.planning.finishing import (
     PlannedMotion,
     Refinement,
@@ -101,7 +101,7 @@ def plan(
         if not scenario.task.is_searched:
             return interruption.breakable(partial(_whole_sequence, scenario, planning))
         problem = interruption.breakable(scenario.problem) if problem is None else problem
-        found = directly(problem, planning) or by_search(problem, planning)
+        found = directly(problem, planning) or too_late(problem, planning) or by_search(problem, planning)
         for error in planning.failures[:1]:
             keep_best(error, found)
             raise error

@@ -127,9 +127,9 @@ class Planning:
         """Whether to come to an end: no time is left, or it is cut short."""
         return self.left <= 0.0 or self.is_cut_short
 
-    def satisfied(self) -> bool:
-        """Whether a plan that is known is enough: the first was asked for, or there is no time for another."""
-        return self.settings.first or self.running_out()
+    def satisfied(self, is_known: bool = True) -> bool:
+        """Whether to come to an end: no time is left, or a plan is known and the first is all that was asked for."""
+        return self.running_out() or (is_known and self.settings.first)
 
     def with_settings(self, **changes: Any) -> Self:
         """The planning with other keys of [solver]."""

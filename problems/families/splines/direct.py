@@ -168,6 +168,12 @@ class PathPlanner(MovePlanner):
     def least_bound(self) -> float:
         return min((each.bound for each in self._ends[:1]), default=np.inf)
 
+    @property
+    def in_free_space(self) -> Trajectory | None:
+        with suppress(InvalidProblem):  # between states that move there may be none
+            return next((self._motions(each.start, each.goal).direct for each in self._ends[:1]), None)
+        return None
+
     def polished(self, start: Trajectory) -> Iterator[Trajectory]:
         """Faster motions; none in the plane, where a nonlinear program does as well, without torques and movement."""
         hard = self.robot.dim == 3 or self.robot.limits.torque is not None or self.task.is_timed
@@ -217,12 +223,26 @@ class PathPlanner(MovePlanner):
             yield from map(self._in_time, held)
 
     def approaches(self) -> Sequence[Approach]:
+        self._check_ends()
         if found_core() is None:  # which finds the paths past obstacles
             return ()
         return self._ends if self.keeps_branch else ()
 
+    def _check_ends(self) -> None:
+        """Check that given postures at the ends keep own limits, of several goals those of one.
+
+        Raises:
+            InvalidProblem: they break one.
+        """
+        for field, places in (("start", (self.task.start,)), ("goal", self.task.goals)):
+            given = [branch_posture(self.robot, place) for place in places if isinstance(place, Joints)]
+            if self._own is None or len(given) < len(places) or self._allowed(np.stack(given)).any():
+                continue
+            broken = self._own.broken_at(given[0])
+            raise InvalidProblem(field, f"breaks {broken!r}, which is to hold from start to goal")
+
     def along_paths(
-        self, approach: Approach, seed: int, to_beat: float, running_out: Callable[[], bool]
+        self, approach: Approach, seed: int, to_beat: float, is_enough: Callable[[bool], bool]
     ) -> Iterator[Trajectory]:
         world, start, goal, vias = self._world, approach.start, approach.goal, self.task.vias
         bound, to_beat = approach.bound - self.task.goal_cost, to_beat - self.task.goal_cost
@@ -233,7 +253,7 @@ class PathPlanner(MovePlanner):
         usual = np.array([branch_posture(self.robot, via) for via in vias]).reshape(-1, self.robot.dof)
         passages = Passages(motions, self.robot, vias) if vias else None
         for through in postures_on_the_way(self.robot, vias, usual, start, goal):
-            if bound >= to_beat or (to_beat < np.inf and running_out()):
+            if bound >= to_beat or is_enough(to_beat < np.inf):
                 return
             if not (world.still.clear(through) & self._allowed(through)).all():
                 continue
@@ -253,10 +273,10 @@ class PathPlanner(MovePlanner):
                 passages=passages,
                 through=through,
                 known=known,
-                running_out=running_out,
+                is_enough=is_enough,
                 stay=self.task.stay,
             )
-            best = self._guarded(refinement, seed, known, running_out) if self._passes_postures else None
+            best = self._guarded(refinement, seed, known, is_enough) if self._passes_postures else None
             if best is not None:
                 yield self._in_time(best)
                 to_beat = min(to_beat, best.duration)
@@ -274,7 +294,7 @@ class PathPlanner(MovePlanner):
         return bool(self.task.vias) and exact and self.objective.asks_for_least_time and not self._world.moves
 
     def _guarded(
-        self, ways: PathRefinement, seed: int, known: Trajectory | None, running_out: Callable[[], bool]
+        self, ways: PathRefinement, seed: int, known: Trajectory | None, is_enough: Callable[[bool], bool]
     ) -> Trajectory | None:
         """The best of the fastest motions near one without obstacles, and near paths past these; None for none."""
         best, bound = None, 0.0 if known is None else DEFAULT_GUARDED.near_bound * known.duration
@@ -282,7 +302,7 @@ class PathPlanner(MovePlanner):
             found = self._fastest_guarded(draft)
             if found is not None and (best is None or found.duration < best.duration):
                 best = found
-            if best is not None and (best.duration <= bound or running_out()):
+            if best is not None and (best.duration <= bound or is_enough(True)):
                 break
         return best
 

@@ -70,7 +70,7 @@ def test_the_problem_of_a_move_is_refined_among_what_moves() -> None:
     task = Move(arm, Joints(tuple(START)), (Joints(tuple(GOAL)),), obstacles=(COMING,), stay=2.0)
     problem = move(task)
     (approach,) = problem.direct.approaches()
-    motions = list(problem.direct.along_paths(approach, 1, np.inf, lambda: False))
+    motions = list(problem.direct.along_paths(approach, 1, np.inf, lambda is_known: False))
     assert motions
     world = CompiledWorld.of(arm, (COMING,))
     assert world is not None and all(is_clear(world, motion, after=2.0) for motion in motions)
