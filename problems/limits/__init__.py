@@ -50,7 +50,7 @@ from problems.limits.limit import (
     scaling,
 )
 from problems.limits.proximity import BodyPair, Pair, Proximity, SelfClearance, clearances
-from problems.limits.relative_pose import RelativePose
+from problems.limits.relative_pose import RelativePose, tool_at_tip
 from problems.limits.staying import (
     AT_GOAL,
     TaperedMargin,
@@ -173,6 +173,7 @@ __all__ = [
     "stay_matters",
     "stay_shares",
     "time_dependent_parts",
+    "tool_at_tip",
     "touching_links",
     "turned_along",
 ]

@@ -68,7 +68,7 @@ class RelativePose(HandConstraint):
         own, other = arm.tip_places(self.of), arm.tip_places(self.to)
 
         def away(m: MotionView) -> ca.SX:
-            (p, r), (q, s) = _tool(m, own), _tool(m, other)
+            (p, r), (q, s) = tool_at_tip(m, own), tool_at_tip(m, other)
             sine, cosine = rotation_away(s @ ca.DM(turn), r)
             return ca.vertcat(ca.norm_2(p - q - s @ ca.DM(place)), ca.norm_2(sine), -cosine)
 
@@ -85,8 +85,13 @@ class RelativePose(HandConstraint):
         return robot
 
 
-def _tool(m: MotionView, places: slice) -> tuple[ca.SX, ca.SX]:
-    """Position (3, 1), m, and rotation (3, 3) of a tool, whose four points are among the positions."""
+def tool_at_tip(m: MotionView, places: slice) -> tuple[ca.SX, ca.SX]:
+    """Position (3, 1), m, and rotation (3, 3) of the tool at a tip.
+
+    Args:
+        m: an instant of a motion.
+        places: numbers among the positions of the tip's four points, :meth:`SpatialArm.tip_places`.
+    """
     origin, *ends = m.positions[places]
     return origin, ca.horzcat(*(end - origin for end in ends))
 

@@ -162,6 +162,24 @@ class Chain(Parametric):
         joint = replace(self.joints[body - 1], inertia=combined([own, load]))
         return replace(self, joints=(*self.joints[: body - 1], joint, *self.joints[body:]))
 
+    def seen_from(self, tip: Tip) -> Chain:
+        """The chain whose base is the frame of a tip that one joint moves, before all joints of the others.
+
+        Raises:
+            InvalidProblem: several joints move the tip, or one of others stands before its joint.
+        """
+        if self.parents[tip.body - 1] != 0 or tip.body != 1:
+            reason = "one joint alone has to move it, of the robot that is stated first"
+            raise InvalidProblem("frame", f"{tip.name!r}: {reason}")
+        own, inverse = self.joints[0], FixedFrame.of(self.joints[0].pose.inverse)
+        x, y, z = own.axis
+        turned = replace(own, pose=FixedFrame.of(tip.frame.inverse), axis=(-x, -y, -z), link=self.base_link)
+        others = [
+            replace(joint, parent=parent or 1, pose=joint.pose if parent else FixedFrame.of(inverse @ joint.pose))
+            for joint, parent in zip(self.joints[1:], self.parents[1:], strict=True)
+        ]
+        return replace(self, joints=(turned, *others), base_link=tip.link, tips=())
+
     @cached_property
     def branches(self) -> dict[str, tuple[int, ...]]:
         """Numbers, from 0, of the joints that move each tip and no other, by the tips' names."""

@@ -291,6 +291,27 @@ class SpatialArm(Robot):
         load = moved_inertia(self.payload, self.tool.frame)
         return replace(other, chain=other.chain.loaded(self.chain.carrier, load))
 
+    def seen_from(self, tip: str) -> SpatialArm:
+        """The joints and the tool of this robot, without bodies, in the frame of one of its tips.
+
+        Raises:
+            InvalidProblem: there is no such tip, or other than one first joint moves it.
+        """
+        self.tip_places(tip)  # which refuses a name that is none
+        frame = next(each for each in self.chain.tips if each.name == tip)
+        return SpatialArm(
+            self.chain.seen_from(frame),
+            self.max_speed,
+            self.max_acceleration,
+            position_limits=self.position_limits,
+            tool_in_tip=self.tool_in_tip,
+        )
+
+    @property
+    def tool_tip(self) -> str:
+        """The name of the tip that carries the tool; empty where there is one alone."""
+        return next((tip.name for tip in self.chain.tips if tip.link == self.chain.tip_link), "")
+
     @cached_property
     def geometry(self) -> SpatialArm:
         """The plain numbers that decide where its tool is, the same in its symbolic copy."""

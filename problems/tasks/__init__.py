@@ -38,6 +38,7 @@ from problems.tasks.place import (
 from problems.tasks.point_to_point import PointToPoint
 from problems.tasks.pose import Pose
 from problems.tasks.recorded import RecordedMotion
+from problems.tasks.seen_from import SeenFrom
 from problems.tasks.sequence import Sequence
 from problems.tasks.steady_speed import SteadySpeed
 from problems.tasks.task import BoundedCurve, Marker, MarkerKind, Milestone, ProgressMeasure, Task
@@ -71,6 +72,7 @@ __all__ = [
     "Position",
     "ProgressMeasure",
     "RecordedMotion",
+    "SeenFrom",
     "Sequence",
     "ShortTurns",
     "SpaceTracing",

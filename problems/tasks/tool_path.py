@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray, InvalidProblem
-from problems.limits import Bound, FreeAxis, StatedExpression, rotation_away
+from problems.limits import Bound, FreeAxis, StatedExpression, rotation_away, tool_at_tip
 from problems.motions import MotionView, Stated, traced
 from problems.robots import Robot, quaternions_of, turn_of, turned_by
 from problems.tasks.place import Place, Position
@@ -241,12 +241,22 @@ class ToolPath:
         free: an axis about which it may be turned otherwise.
         law: coefficients (degree, 3) of the coordinates of :class:`FreeAxis` by powers of s from 1 on, which the joints
             are to follow; the limits do not ask for them.
+        frame: numbers among a robot's positions of the points of the tool's tip, and of the tip in whose frame the
+            curve is stated; None in the world.
     """
 
     way: ToolCurve
     turned: tuple[FloatArray, FloatArray] | None = None
     free: FreeAxis | None = None
     law: FloatArray | None = None
+    frame: tuple[slice, slice] | None = None
+
+    def _tool(self, m: MotionView) -> tuple[ca.SX, ca.SX]:
+        """Position (dim, 1), m, and rotation of the tool, in the frame in which the curve is stated."""
+        if self.frame is None:
+            return m.tool, m.rotation if self.turned is not None else ca.SX()
+        (p, r), (q, s) = (tool_at_tip(m, places) for places in self.frame)
+        return s.T @ (p - q), s.T @ r
 
     @cached_property
     def _turn(self) -> FloatArray:
@@ -287,12 +297,13 @@ class ToolPath:
         """Limits on the distance from the curve at every time, m, and on the sine of the angle."""
 
         def near(m: MotionView) -> ca.SX:
-            along = self.way.along(m.tool)
+            tool = self._tool(m)[0]
+            along = self.way.along(tool)
             beyond = ca.fmax(0.0, ca.fmax(-along, along - self.way.length))
-            return ca.sqrt(self.way.away(m.tool) ** 2 + beyond**2)
+            return ca.sqrt(self.way.away(tool) ** 2 + beyond**2)
 
         def facing(m: MotionView) -> ca.SX:
-            sine, cosine = rotation_away(self._stated_rotation(m), m.rotation)
+            sine, cosine = rotation_away(self._stated_rotation(m), self._tool(m)[1])
             return ca.vertcat(ca.norm_2(sine), -cosine)
 
         found = [stated_limit("path accuracy", "m", near, robot, None, (accuracy,))]
@@ -307,7 +318,7 @@ class ToolPath:
         """The limits of the direction of an axis, and of the turn about it where that has a range."""
 
         def limits(m: MotionView) -> list[tuple[ca.SX, tuple[float, ...]]]:
-            stated, rotation = (ca.vec(each.T).T for each in (self._stated_rotation(m), m.rotation))
+            stated, rotation = (ca.vec(each.T).T for each in (self._stated_rotation(m), self._tool(m)[1]))
             return free.limits(stated, rotation, accuracy)
 
         upright = ca.SX.eye(3).reshape((1, 9))
@@ -330,7 +341,7 @@ class ToolPath:
         wanted = ca.SX(ca.DM(self.turned[0]))
         angle = float(np.linalg.norm(self._turn))
         if angle:
-            turned = angle / self.way.length * self.way.along(moment.tool)
+            turned = angle / self.way.length * self.way.along(self._tool(moment)[0])
             cross = ca.skew(ca.DM(self._turn / angle))
             wanted = wanted @ (ca.DM.eye(3) + ca.sin(turned) * cross + (1.0 - ca.cos(turned)) * (cross @ cross))
         return wanted

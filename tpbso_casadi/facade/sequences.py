@@ -95,6 +95,7 @@ class Line(StatedStage):
     Args:
         goal: where it ends, a point or a pose; or ``by``, or ``along``.
         arm: whose tool goes, of a robot with several.
+        frame: the arm in the frame of whose tool goal, ``by`` and points are stated, such as a turntable that may turn.
         by: how far it goes along the axes of the world, (dim,), m.
         along: how far it goes along the axes of the tool, as it is turned at first, (3,), m.
         through: a point of an arc to the goal, (dim,), m.
@@ -119,6 +120,7 @@ class Line(StatedStage):
 
     goal: Any = None
     arm: str | None = None
+    frame: str | None = None
     by: Any = None
     along: Any = None
     through: Any = None
@@ -146,6 +148,7 @@ class Along(StatedStage):
         points: (n, dim), m; or a CSV file of them.
         accuracy: how far the tool may be from the straight lines, corners included, m.
         arm: whose tool goes, of a robot with several.
+        frame: the arm in the frame of whose tool goal, ``by`` and points are stated, such as a turntable that may turn.
         angular_accuracy: how far it may be turned from how it is at first, rad.
         free: as of :class:`Line`.
         turn: likewise.
@@ -167,6 +170,7 @@ class Along(StatedStage):
     points: Any
     accuracy: float
     arm: str | None = None
+    frame: str | None = None
     angular_accuracy: float | None = None
     free: str | None = None
     turn: Sequence[float] | None = None

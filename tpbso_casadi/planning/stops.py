@@ -21,6 +21,7 @@ MOST_POSTURES = 12  # of a stop
 TURN = 2.0 * np.pi  # rad
 DRAWN = 64  # postures of a place that states none, of which the nearest are kept
 MOST_WAYS = 3  # of the tool that is free to turn, from each posture
+FRAME_TURNS = (0.0, -0.4, 0.4, -1.2, 1.2)  # rad or m, by which a frame that moves is led on; 0 for the shortest way
 MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
 FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
 
@@ -181,6 +182,8 @@ def ways_along(
         InvalidProblem: the tool cannot be led along.
     """
     assert isinstance(stage, LedStage)
+    if stage.frame is not None:
+        return turned_along(way, stage.seen(robot), posture, stage)
     if way.free is None:
         return [led_along(way, robot, posture, stage)]
     assert isinstance(robot, SpatialArm)
@@ -198,6 +201,25 @@ def ways_along(
     order = sorted(range(len(found)), key=lambda number: least_along(found[number], robot.limits))
     kept = [number for rank, number in enumerate(order) if rank < MOST_WAYS or number < len(stated)]
     return [found[number] for number in kept]
+
+
+def turned_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: LedStage) -> list[JointPath]:
+    """Paths of the joints along a way in a frame that one first joint moves: the shortest, and others as it turns more.
+
+    Raises:
+        InvalidProblem: the tool cannot be led along.
+    """
+    found, failure = list[JointPath](), None
+    for turn in FRAME_TURNS:
+        toward = None if turn == 0.0 else posture + turn * np.eye(robot.dof)[0]
+        try:
+            found.append(Following(way, robot, toward).joints(posture, stage.accuracy, stage.angular_accuracy))
+        except InvalidProblem as error:
+            failure = failure or error
+    if not found:
+        assert failure is not None
+        raise failure
+    return found
 
 
 def led_along(way: ToolPath, robot: Robot, posture: FloatArray, stage: LedStage) -> JointPath:

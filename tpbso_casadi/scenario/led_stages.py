@@ -13,12 +13,12 @@ from problems import InvalidProblem, Place, Robot, Trajectory
 from problems.base import FloatArray, InvalidTable, Range, ReadBy, as_array
 from problems.limits import FreeAxis
 from problems.robots import SpatialArm
-from problems.tasks import Arc, Corners, Pose, Position, SteadySpeed, StraightLine, ToolCurve, ToolPath
+from problems.tasks import Arc, Corners, Pose, Position, SeenFrom, SteadySpeed, StraightLine, ToolCurve, ToolPath
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
 from tpbso_casadi.scenario.places import AnyPlace, Coordinates, FreeAxisKeys
 from tpbso_casadi.scenario.stage_section import MovingStage
-from tpbso_casadi.scenario.validation import ANGULAR, Positive, ScenarioError, Section, SpacePoint
+from tpbso_casadi.scenario.validation import ANGULAR, Positive, ScenarioError, Section, SpacePoint, Word
 
 ACCURACY, ANGULAR_ACCURACY = 1e-3, 0.01  # of lines, m and rad
 LARGEST_TOLERANCE = 0.5  # share of a steady speed
@@ -62,10 +62,12 @@ class LedStage(FreeAxisKeys, MovingStage):
     The turn about a free axis, and the range that is stated, are against the even rotation from start to end.
 
     Attributes:
+        frame: name of the arm in the frame of whose tool the way is stated, which may move; the world where None.
         max_tool_speed: that the tool does not exceed, m/s.
         tool_speed: that the tool keeps, but next to ends and corners, m/s; or a table.
     """
 
+    frame: Word | None = None
     accuracy: Positive = ACCURACY
     angular_accuracy: Annotated[Positive, ANGULAR] = ANGULAR_ACCURACY
     max_tool_speed: Positive | None = None
@@ -73,6 +75,11 @@ class LedStage(FreeAxisKeys, MovingStage):
 
     def check(self) -> None:
         super().check()
+        for key in ("max_tool_speed", "tool_speed", "free"):
+            if self.frame is not None and getattr(self, key) is not None:
+                raise InvalidTable("of ways that are stated in the world alone", key)
+        if self.frame is not None and self.frame == self.arm:
+            raise InvalidTable("the tool itself does not move in its own frame: name another arm", "frame")
         if self.turn is not None and not self.turn[0] <= 0.0 <= self.turn[1]:
             raise InvalidTable("does not hold 0, which is how the tool is turned at first", "turn")
         if self.max_tool_speed is not None and self.tool_speed is not None:
@@ -108,8 +115,23 @@ class LedStage(FreeAxisKeys, MovingStage):
         """The way from a point (dim,), m, to another."""
         raise NotImplementedError
 
+    def seen(self, robot: Robot) -> Robot:
+        """The robot in the frame in which the way is stated.
+
+        Raises:
+            InvalidProblem: it has no such frame.
+        """
+        if self.frame is None:
+            return robot
+        if not isinstance(robot, SpatialArm):
+            raise InvalidProblem("frame", "there is one arm alone; leave it out")
+        return robot.seen_from(self.frame)
+
     def goals_from(self, robot: Robot, posture: FloatArray) -> Place | list[Place]:
-        end = self.end(robot, posture)
+        end = self.end(self.seen(robot), posture)
+        if self.frame is not None:
+            assert isinstance(end, Pose)
+            return SeenFrom(self.frame, end)
         free = self.free_axis
         if free is None:
             return end
@@ -119,8 +141,9 @@ class LedStage(FreeAxisKeys, MovingStage):
         return replace(end, free=self.free, turn=self.turn, tilt=self.tilt)
 
     def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
-        (start, turned), end = _tool(robot, posture), self.end(robot, posture)
-        way = self.way(robot, start, end.position(robot))
+        view = self.seen(robot)
+        (start, turned), end = _tool(view, posture), self.end(view, posture)
+        way = self.way(view, start, end.position(view))
         if turned is None or not isinstance(end, Pose):
             return ToolPath(way)
         assert end.rotation is not None
@@ -129,7 +152,10 @@ class LedStage(FreeAxisKeys, MovingStage):
             free.check()
         if free is not None and free.turn is None:  # then the turn at the end does not matter
             last = FreeAxis(free.axis).nearest_of(last, turned[None])[0]
-        return ToolPath(way, (turned, last), free)
+        frame = None
+        if self.frame is not None and isinstance(robot, SpatialArm):
+            frame = robot.tip_places(robot.tool_tip), robot.tip_places(self.frame)
+        return ToolPath(way, (turned, last), free, frame=frame)
 
     def further_constraints(self, robot: Robot, posture: FloatArray) -> list[ConstraintSection]:
         path = self.tool_path(robot, posture)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from problems import InvalidProblem, Joints, Place, Position
 from problems.base import Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.limits import AxisName, FreeAxis
-from problems.tasks import AtTips, Pose, Turns
+from problems.tasks import AtTips, Pose, SeenFrom, Turns
 from tpbso_casadi.scenario.named_places import FORMS, NamedPosture, PlacesByName
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
@@ -90,7 +90,7 @@ def read_place(value: Any) -> Place:
     Raises:
         ValueError: it is neither.
     """
-    if isinstance(value, AtTips | PlacesByName):  # whose table speaks of arms that only a robot has
+    if isinstance(value, AtTips | SeenFrom | PlacesByName):  # whose table speaks of arms that only a robot has
         return value
     if isinstance(value, Place):
         try:

@@ -355,7 +355,11 @@ class Scenario(FileSection):
         theta, held = np.array(start.values, dtype=np.float64), list(self.model.constraints)
         for number, section in enumerate(held):
             if isinstance(section, HandSection):
-                held[number] = section.from_posture(robot, theta)
+                try:
+                    held[number] = section.from_posture(robot, theta)
+                except InvalidProblem as error:
+                    where = error.field if error.field == "constraints" else f"constraints.{number}.{error.field}"
+                    raise InvalidProblem(where, error.reason) from error
         return self.model if held == self.model.constraints else self.model.replaced(constraints=held)
 
     def _with_contacts(self, robot: Robot, obstacles: Sequence[Obstacle]) -> Robot:
