@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Self
 
-from problems import InvalidProblem
+from problems import InvalidProblem, Joints, Obstacle, Robot
 from problems.base import CACHE_SIZE, InvalidTable, at, shown_value
 from problems.robots import BETWEEN, Carried, SpatialArm, cell_of, own_name
+from problems.scene import standing
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.named_places import ArmOfRobot, KnownNames
 from tpbso_casadi.scenario.spatial_robots import MOST_JOINTS, SpatialRobotSection, Statement
@@ -135,6 +136,28 @@ class CellSection(Section):
             with _within(name):
                 found[name] = robot.with_files(folder)
         return self.replaced(robots=found)
+
+    def check_standing(self, obstacles: Sequence[Obstacle], keep: Callable[[Robot], Robot], cell: Robot) -> None:
+        """Check that robots that stand still are clear of obstacles, within their ranges and held by their motors.
+
+        Args:
+            obstacles: around them.
+            keep: gives a robot its margins.
+            cell: all robots, which may touch what it says.
+
+        Raises:
+            InvalidProblem: one is not.
+        """
+        for name, robot in self.robots.items():
+            if robot.stays_at is None:
+                continue
+            with _within(name):
+                own = f"{name}{BETWEEN}"
+                pairs = [(own_name(body, name), what) for body, what in cell.may_touch if body.startswith(own)]
+                alone = replace(keep(robot.alone.build()), may_touch=tuple(pairs))
+                posture = Joints(tuple(robot.stays_at))
+                posture.check(alone, standing(tuple(obstacles)), "stays_at")
+                posture.check_holding(alone, "free", "stays_at")
 
     def build(self, carried: Sequence[Carried] = (), disabled: Sequence[tuple[str, str]] = ()) -> SpatialArm:
         """The robots as one arm, the same object for the same statement.

@@ -339,12 +339,16 @@ class Scenario(FileSection):
         tables = {**dict.fromkeys(("link_lengths", "joint_limits"), self.robot_table.prefix), "obstacles": ""}
         tables |= dict.fromkeys(ModelSection.schema(), "model.")
         try:
+            if self.robots is not None:
+                self.robots.check_standing(obstacles, self.model.kept_by, robot)
             robot = self.model.kept_by(robot)
             stated = build(robot, obstacles, self._model_from_start(robot))
             LOG.info("model: %d joints, %d obstacles in %.3f s", robot.dof, len(obstacles), time.perf_counter() - began)
             return stated
         except InvalidProblem as error:
-            table = tables.get(error.field.partition(".")[0], "task.")
+            first = error.field.partition(".")[0]
+            is_robot = self.robots is not None and first in self.robots.robots
+            table = self.robot_table.prefix if is_robot else tables.get(first, "task.")
             raise ScenarioError(f"{table}{error.field}: {error.reason}") from error
 
     def _model_from_start(self, robot: Robot) -> ModelSection:

@@ -62,6 +62,18 @@ def test_an_arm_that_stays_is_no_part_of_the_motion(cell: tp.StatedRobot, tmp_pa
     assert "right/forearm_link" in line and "left/forearm_link" in line
 
 
+def test_an_arm_that_stays_is_clear_of_obstacles(cell: tp.StatedRobot) -> None:
+    wall = tp.Box(center=(1.2, 0.0, 0.3), size=(0.2, 2.0, 0.6), name="wall")  # the right arm leans into it
+    back = [2.6, -1.6, 1.9, -1.87, -1.57, 0.0]
+    start = {"left": HOME, "right": back}
+    line = line_of(lambda: tp.plan(cell, start=start, goal={"left": ASIDE, "right": "stay"}, obstacles=[wall]))
+    assert line.startswith("robots.right.stays_at: ") and "wall" in line and "clearance" in line
+    links = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
+    allowed = [(f"right/{link}_link", "wall") for link in links]
+    goal = {"left": ASIDE, "right": "stay"}
+    assert tp.plan(cell, start=start, goal=goal, obstacles=[wall], may_touch=allowed).certified
+
+
 def test_messages_by_arm_with_what_a_late_start_costs(cell: tp.StatedRobot, tmp_path: Path) -> None:
     plan = tp.plan(cell, start=START, goal={"left": ASIDE, "right": ASIDE})
     plan.save(tmp_path / "run", export=["ros-json"], figures=())
