@@ -150,8 +150,6 @@ class KnownNames:
         for name, place in places.items():
             arm = self.arms[name]
             if isinstance(place, Joints):
-                if len(place.values) != len(arm.joints):
-                    raise InvalidTable(f"{len(place.values)} joints for an arm of {len(arm.joints)}", name)
                 values |= zip(arm.joints, place.values, strict=True)
         if all(isinstance(place, Joints) for place in places.values()):
             loose = sorted(set(range(self.dof)) - values.keys())
@@ -168,6 +166,9 @@ class KnownNames:
             if place is not None and not isinstance(place, NamedPosture):
                 if place.within or place.cost:
                     raise InvalidTable("within and cost are of all arms together: leave them out")
+                count = len(self.arms[name].joints)
+                if isinstance(place, Joints) and len(place.values) != count:
+                    raise InvalidTable(f"{len(place.values)} joints for an arm of {count}")
                 return place
             before = self._before()
             if before is None:

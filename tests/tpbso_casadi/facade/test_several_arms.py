@@ -165,6 +165,13 @@ def test_a_goal_by_arm_that_is_none(cell: tp.StatedRobot, goal: Any, line: str) 
     assert line_of(lambda: tp.plan(cell, start=START, goal=goal)).startswith(line)
 
 
+def test_a_stage_to_too_few_joints_gets_one_line(cell: tp.StatedRobot) -> None:
+    stages = [tp.MoveTo({"left": ASIDE}), tp.MoveTo({"left": HOME[:5]})]
+    assert line_of(lambda: tp.sequence(cell, start=START, stages=stages)).startswith(
+        "stages[1] goal.left: 5 joints for an arm of 6"
+    )
+
+
 def test_what_is_no_cell(cell: tp.StatedRobot) -> None:
     with pytest.raises(TypeError, match="robots: a dict of robots by their names is needed"):
         tp.cell([tp.robot("ur5e")])  # type: ignore[arg-type]
