@@ -150,6 +150,18 @@ class Chain(Parametric):
         last = [body for body in range(1, len(self.joints) + 1) if body not in self.parents and body != self.carrier]
         return (self.tip_link, *(self.joints[body - 1].link for body in last))
 
+    def tip_named(self, name: str) -> Tip:
+        """The tip of a name.
+
+        Raises:
+            InvalidProblem: there is none.
+        """
+        tips = {tip.name: tip for tip in self.tips}
+        if name not in tips:
+            known = f"there are {', '.join(tips)}" if tips else "there is one arm alone"
+            raise InvalidProblem("arm", f"no arm is called {name!r}; {known}")
+        return tips[name]
+
     def ended_at(self, tip: Tip) -> Chain:
         """The chain with the tool at another tip."""
         return replace(self, tip_link=tip.link, tip=tip.frame, tip_body=tip.body)

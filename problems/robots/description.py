@@ -217,13 +217,14 @@ class RobotDescription:
 
     def _frame_of(self, part: Carried, tool: Transform) -> LinkFrame:
         """The frame of a carried body, which is that of the tool that holds it."""
-        chain, tips = self.chain, {tip.name: tip for tip in self.chain.tips}
-        if part.tip and part.tip not in tips:
-            known = f"there are {', '.join(tips)}" if tips else "there is one arm alone: leave it out"
-            raise InvalidProblem("carried", f"no arm is called {part.tip!r}; {known}")
-        if not part.tip or tips[part.tip].link == chain.tip_link:
+        chain = self.chain
+        try:
+            tip = chain.tip_named(part.tip) if part.tip else None
+        except InvalidProblem as error:
+            raise InvalidProblem("carried", error.reason) from error
+        if tip is None or tip.link == chain.tip_link:
             return LinkFrame(part.name, chain.carrier, FixedFrame.of(chain.tip @ tool))
-        return LinkFrame(part.name, tips[part.tip].body, tips[part.tip].frame)
+        return LinkFrame(part.name, tip.body, tip.frame)
 
     def with_spheres(self, spheres: tuple[Sphere, ...]) -> RobotDescription:
         """The description with spheres in the place of all others, and of covers."""

@@ -284,8 +284,7 @@ class SpatialArm(Robot):
         Raises:
             InvalidProblem: there is no such tip.
         """
-        self.tip_places(tip)  # which refuses a name that is none
-        other = self.at_tips[tip]
+        other = self.at_tips[self.chain.tip_named(tip).name]
         if self.payload is None or other is self:
             return other
         load = moved_inertia(self.payload, self.tool.frame)
@@ -297,10 +296,8 @@ class SpatialArm(Robot):
         Raises:
             InvalidProblem: there is no such tip, or other than one first joint moves it.
         """
-        self.tip_places(tip)  # which refuses a name that is none
-        frame = next(each for each in self.chain.tips if each.name == tip)
         return SpatialArm(
-            self.chain.seen_from(frame),
+            self.chain.seen_from(self.chain.tip_named(tip)),
             self.max_speed,
             self.max_acceleration,
             position_limits=self.position_limits,
@@ -388,11 +385,7 @@ class SpatialArm(Robot):
         Raises:
             InvalidProblem: there is no such tip.
         """
-        names = [each.name for each in self.chain.tips]
-        if tip not in names:
-            known = f"there are {', '.join(names)}" if names else "there is one arm alone"
-            raise InvalidProblem("arm", f"no arm is called {tip!r}; {known}")
-        first = self.dof + 1 + len(self.spheres) + 4 * names.index(tip)
+        first = self.dof + 1 + len(self.spheres) + 4 * self.chain.tips.index(self.chain.tip_named(tip))
         return slice(first, first + 4)
 
     @property

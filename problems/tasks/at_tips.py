@@ -17,9 +17,6 @@ from problems.scene import Obstacle
 from problems.tasks.place import ANGLE_TOLERANCE, Choice, Joints, Place
 from problems.tasks.pose import SETTINGS, Pose, middle_of, separate_postures, usable_postures
 
-MOST_OF_AN_ARM = 24  # postures at a pose, the nearest ones, that are combined with those of other arms
-MOST_BRANCHES = 16  # postures of all arms that are told apart
-
 
 @dataclass(frozen=True)
 class AtTips(Place):
@@ -71,9 +68,6 @@ class AtTips(Place):
         for tip, place in zip(self.tips, self.places, strict=True):
             yield arm.at_tips[tip], place, list(arm.chain.branches[tip])
 
-    def _poses(self, robot: Robot) -> Iterator[tuple[SpatialArm, Pose, list[int]]]:
-        return ((arm, place, own) for arm, place, own in self._parts(robot) if isinstance(place, Pose))
-
     def choices(self, robot: Robot) -> tuple[Choice, ...]:
         return tuple(Choice("branch_offset", f"[{joint}]", -1.0, 1.0) for joint in range(1, robot.dof + 1))
 
@@ -91,7 +85,7 @@ class AtTips(Place):
         rows = product(*[_arm_postures(arm.at_tips[tip], place, own, middle, field) for tip, place, own in parts])
         found = np.array([_joined(row, owns, middle) for row in rows])
         held = usable_postures(robot, obstacles, found, "of all arms together", field)
-        return tuple(map(self.on_branch, separate_postures(held, middle)[:MOST_BRANCHES]))
+        return tuple(map(self.on_branch, separate_postures(held, middle)[: SETTINGS.of_all_arms]))
 
     def on_branch(self, theta: FloatArray) -> Place:
         places = (place.on_branch(theta) if isinstance(place, Pose) else place for place in self.places)
@@ -157,7 +151,7 @@ class AtTips(Place):
 
     def position(self, robot: Robot) -> FloatArray:
         """The position of the first tip that is to be at a pose, (3,), m."""
-        return next(np.array(place.point) for _, place, _ in self._poses(robot))
+        return next(np.array(place.point) for place in self.places if isinstance(place, Pose))
 
     def taken(self, robot: Robot, theta: FloatArray) -> str:
         words = {
@@ -174,7 +168,7 @@ def _arm_postures(arm: SpatialArm, place: Place, own: list[int], near: FloatArra
     if isinstance(place, Joints):
         return [np.array(place.values)]
     assert isinstance(place, Pose)
-    return separate_postures(place.postures_there(arm, near, field)[:, own], near[own])[:MOST_OF_AN_ARM]
+    return separate_postures(place.postures_there(arm, near, field)[:, own], near[own])[: SETTINGS.of_an_arm]
 
 
 def _joined(values: Sequence[FloatArray], owns: Sequence[list[int]], others: FloatArray) -> FloatArray:

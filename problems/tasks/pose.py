@@ -72,6 +72,8 @@ class BranchSettings:
         seed: of these starts, so that a pose has the same branches in every plan.
         projection_steps: steps of the projection, with which all but a few candidates arrive.
         least_difference: rad or m by which two branches differ in some joint.
+        of_an_arm: postures of one arm of several at a pose, at most, the nearest ones, that are combined with others'.
+        of_all_arms: branches of all arms together, at most, the nearest ones.
     """
 
     offset: float = 0.8
@@ -80,6 +82,8 @@ class BranchSettings:
     seed: int = 16
     projection_steps: int = 10
     least_difference: float = 0.5
+    of_an_arm: int = 24
+    of_all_arms: int = 16
 
 
 SETTINGS = BranchSettings()

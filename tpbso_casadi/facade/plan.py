@@ -25,7 +25,7 @@ from tpbso_casadi.figures.palette import DEFAULT, FORMATS
 from tpbso_casadi.html import heading, picture, table
 from tpbso_casadi.planning import ControllerRows, JudgedMotion, PlannedMotion
 from tpbso_casadi.programs import Program, exporter_of
-from tpbso_casadi.scenario import MemberSection, Scenario, plugin_failures_named
+from tpbso_casadi.scenario import Scenario, plugin_failures_named
 from tpbso_casadi.storage import (
     RunResult,
     StoredRun,
@@ -212,19 +212,15 @@ class Plan:
             own = robot.arms[arm]
             names = tuple(own_name(robot.joints.identifiers[joint], arm) for joint in own)
             return PlannedArm(arm, names, self.trajectory.of_joints(own))
-        standing = self._standing
-        if arm in standing:
-            names = standing[arm].alone.build().joints.names
-            return PlannedArm(arm, names, Trajectory.standing(np.array(standing[arm].stays_at), self.duration))
-        known = [*robot.arms, *standing]
+        still = {} if self.scenario.robots is None else self.scenario.robots.still
+        if arm in still:
+            table, joints = still[arm]
+            return PlannedArm(
+                arm, table.alone.build().joints.names, Trajectory.standing(np.array(joints), self.duration)
+            )
+        known = [*robot.arms, *still]
         there = f"there are {', '.join(known)}" if known else "there is one arm alone, which has no name"
         raise ValueError(f"arm: none is called {shown_value(arm)}; {there}")
-
-    @property
-    def _standing(self) -> dict[str, MemberSection]:
-        """Robots of a cell that stand still, by their names."""
-        cell = self.scenario.robots
-        return {} if cell is None else {name: each for name, each in cell.robots.items() if each.stays_at is not None}
 
     @property
     def not_judged(self) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from tpbso_casadi.scenario.catalogues import (
     find_solver,
     subclass_of,
 )
-from tpbso_casadi.scenario.cell_robots import CellSection, MemberSection
+from tpbso_casadi.scenario.cell_robots import CellSection
 from tpbso_casadi.scenario.cells import ENDS, Cell, criteria_of, judged_by_stage, stage_times, walked
 from tpbso_casadi.scenario.constraints import HandSection
 from tpbso_casadi.scenario.input_files import (
@@ -119,7 +119,6 @@ __all__ = [
     "InputFolder",
     "Interpolation",
     "LedStage",
-    "MemberSection",
     "ModelSection",
     "MovingStage",
     "NamedSolver",

@@ -83,6 +83,11 @@ class CellSection(Section):
         """The robots that do not stand still."""
         return {name: robot for name, robot in self.robots.items() if robot.stays_at is None}
 
+    @property
+    def still(self) -> dict[str, tuple[MemberSection, list[float]]]:
+        """The robots that stand still, and their joints, rad or m."""
+        return {name: (robot, robot.stays_at) for name, robot in self.robots.items() if robot.stays_at is not None}
+
     def names(self) -> KnownNames:
         """The names that the robots that move give to their postures, and their own.
 
@@ -148,14 +153,12 @@ class CellSection(Section):
         Raises:
             InvalidProblem: one is not.
         """
-        for name, robot in self.robots.items():
-            if robot.stays_at is None:
-                continue
+        for name, (robot, joints) in self.still.items():
             with _within(name):
                 own = f"{name}{BETWEEN}"
                 pairs = [(own_name(body, name), what) for body, what in cell.may_touch if body.startswith(own)]
                 alone = replace(keep(robot.alone.build()), may_touch=tuple(pairs))
-                posture = Joints(tuple(robot.stays_at))
+                posture = Joints(tuple(joints))
                 posture.check(alone, standing(tuple(obstacles)), "stays_at")
                 posture.check_holding(alone, "free", "stays_at")
 
@@ -192,7 +195,7 @@ class CellSection(Section):
             ]
             with _within(name):
                 arms[name] = robot.alone.build(bodies, own)
-        still = {name: robot.stays_at for name, robot in self.robots.items() if robot.stays_at is not None}
+        still = {name: joints for name, (_, joints) in self.still.items()}
         arm = cell_of(arms, still, [(one, two) for one, two in disabled if robot_of(one) != robot_of(two)])
         if arm.dof > MOST_JOINTS:
             raise InvalidProblem(next(iter(arms)), f"{arm.dof} joints of all robots; at most {MOST_JOINTS} are planned")

@@ -190,10 +190,7 @@ class Cell:
         """
         if not isinstance(self.robot, SpatialArm):
             raise InvalidProblem("name", "in the plane nothing is carried")
-        robot = self.scenario.robot_table.build()
-        if not isinstance(robot, SpatialArm):
-            raise InvalidProblem("name", "in the plane nothing is carried")
-        return tool_frames(robot if arm is None else _with_tool_of(robot, arm), postures)
+        return tool_frames(self.robot if arm is None else _with_tool_of(self.robot, arm), postures)
 
     def statement(self, stage: MovingStage, posture: FloatArray, goal: Any = None) -> Scenario:
         """The stage as a scenario of its own, a move from a posture (dof,).
@@ -308,7 +305,8 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
         signal = (stage.signal, stage.value) if isinstance(stage, OutputStage) else None
         criteria = cell.statement(stage, postures[number]).judged() if isinstance(stage, MovingStage) else None
         stages.append(MotionStage(labels[number], stage.kind, times[number], times[number + 1], criteria, signal))
-    robot = scenario.model.kept_by(Cell.at_first(scenario).robot)
+    first = Cell.at_first(scenario)
+    robot = scenario.model.kept_by(first.robot)
     tools = as_array(robot.tool.position(ca.DM(postures)))
     moved = [0, *(number + 1 for number, stage in enumerate(stages) if stage.criteria is not None)]
     stops = tuple(tuple(tools[number].tolist()) for number in moved)
@@ -317,27 +315,28 @@ def judged_by_stage(scenario: Scenario, trajectory: Trajectory, ends: FloatArray
     for one, (_, leg) in zip(stages, scenario.task.legs, strict=True):  # type: ignore[attr-defined]
         if one.criteria is not None:
             notes += [f"{one.label}: {note}" for note in (leg.note, *one.criteria.task.notes) if note]
-    task = StagedTask(robot, obstacles, stops, shown_around(cells, trajectory, times), tuple(notes))
+    task = StagedTask(robot, obstacles, stops, shown_around(first, cells, trajectory, times), tuple(notes))
     return SequenceCriteria(task=task, objective=OBJECTIVES["time"], limits=(), stages=tuple(stages))
 
 
-def shown_around(cells: Sequence[Cell], trajectory: Trajectory, times: FloatArray) -> tuple[Obstacle, ...]:
+def shown_around(first: Cell, cells: Sequence[Cell], trajectory: Trajectory, times: FloatArray) -> tuple[Obstacle, ...]:
     """Everything around an arm in a picture; what is carried for a while moves.
 
     Args:
+        first: what is where at first, with the whole robot.
         cells: what is where during each stage, (n,).
         trajectory: of all stages.
         times: when they begin, and when the last ends, (n + 1,), s.
     """
     held = {body.name: body.body for cell in cells for body in cell.carried}
-    standing = [obstacle for obstacle in cells[0].obstacles if obstacle.name not in held]
+    standing = [obstacle for obstacle in first.obstacles if obstacle.name not in held]
     dof = trajectory.coefficients.shape[2]
     shown = build_obstacles(standing, dof)
     if not held:
         return shown
     rows = np.unique(np.concatenate([times, np.linspace(0.0, times[-1], PICTURES)]))
     arms = {body.arm for cell in cells for body in cell.carried}
-    tools = {arm: cells[0].tools(trajectory.at(rows), arm) for arm in arms}
+    tools = {arm: first.tools(trajectory.at(rows), arm) for arm in arms}
     at = np.clip(np.searchsorted(times, rows, side="right") - 1, 0, len(cells) - 1)
     for number, name in enumerate(held, start=len(standing) + 1):
         frames = _frames_of(name, [cells[index] for index in at], tools)
