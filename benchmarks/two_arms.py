@@ -35,7 +35,7 @@ SIDES = ("left", "right")
 BAXTER = {"tips": {"left": "left_gripper", "right": "right_gripper"}, "max_acceleration": 8.0, "max_jerk": 80.0}
 REFUSALS = {"to hold the arm": "an end cannot be held", "clearance": "an end is in contact"}  # by parts of messages
 AT_THE_BOUND = 1.001
-WITHIN = 6.0  # s
+WITHIN = 6.0  # s, unless another time is asked for
 HEADER = (
     "set",
     "problems",
@@ -57,11 +57,13 @@ class Outcome:
     seconds: float
 
 
-def planned(name: str, arms: Any, start: list[float], goal: list[float], obstacles: list[dict[str, Any]]) -> Outcome:
+def planned(
+    name: str, arms: Any, start: list[float], goal: list[float], obstacles: list[dict[str, Any]], within: float
+) -> Outcome:
     """The outcome of one problem."""
     began = time.process_time()
     try:
-        plan = tp.plan(arms, start=start, goal=goal, obstacles=obstacles, within=WITHIN)
+        plan = tp.plan(arms, start=start, goal=goal, obstacles=obstacles, within=within)
     except tp.ScenarioError as error:
         reason = next((said for part, said in REFUSALS.items() if part in str(error)), "refused")
         return Outcome(name, reason, np.nan, 0.0)
@@ -122,19 +124,19 @@ def cells_of(file: Path, folder: Path) -> Iterator[Cell]:
         yield Cell(name, *known[text], problem["start"], problem["goal"], boxes)
 
 
-def cells(file: Path) -> Iterator[Outcome]:
+def cells(file: Path, within: float) -> Iterator[Outcome]:
     """The outcomes of cells of two arms."""
     with TemporaryDirectory() as folder:
         for cell in cells_of(file, Path(folder)):
-            yield planned(f"two {cell.name}", cell.robot, cell.start, cell.goal, cell.boxes)
+            yield planned(f"two {cell.name}", cell.robot, cell.start, cell.goal, cell.boxes, within)
 
 
-def baxter(file: Path, keys: dict[str, str]) -> Iterator[Outcome]:
+def baxter(file: Path, keys: dict[str, str], within: float) -> Iterator[Outcome]:
     """The outcomes of a Baxter's problems."""
     arms = tp.robot(keys.pop("urdf"), **BAXTER, **keys)
     for problem in map(json.loads, file.read_text().splitlines()):
         solids = [_solid(each) for each in problem["obstacles"]]
-        yield planned(problem["set"], arms, problem["start"], problem["goal"], solids)
+        yield planned(problem["set"], arms, problem["start"], problem["goal"], solids, within)
 
 
 def _solid(stated: dict[str, Any]) -> dict[str, Any]:
@@ -171,9 +173,14 @@ def main() -> None:
     parser.add_argument("--urdf")
     parser.add_argument("--spheres")
     parser.add_argument("--srdf")
+    parser.add_argument("--within", type=float, default=WITHIN, help="seconds of a plan, %(default)g by default")
     options = parser.parse_args()
     keys = {key: getattr(options, key) for key in ("urdf", "spheres", "srdf")}
-    found = cells(options.problems) if options.what == "cells" else baxter(options.problems, keys)
+    found = (
+        cells(options.problems, options.within)
+        if options.what == "cells"
+        else baxter(options.problems, keys, options.within)
+    )
     print_outcomes(list(found))
 
 

@@ -79,7 +79,7 @@ SIGNATURES = {
     ),
     "core_connect": (
         COUNT,
-        (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, *(POINTER,) * 3, COUNT, POINTER),
+        (*(POINTER,) * 5, NUMBER, NUMBER, NUMBER, COUNT, COUNT, ctypes.c_ulonglong, *(POINTER,) * 4, COUNT, POINTER),
     ),
     "core_cover": (COUNT, (COUNT, POINTER, NUMBER, *(POINTER,) * 3)),
     "core_not_held": (COUNT, (COUNT, POINTER, COUNT, POINTER, NUMBER, COUNT, POINTER)),

@@ -84,6 +84,11 @@ class DirectPlanner:
         """
         return iter(())
 
-    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
-        """Faster motions made of one that may break limits, each kept farther from them than the last."""
+    def polished(self, start: Trajectory, is_enough: Callable[[bool], bool]) -> Iterator[Trajectory]:
+        """Faster motions made of one that may break limits, each kept farther from them than the last.
+
+        Args:
+            start: the motion.
+            is_enough: whether to come to an end, with a motion that is known or without one.
+        """
         return iter(())

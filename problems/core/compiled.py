@@ -151,7 +151,7 @@ def _handle_of(
     return known
 
 
-def _place(numbers: FloatArray | None) -> int | None:
+def _place(numbers: NDArray[Any] | None) -> int | None:
     """The address of numbers in memory."""
     return None if numbers is None else int(numbers.ctypes.data)
 
@@ -273,7 +273,7 @@ class CoreWorld:
         count = self._library.core_connect(
             self._world, first, first + width, first + 2 * width, first + 3 * width, search.step, search.extra_margin,
             search.reach, search.extensions, search.shortcuts, search.seed, _place(search.drifts),
-            _place(passed), _place(search.errors), MOST_STOPS, path.ctypes.data,
+            _place(passed), _place(search.errors), _place(search.turns), MOST_STOPS, path.ctypes.data,
         )  # fmt: skip
         self._answered()
         return path[: count if count <= MOST_STOPS else 0].copy()

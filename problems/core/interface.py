@@ -109,6 +109,7 @@ class PathSearch:
         drifts: how solids move, (solids, 7); None where none does.
         schedule: when postures are passed, about; all at the beginning where None.
         errors: how far joints may be off, (dof,), rad or m; None where they are not.
+        turns: when the way of each joint is looked for, from 0 on, (dof,); None where all are moved at once.
     """
 
     box: FloatArray
@@ -121,6 +122,7 @@ class PathSearch:
     drifts: FloatArray | None = None
     schedule: Schedule | None = None
     errors: FloatArray | None = None
+    turns: NDArray[np.int32] | None = None
 
 
 class ProofRequest(NamedTuple):

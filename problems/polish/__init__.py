@@ -9,7 +9,7 @@ from problems.polish.guarded import Draft, fastest_guarded
 from problems.polish.nearby import faster_nearby
 from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages, postures_on_the_way
-from problems.polish.refinement import PathRefinement, deviations_from_rest, joint_box, programs_know
+from problems.polish.refinement import PathRefinement, deviations_from_rest, joint_box, never, programs_know
 from problems.polish.rephasing import at_the_bound, everywhere
 from problems.polish.samples import PolishSamples
 from problems.polish.settings import (
@@ -57,6 +57,7 @@ __all__ = [
     "fastest_guarded",
     "in_nearest_turns",
     "joint_box",
+    "never",
     "postures_around",
     "postures_on_the_way",
     "programs_know",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from problems.polish.deviation import Deviations
 from problems.polish.expression_limits import ExpressionLimits
 from problems.polish.objective import IntegrandFunctions, PolishObjective
 from problems.polish.passages import Passages
-from problems.polish.refinement import PathRefinement, joint_box
+from problems.polish.refinement import PathRefinement, joint_box, never
 from problems.polish.settings import DEFAULT_NEARBY, NearbySettings
 from problems.polish.spline import PIECES
 from problems.polish.torques import JointTorques
@@ -39,6 +39,7 @@ def faster_nearby(
     *,
     places: tuple[Place, ...] = (),
     pieces: int = PIECES,
+    is_enough: Callable[[bool], bool] = never,
     settings: NearbySettings = DEFAULT_NEARBY,
 ) -> Iterator[Trajectory]:
     """A polished deviation of a motion from rest to rest: first timed anew along its path, then as it is.
@@ -52,6 +53,7 @@ def faster_nearby(
         limits: that are kept.
         places: that are passed, each as near as it says.
         pieces: of the spline by which motions deviate.
+        is_enough: whether to come to an end, with a motion that is known or without one.
         settings: of the deviation and of the timing along its path.
     """
     robot, (start, goal) = integrand.robot, known.at(known.breakpoints[[0, -1]])
@@ -73,6 +75,7 @@ def faster_nearby(
         torques=JointTorques.among(limits),
         expressions=expressions,
         passages=Passages(motions, robot, places) if places else None,
+        is_enough=is_enough,
         settings=refinement,
     ).polished_motion()
     if polished is None or polished.duration > settings.worth_timing * duration:

@@ -236,7 +236,7 @@ class RefinementSettings:
     rounds: int = 3
     most_paths: int = 40
     other_goal_paths: int = 3
-    most_failures: int = 2
+    most_failures: int = 4
     agreeing_paths: int = 2
     near_optimal: float = 1.002
     near_bound: float = 1.002

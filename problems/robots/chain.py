@@ -201,6 +201,21 @@ class Chain(Parametric):
             for name, own in above.items()
         }
 
+    @cached_property
+    def orders(self) -> tuple[tuple[int, ...], ...]:
+        """When each joint has its turn, if one branch moves after another, each being first once; none of one branch.
+
+        Joints that are of no branch alone come before all others.
+        """
+        branches = [joints for joints in self.branches.values() if joints]
+        begin = 0 if len(self.joints) == sum(map(len, branches)) else 1
+        found = []
+        for first in range(len(branches) if len(branches) > 1 else 0):
+            in_order = enumerate((*branches[first:], *branches[:first]), start=begin)
+            turn_of = {joint: turn for turn, joints in in_order for joint in joints}
+            found.append(tuple(turn_of.get(joint, 0) for joint in range(len(self.joints))))
+        return tuple(found)
+
     def above(self, body: int, until: int = 0) -> list[int]:
         """Numbers of the bodies from one down to another, which is left out; to the base by default."""
         found = []

@@ -24,6 +24,7 @@ from tpbso_casadi.planning.finishing import (
     PlannedMotion,
     Polish,
     Refinement,
+    Retiming,
     distinct,
     has_descents,
     is_better,
@@ -32,7 +33,7 @@ from tpbso_casadi.planning.finishing import (
 )
 from tpbso_casadi.planning.motion import JudgedMotion, motion_of
 from tpbso_casadi.planning.planning import Planning, SearchRecord
-from tpbso_casadi.planning.progress import Progress, log_search
+from tpbso_casadi.planning.progress import log_search
 
 T = TypeVar("T")
 FINALISTS = 3  # the race's own pick alone is unreliable
@@ -154,18 +155,19 @@ class SearchRound:
         search: of the metaheuristic.
         motion: the best of the round.
         polish: what descents did; None when there was no time, or nothing to descend.
-        outlook: what the last stage of the plan will make of the motion.
+        retiming: what the last stage of the plan makes of the motion; None where that is still to come.
     """
 
     search: Result
     motion: JudgedMotion
     polish: Polish | None
-    outlook: JudgedMotion
+    retiming: Retiming | None = None
 
     @property
     def rank(self) -> tuple[bool, float]:
         """The smaller, the better."""
-        return not self.outlook.feasible, self.outlook.merit
+        outlook = self.motion if self.retiming is None else self.retiming.chosen
+        return not outlook.feasible, outlook.merit
 
 
 Improve: TypeAlias = Callable[[Result, JudgedMotion, Archive, float], SearchRound]
@@ -182,7 +184,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
     ends = time.perf_counter() + asked.within
     box = SearchBox(*problem.bounds)
     evaluate = planning.evaluator(problem)
-    improve = _descents(problem, planning) if has_descents(problem) else _programs(problem, progress)
+    improve = _descents(problem, planning) if has_descents(problem) else _programs(problem, planning)
     rounds: list[SearchRound] = []
     while not rounds or (time.perf_counter() < ends and not planning.is_cut_short):
         left, archive = ends - time.perf_counter(), Archive(box)
@@ -196,7 +198,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
             motion, left = motion_of(problem, search.x), ends - time.perf_counter()
             last = left <= 0.0 or planning.is_cut_short
             better = None if last else planning.attempt(partial(improve, search, motion, archive, left))
-            rounds.append(better or SearchRound(search, motion, None, motion))
+            rounds.append(better or SearchRound(search, motion, None))
         known = None
     best = min(rounds, key=lambda each: each.rank)
     return PlannedMotion(
@@ -206,6 +208,7 @@ def best_within(problem: Problem[Any], planning: Planning, solver: Solver, known
         motion=best.motion,
         polish=best.polish,
         rounds=len(rounds),
+        retiming=best.retiming if planning.scenario.model.retime else None,
         interrupted=planning.is_cut_short,
     )
 
@@ -220,16 +223,17 @@ def _descents(problem: Problem[Any], planning: Planning) -> Improve:
         starts = by_turns(structured, map(refinement.program.from_search, chosen))
         planning.progress.phase("polishing")
         polish = refine(motion, starts, refinement, Budget(seconds=seconds), planning.progress)
-        return SearchRound(search, polish.chosen, polish, polish.chosen)
+        return SearchRound(search, polish.chosen, polish)
 
     return improve
 
 
-def _programs(problem: Problem[Any], progress: Progress) -> Improve:
-    """Sequential linear programs, which are also the plan's last stage: they tell what each motion will become."""
+def _programs(problem: Problem[Any], planning: Planning) -> Improve:
+    """Sequential linear programs, which are the plan's last stage."""
 
     def improve(search: Result, motion: JudgedMotion, archive: Archive, seconds: float) -> SearchRound:
-        return SearchRound(search, motion, None, retimed(motion, problem.direct, progress).chosen)
+        retiming = retimed(motion, problem.direct, planning.progress, planning.satisfied)
+        return SearchRound(search, motion, None, retiming)
 
     return improve
 

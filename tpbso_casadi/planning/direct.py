@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -121,10 +122,12 @@ def judged(criteria: Criteria, trajectory: Trajectory) -> JudgedMotion:
     return motion if motion.feasible else slowed(replace(motion, trajectory=trajectory))
 
 
-def polished(problem: Problem[Any], criteria: Criteria, motion: Trajectory) -> Trajectory | None:
+def polished(
+    problem: Problem[Any], criteria: Criteria, motion: Trajectory, is_enough: Callable[[bool], bool]
+) -> Trajectory | None:
     """The first certified motion that programs make of one, if it is faster; else None."""
     with suppress(InvalidProblem):
-        tried = (judged(criteria, trajectory) for trajectory in problem.direct.polished(motion))
+        tried = (judged(criteria, trajectory) for trajectory in problem.direct.polished(motion, is_enough))
         found = next((other.trajectory for other in tried if other.feasible), motion)
         return found if found.duration < motion.duration else None
     return None

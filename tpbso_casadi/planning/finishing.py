@@ -16,6 +16,7 @@ from problems import InvalidProblem, Problem, Trajectory, Verdict
 from problems.assembly import Criteria, DirectPlanner
 from problems.base import FloatArray, as_array
 from problems.limits import depends_on_speed
+from problems.polish import never
 from problems.programs import NonlinearProgram
 from problems.timing import least_time_move, rest_to_rest, retime
 from solvers import IPOPT, Budget, Descent, DescentResult, Result, Solution, Status, StopReason, descend
@@ -216,7 +217,9 @@ def is_better(motion: JudgedMotion, before: JudgedMotion) -> bool:
     return same and motion.trajectory.duration < before.trajectory.duration
 
 
-def retimed(before: JudgedMotion, planner: DirectPlanner, progress: Progress) -> Retiming:
+def retimed(
+    before: JudgedMotion, planner: DirectPlanner, progress: Progress, is_enough: Callable[[bool], bool] = never
+) -> Retiming:
     """Time a finished motion anew, in all the ways there are.
 
     Where free space will do, nothing is faster between the same postures, unless it had to be slowed down for limits
@@ -226,6 +229,7 @@ def retimed(before: JudgedMotion, planner: DirectPlanner, progress: Progress) ->
         before: the motion.
         planner: that of its problem.
         progress: is told that this begins.
+        is_enough: whether to come to an end, with a motion that is known or without one.
     """
     began = time.perf_counter()
     progress.phase("retiming")
@@ -234,7 +238,7 @@ def retimed(before: JudgedMotion, planner: DirectPlanner, progress: Progress) ->
     # the motion in free space first: there is no faster one between two postures
     for name, trajectories, certain in (
         (FREE_SPACE, _free_space(before), False),
-        (POLISHED, planner.polished(before.trajectory), planner.replaces_descents),
+        (POLISHED, planner.polished(before.trajectory, is_enough), planner.replaces_descents),
         (SAME_PATH, _same_path(before), True),
     ):
         if settled and not (name == POLISHED and planner.ends_may_move):

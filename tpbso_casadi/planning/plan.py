@@ -241,7 +241,8 @@ def _searched(problem: Problem[Any], planning: Planning, known: FloatArray | Non
 
 def finished(found: PlannedMotion, problem: Problem[Any], planning: Planning) -> PlannedMotion:
     """The plan as fast as its limits allow; as it was found where it is cut short."""
-    retiming = planning.breakable_attempt(partial(retimed, found.motion, problem.direct, planning.progress))
+    work = partial(retimed, found.motion, problem.direct, planning.progress, planning.satisfied)
+    retiming = found.retiming or planning.breakable_attempt(work)
     motion = found.motion if retiming is None else retiming.chosen
     return replace(found, motion=motion, retiming=retiming, interrupted=planning.is_cut_short)
 

@@ -466,7 +466,8 @@ class SequencePlanner:
         postures = [stop.postures[index] for stop, index in zip(self.stops, chain, strict=True)]
         stage, cell = self.stage(layer), self._cell(layer, postures)
         problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()
-        edges.motions[pair] = polished(problem, self._along(layer, cell, postures[layer]), motion) or motion
+        criteria, is_enough = self._along(layer, cell, postures[layer]), self.planning.satisfied
+        edges.motions[pair] = polished(problem, criteria, motion, is_enough) or motion
 
     def kept(self, chain: Sequence[int]) -> int:
         """How many motions of a chain are those of the earlier plan."""

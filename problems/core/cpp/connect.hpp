@@ -88,6 +88,25 @@ public:
         return {};
     }
 
+    // A path with straight ways between two of its points drawn at random, where they are clear.
+    std::vector<double> shortened(std::vector<double> path) {
+        for (int number = 0; number < search_.shortcuts && (int)path.size() > 2 * k_; ++number) {
+            const int last = (int)path.size() / k_ - 1;
+            double first = random_.uniform() * last, second = random_.uniform() * last;
+            if (second < first) std::swap(first, second);
+            const int before = (int)first, after = (int)second;
+            if (before == after) continue;
+            const std::vector<double> one = between(path, first), two = between(path, second);
+            if (!clear_(one.data(), two.data())) continue;
+            std::vector<double> found(path.begin(), path.begin() + (size_t)(before + 1) * k_);
+            found.insert(found.end(), one.begin(), one.end());
+            found.insert(found.end(), two.begin(), two.end());
+            found.insert(found.end(), path.begin() + (size_t)(after + 1) * k_, path.end());
+            path.swap(found);
+        }
+        return path;
+    }
+
 private:
     // A new node at a posture, or as far toward it as an edge may reach; negative where the way is not clear.
     int extended(Tree& tree, const double* toward) {
@@ -111,25 +130,6 @@ private:
         }
         for (int node = trees[1].parent(second); node >= 0; node = trees[1].parent(node))
             path.insert(path.end(), trees[1].at(node), trees[1].at(node) + k_);
-        return path;
-    }
-
-    // Straight ways between two points of the path drawn at random, where they are clear.
-    std::vector<double> shortened(std::vector<double> path) {
-        for (int number = 0; number < search_.shortcuts && (int)path.size() > 2 * k_; ++number) {
-            const int last = (int)path.size() / k_ - 1;
-            double first = random_.uniform() * last, second = random_.uniform() * last;
-            if (second < first) std::swap(first, second);
-            const int before = (int)first, after = (int)second;
-            if (before == after) continue;
-            const std::vector<double> one = between(path, first), two = between(path, second);
-            if (!clear_(one.data(), two.data())) continue;
-            std::vector<double> found(path.begin(), path.begin() + (size_t)(before + 1) * k_);
-            found.insert(found.end(), one.begin(), one.end());
-            found.insert(found.end(), two.begin(), two.end());
-            found.insert(found.end(), path.begin() + (size_t)(after + 1) * k_, path.end());
-            path.swap(found);
-        }
         return path;
     }
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "connect.hpp"
+#include "branchwise.hpp"
 #include "proof.hpp"
 #include "reach.hpp"
 #include "reader.hpp"
@@ -222,10 +222,12 @@ int core_prove(const World* world, unsigned which, double gap, int cells, long l
 // A way of at most `capacity` postures (m, k) from start to goal: how many there are, 0 where none was found. Edges are
 // looked at with so much step, rad of the joint that turns most, and keep the room that is given, m. Solids move as
 // `drifts` (solids, 7) say, and postures are passed when `schedule` (k + 3,) says, if both are not null: slopes, offset,
-// first and last time. Joints may be off by `errors` (k,), if that is not null.
+// first and last time. Joints may be off by `errors` (k,), if that is not null. Groups of joints go one after the other
+// in their turns (k,), if that is not null, else all at once.
 int core_connect(const World* world, const double* start, const double* goal, const double* lower, const double* upper,
                  double step, double given, double reach, int most, int shortcuts, unsigned long long seed,
-                 const double* drifts, const double* schedule, const double* errors, int capacity, double* path) {
+                 const double* drifts, const double* schedule, const double* errors, const int* turns, int capacity,
+                 double* path) {
     const int k = world->dof;
     Rooms rooms(*world);
     rooms.eight.drifts = moving(drifts);
@@ -239,7 +241,9 @@ int core_connect(const World* world, const double* start, const double* goal, co
     const auto clear = [&](const double* from, const double* to) {
         return rooms.clear_between(from, to, step, given, FROM_SOLIDS | FROM_EACH_OTHER);
     };
-    return written(Connect(k, {lower, upper, reach, most, shortcuts}, seed, clear)(start, goal), k, capacity, path);
+    const Search search{lower, upper, reach, most, shortcuts};
+    if (turns) return written(Branchwise({turns, turns + k}, search, seed, clear)(start, goal), k, capacity, path);
+    return written(Connect(k, search, seed, clear)(start, goal), k, capacity, path);
 }
 
 // The same among surroundings that the core does not know: `clear` is asked.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 
 import numpy as np
@@ -174,27 +174,35 @@ class PathPlanner(MovePlanner):
             return next((self._motions(each.start, each.goal).direct for each in self._ends[:1]), None)
         return None
 
-    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
+    def polished(self, start: Trajectory, is_enough: Callable[[bool], bool]) -> Iterator[Trajectory]:
         """Faster motions; none in the plane, where a nonlinear program does as well, without torques and movement."""
         hard = self.robot.dim == 3 or self.robot.limits.torque is not None or self.task.is_timed
         if not (self._is_simple and hard):
             return
         if self._own is not None:
-            yield from faster_nearby(start, self.integrals, self._world, self.limits)
+            yield from faster_nearby(start, self.integrals, self._world, self.limits, is_enough=is_enough)
             return
         begin, end = start.at(start.breakpoints[[0, -1]])
-        found = self._refinement(begin, end, start).best_motion(0)
+        found = self._refinement(begin, end, start, is_enough).best_motion(0)
         if found is not None:
             ends = (FreeEnd(self.robot, self.task.start), FreeEnd(self.robot, self.task.reached_goal(end)))
-            yield with_better_ends(found, ends, self._near)
+            yield with_better_ends(found, ends, partial(self._near, is_enough))
 
-    def _near(self, start: FloatArray, goal: FloatArray, known: Trajectory) -> Trajectory | None:
+    def _near(
+        self, is_enough: Callable[[bool], bool], start: FloatArray, goal: FloatArray, known: Trajectory
+    ) -> Trajectory | None:
         """The motion between two postures (dof,), rad, to which programs lead from a known one; None for none."""
-        if not (self._world.clear(np.stack([start, goal])).all() and self._allowed(goal[None]).all()):
+        if (
+            is_enough(True)
+            or not self._world.clear(np.stack([start, goal])).all()
+            or not self._allowed(goal[None]).all()
+        ):
             return None
-        return self._refinement(start, goal, known).polished_motion()
+        return self._refinement(start, goal, known, is_enough).polished_motion()
 
-    def _refinement(self, start: FloatArray, goal: FloatArray, known: Trajectory) -> PathRefinement:
+    def _refinement(
+        self, start: FloatArray, goal: FloatArray, known: Trajectory, is_enough: Callable[[bool], bool]
+    ) -> PathRefinement:
         """The refinement of motions between two postures (dof,), rad, that begins at a known one."""
         motions = deviations_from_rest(start, goal, self.robot.limits, self._torques)
         return PathRefinement(
@@ -204,6 +212,7 @@ class PathPlanner(MovePlanner):
             box=joint_box(self.robot, start, goal),
             torques=self._torques,
             known=known,
+            is_enough=is_enough,
             stay=self.task.stay,
         )
 

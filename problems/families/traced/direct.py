@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -43,7 +43,7 @@ class TracingPlanner(DirectPlanner):
             return None
         return IntegrandFunctions.of(objective, self.task.robot)
 
-    def polished(self, start: Trajectory) -> Iterator[Trajectory]:
+    def polished(self, start: Trajectory, is_enough: Callable[[bool], bool]) -> Iterator[Trajectory]:
         """A faster motion that leaves the path as far as it may, by programs that deviate, again while it is worth it.
 
         Each is certified before the next.
@@ -52,7 +52,7 @@ class TracingPlanner(DirectPlanner):
         for _ in range(0 if self.integrals is None else MOST_POLISHES):
             faster = self._faster(known)
             gained, known = 1.0 - faster.duration / known.duration, faster
-            if gained < WORTH_POLISHING:
+            if gained < WORTH_POLISHING or is_enough(True):
                 break
         if known is not start:
             yield known

@@ -16,6 +16,7 @@ from problems.base import FloatArray
 from problems.families.traced import space_tracing
 from problems.families.traced.encoding import clear_postures, wandering_joints
 from problems.families.traced.problem import SpaceTracingProblem
+from problems.polish import never
 from problems.robots import Sphere
 from problems.scene import ConstantVelocity, MovingObstacle
 from problems.scene.solids import Ball
@@ -61,7 +62,7 @@ def test_a_candidate_is_certified_and_dense_samples_agree(name: str) -> None:
 def test_a_polished_motion_is_faster_within_the_accuracy(name: str) -> None:
     problem = problem_of(name)
     exact = problem.trajectory(best(problem))
-    (found,) = problem.direct.polished(exact)
+    (found,) = problem.direct.polished(exact, never)
     assert found.duration < 0.995 * exact.duration
     check(problem, found)
 
@@ -75,7 +76,7 @@ def test_what_programs_do_not_know_is_not_polished() -> None:
         space_tracing(replace(task, robot=ELBOW, obstacles=(moving,))),
     ):
         assert problem.direct.integrals is None
-        assert not list(problem.direct.polished(Trajectory.standing(np.zeros(7), 1.0)))
+        assert not list(problem.direct.polished(Trajectory.standing(np.zeros(7), 1.0), never))
 
 
 def check(problem: SpaceTracingProblem, trajectory: Trajectory) -> None:

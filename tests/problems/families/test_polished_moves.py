@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from problems import CertificateStatus, ConstantVelocity, MoveProblem, MovingObstacle, Obstacle, PlanarArm, Trajectory
 from problems.families.splines import move
+from problems.polish import never
 from problems.robots import Payload, SpatialArm, Sphere, built_in
 from problems.scene import Polygon
 from problems.scene.solids import Box
@@ -52,7 +53,7 @@ def test_a_line_through_an_obstacle_is_repaired_and_proven(jerk: tuple[float, ..
     problem = case(PILLAR, max_jerk=jerk)
     through = line(case(PILLAR))
     assert certified(problem, through) is None
-    made = next(problem.direct.polished(through))
+    made = next(problem.direct.polished(through, never))
     clear = certified(problem, made)
     assert clear is not None
     assert clear.duration < 1.35 * through.duration
@@ -65,12 +66,12 @@ def test_a_line_through_an_obstacle_is_repaired_and_proven(jerk: tuple[float, ..
 def test_what_programs_do_not_know_is_not_polished(changes: dict[str, Any]) -> None:
     problem = case(PILLAR)
     other = move(replace(problem.criteria.task, **changes), pieces=4)
-    assert list(other.direct.polished(line(problem))) == []
+    assert list(other.direct.polished(line(problem), never)) == []
 
 
 def test_what_least_time_does_not_matter_to_is_not_polished() -> None:
     rotation = move(case(PILLAR).criteria.task, "rotation", pieces=4)
-    assert list(rotation.direct.polished(line(rotation))) == []
+    assert list(rotation.direct.polished(line(rotation), never)) == []
 
 
 def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
@@ -80,7 +81,7 @@ def test_a_goal_pose_is_kept_while_the_posture_there_changes() -> None:
     problem = move(replace(joints.encoding.task, goals=(Pose(point, quaternion, GOAL),)), pieces=4)
     branch = min(problem.branches or (problem,), key=lambda each: np.abs(each.branch["goal"] - GOAL).max())
     direct = rest_to_rest(np.array(START), branch.branch["goal"], branch.criteria.robot.limits)
-    made = certified(branch, next(branch.direct.polished(direct)))
+    made = certified(branch, next(branch.direct.polished(direct, never)))
     assert made is not None
     last = tuple(made.at(made.breakpoints[-1:])[0])
     assert np.abs(np.array(last) - branch.branch["goal"]).max() > 0.01
@@ -115,7 +116,7 @@ def plane(*obstacles: Obstacle) -> MoveProblem:
 
 
 def first_certified(problem: MoveProblem, start: Trajectory) -> Trajectory:
-    found = (certified(problem, made) for made in problem.direct.polished(start))
+    found = (certified(problem, made) for made in problem.direct.polished(start, never))
     return next(each for each in found if each is not None)
 
 
@@ -146,7 +147,7 @@ def test_a_payload_costs_far_less_than_running_more_slowly() -> None:
     problem = lifting(3.0)
     fastest = line(problem)
     slowed = fastest.duration * problem.criteria.safe_time_scale(fastest)
-    made = next(problem.direct.polished(fastest))
+    made = next(problem.direct.polished(fastest, never))
     made = made.time_scaled(max(1.0, problem.criteria.safe_time_scale(made)))
     assert all(verdict.status is CertificateStatus.CERTIFIED for verdict in problem.criteria.verify(made))
     assert fastest.duration <= made.duration < 1.02 * fastest.duration
