@@ -79,7 +79,7 @@ private:
                     Lanes& value = at(row, column, g);
                     for (int d = std::max(0, row - reach); d < column; ++d) value -= at(row, d, g) * at(column, d, g);
                     if (row == column) {
-                        value = root(value > 1e-200 ? value : all(1e200));
+                        value = root(chosen(value > 1e-200, value, all(1e200)));
                         inverse[row * groups + g] = 1.0 / value;
                     } else {
                         value *= inverse[column * groups + g];

@@ -19,6 +19,9 @@ namespace core {
 
 typedef std::vector<Lanes> Vector;
 
+INLINE double sum(const Lanes& a) { return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7])); }
+
+#if defined(__AVX512F__)
 // Sums of neighbours, of pairs and of fours.
 INLINE Lanes pairs_1(Lanes a, Lanes b) {
     return SHUFFLED(a, b, 0, 8, 2, 10, 4, 12, 6, 14) + SHUFFLED(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
@@ -30,17 +33,18 @@ INLINE Lanes pairs_4(Lanes a, Lanes b) {
     return SHUFFLED(a, b, 0, 1, 2, 3, 8, 9, 10, 11) + SHUFFLED(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
 }
 
-INLINE double sum(const Lanes& a) { return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7])); }
-
 // In lane i, the sum of a[i]: the same additions either way.
 INLINE Lanes sums(const Lanes* a) {
-#if defined(__AVX512F__)
     return pairs_4(pairs_2(pairs_1(a[0], a[1]), pairs_1(a[2], a[3])),
                    pairs_2(pairs_1(a[4], a[5]), pairs_1(a[6], a[7])));
-#else
-    return Lanes{sum(a[0]), sum(a[1]), sum(a[2]), sum(a[3]), sum(a[4]), sum(a[5]), sum(a[6]), sum(a[7])};
-#endif
 }
+#else
+INLINE Lanes sums(const Lanes* a) {
+    Lanes found;
+    for (int lane = 0; lane < LANES; ++lane) found[lane] = sum(a[lane]);
+    return found;
+}
+#endif
 
 INLINE double greatest(const Lanes& a) {
     double result = a[0];
@@ -48,29 +52,19 @@ INLINE double greatest(const Lanes& a) {
     return result;
 }
 
-// What one register holds. No result depends on it, as each lane has a sum of its own.
-#if defined(__AVX512F__)
-constexpr int WIDTH = 8;
-#elif defined(__AVX__)
-constexpr int WIDTH = 4;
-#else
-constexpr int WIDTH = 2;
-#endif
-typedef double Wide __attribute__((vector_size(WIDTH * sizeof(double))));
-
 // Adds to a tile, column c: the sum over rows r of factor[r] * left[r] * right[r][c], with rows `stride` apart.
 INLINE void add_products(Lanes* tile, const Lanes* left, const Lanes* right, int stride, const double* factor,
                          int rows) {
     for (int strip = 0; strip < LANES; strip += WIDTH) {
         double* target = (double*)tile + strip;
         const double *l = (const double*)left + strip, *r = (const double*)right;
-        Wide a[LANES];
-        UNROLLED for (int c = 0; c < LANES; ++c) a[c] = *(Wide*)(target + c * LANES);
+        Doubles a[LANES];
+        UNROLLED for (int c = 0; c < LANES; ++c) a[c] = *(Doubles*)(target + c * LANES);
         for (int row = 0; row < rows; ++row, l += stride * LANES, r += stride * LANES) {
-            const Wide weighted = *(const Wide*)l * factor[row];
+            const Doubles weighted = *(const Doubles*)l * factor[row];
             UNROLLED for (int c = 0; c < LANES; ++c) a[c] += weighted * r[c];
         }
-        UNROLLED for (int c = 0; c < LANES; ++c) *(Wide*)(target + c * LANES) = a[c];
+        UNROLLED for (int c = 0; c < LANES; ++c) *(Doubles*)(target + c * LANES) = a[c];
     }
 }
 
@@ -78,9 +72,9 @@ INLINE void add_products(Lanes* tile, const Lanes* left, const Lanes* right, int
 INLINE void multiply(const Lanes* a, const Lanes* b, int count, Lanes& result) {
     for (int strip = 0; strip < LANES; strip += WIDTH) {
         const double *left = (const double*)a + strip, *right = (const double*)b + strip;
-        Wide total = *(const Wide*)left * *(const Wide*)right;
-        for (int i = 1; i < count; ++i) total += *(const Wide*)(left + i * LANES) * *(const Wide*)(right + i * LANES);
-        *(Wide*)((double*)&result + strip) = total;
+        Doubles total = *(const Doubles*)left * *(const Doubles*)right;
+        for (int i = 1; i < count; ++i) total += *(const Doubles*)(left + i * LANES) * *(const Doubles*)(right + i * LANES);
+        *(Doubles*)((double*)&result + strip) = total;
     }
 }
 

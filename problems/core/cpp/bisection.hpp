@@ -33,10 +33,10 @@ struct Largest {
     Mask add(Lanes own) {
         const Mask larger = own > share;
         known &= own < HUGE_VAL;
-        share = larger ? own : share;
+        share = chosen(larger, own, share);
         return larger;
     }
-    Lanes value() const { return known ? share : unbounded(); }
+    Lanes value() const { return chosen(known, share, unbounded()); }
 };
 
 template <class Question>

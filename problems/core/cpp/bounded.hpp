@@ -30,8 +30,8 @@ INLINE Lanes each(Lanes a, Function&& function) {
 
 INLINE Model chosen(Mask mask, const Model& a, const Model& b) {
     Model found;
-    for (int i = 0; i <= DEGREE; ++i) found.c[i] = mask ? a.c[i] : b.c[i];
-    found.rest = mask ? a.rest : b.rest;
+    for (int i = 0; i <= DEGREE; ++i) found.c[i] = chosen(mask, a.c[i], b.c[i]);
+    found.rest = chosen(mask, a.rest, b.rest);
     return found;
 }
 
@@ -40,8 +40,8 @@ inline Bounded bounded(Model model, Range from, Undefined& undefined) {
     Mask known = finite(model.rest);
     for (const Lanes& c : model.c) known &= finite(c);
     const Range own = range(model);
-    const Range both = {(known & (own.low > from.low)) ? own.low : from.low,
-                        (known & (own.high < from.high)) ? own.high : from.high};
+    const Range both = {chosen(known & (own.low > from.low), own.low, from.low),
+                        chosen(known & (own.high < from.high), own.high, from.high)};
     undefined.where(~(finite(both.low) & finite(both.high)));
     const Lanes middle = 0.5 * both.low + 0.5 * both.high, half = 0.5 * (both.high - both.low);
     Model flat = constant(middle);
@@ -186,8 +186,8 @@ inline Bounded angle(const Bounded& y, const Bounded& x, Undefined& undefined) {
     Model model = middle + turned.model;
     slack(model, all(4.0));
     const Mask unknown = jumps | beside.cells;
-    for (Lanes& c : model.c) c = unknown ? nothing() : c;
-    model.rest = unknown ? all(4.0) : model.rest;
+    for (Lanes& c : model.c) c = chosen(unknown, nothing(), c);
+    model.rest = chosen(unknown, all(4.0), model.rest);
     return bounded(model, {all(-3.1415926535897936), all(3.1415926535897936)}, undefined);
 }
 

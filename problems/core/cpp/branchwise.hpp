@@ -93,7 +93,7 @@ private:
             open.pop();
             if (closed[node]) continue;
             closed[node] = true;
-            for (const auto [down, right] : {std::pair{1, 1}, {1, 0}, {0, 1}}) {
+            for (const auto& [down, right] : {std::pair{1, 1}, {1, 0}, {0, 1}}) {
                 if (i + down > one.last() || j + right > two.last()) continue;
                 const int next = node + down * width + right;
                 const double way = std::max(one.left[i] - one.left[i + down], two.left[j] - two.left[j + right]);

@@ -37,8 +37,8 @@ public:
         for (int j = 0; j < k_; ++j) {
             const Lanes& speed = state.joints[k_ + j];
             const Lanes torque = numbers_.torques[j] + motors_.damping[j] * speed, rubs = all(motors_.friction[j]);
-            const Lanes low = torque + (speed > motors_.still[j] ? rubs : -rubs);
-            const Lanes high = torque + (speed < -motors_.still[j] ? -rubs : rubs);
+            const Lanes low = torque + chosen(speed > motors_.still[j], rubs, -rubs);
+            const Lanes high = torque + chosen(speed < -motors_.still[j], -rubs, rubs);
             share.add(high / motors_.largest[j]);
             share.add(-low / motors_.largest[j]);
         }
@@ -53,12 +53,12 @@ public:
             const Model& speed = state.joints[k_ + j];
             const Model torque = models_.torques[j] + motors_.damping[j] * speed;
             const Lanes rubs = all(motors_.friction[j]);
-            const Lanes high = top(torque) + (top(speed) < 0.0 ? -rubs : rubs);
-            const Lanes low = top(-torque) + (top(-speed) < 0.0 ? -rubs : rubs);
+            const Lanes high = top(torque) + chosen(top(speed) < 0.0, -rubs, rubs);
+            const Lanes low = top(-torque) + chosen(top(-speed) < 0.0, -rubs, rubs);
             for (int side : {0, 1}) {
                 const Lanes own = side ? high : low;
                 const Mask larger = share.add((own + ROUNDED * size(own)) / motors_.largest[j]);
-                where = larger ? likely(side ? torque : -torque) : where;
+                where = chosen(larger, likely(side ? torque : -torque), where);
             }
         }
         return share.value();

@@ -166,8 +166,8 @@ struct Slopes {
         case SUB: return a - b;
         case MUL: return a * b;
         case DIV: return {value, (a.slope - value * b.slope) / b.value};
-        case FMIN: return {value, a.value <= b.value ? a.slope : b.slope};
-        case FMAX: return {value, a.value >= b.value ? a.slope : b.slope};
+        case FMIN: return {value, chosen(a.value <= b.value, a.slope, b.slope)};
+        case FMAX: return {value, chosen(a.value >= b.value, a.slope, b.slope)};
         case ATAN2:
             return {value, (a.slope * b.value - b.slope * a.value) / (a.value * a.value + b.value * b.value)};
         default: return {value, by_one(operation, a.value, value) * a.slope};
@@ -183,7 +183,7 @@ private:
         case TWICE: return all(2.0);
         case INV: return -(value * value);
         case SQRT: return 0.5 / value;
-        case FABS: return a > 0.0 ? all(1.0) : a < 0.0 ? all(-1.0) : Lanes{};
+        case FABS: return chosen(a > 0.0, all(1.0), chosen(a < 0.0, all(-1.0), Lanes{}));
         case SIN: return Numbers::apply(COS, a, a);
         case COS: return -Numbers::apply(SIN, a, a);
         case ASIN: return 1.0 / root(1.0 - a * a);

@@ -61,10 +61,10 @@ public:
                 const Lanes off = ROUNDED * (size(end) + std::abs(bound(i, side)) + scale_[i]);
                 share.add(1.0 + (excess(end, i, side) + off) / scale_[i]);
                 const Model own = side ? value.model : -value.model;
-                where = farthest.add((top(own) - (side ? upper_[i] : -lower_[i])) / scale_[i]) ? likely(own) : where;
+                where = chosen(farthest.add((top(own) - (side ? upper_[i] : -lower_[i])) / scale_[i]), likely(own), where);
             }
         }
-        return arithmetic.undefined.cells ? unbounded() : share.value();
+        return chosen(arithmetic.undefined.cells, unbounded(), share.value());
     }
 
 private:

@@ -48,10 +48,10 @@ struct Step {
 // The share of a step that takes the first of these values to zero, or 1. In lanes of hard rows 0 / 0 is not greater.
 inline double share(const Vector& step, const Vector& values) {
     const double *down = (const double*)step.data(), *from = (const double*)values.data();
-    Wide worst = {};
+    Doubles worst = {};
     for (size_t i = 0; i < values.size() * LANES; i += WIDTH) {
-        const Wide ratio = -*(const Wide*)(down + i) / *(const Wide*)(from + i);
-        worst = ratio > worst ? ratio : worst;
+        const Doubles ratio = -*(const Doubles*)(down + i) / *(const Doubles*)(from + i);
+        worst = chosen(ratio > worst, ratio, worst);
     }
     double result = 1.0;
     for (int lane = 0; lane < WIDTH; ++lane) result = std::max(result, worst[lane]);
@@ -188,7 +188,7 @@ private:
             if (i >= soft) continue;
             const Lanes moved = (p[i] + sigma[i] * step.z[i]) / v[i];
             step.sigma[i] = moved - sigma[i];
-            step.v[i] = rows.price[i] > 0.0 ? -step.z[i] : Lanes{};
+            step.v[i] = chosen(rows.price[i] > 0.0, -step.z[i], Lanes{});
             step.s[i] += moved;
         }
         measure(step);
@@ -202,7 +202,7 @@ private:
     // At products mu, less what a step like the predictor adds in the second order.
     void aim(double mu) {
         for (int i = 0; i < slots; ++i) q[i] = mu - step.s[i] * step.z[i];
-        for (int i = 0; i < soft; ++i) p[i] = rows.price[i] > 0.0 ? mu - step.sigma[i] * step.v[i] : Lanes{};
+        for (int i = 0; i < soft; ++i) p[i] = chosen(rows.price[i] > 0.0, mu - step.sigma[i] * step.v[i], Lanes{});
     }
 
     // Gondzio's correctors: products that a longer step would leave far from mu are aimed at the edge of what is near.
@@ -214,7 +214,7 @@ private:
                 q[i] += correction((s[i] + primal * step.s[i]) * (z[i] + dual * step.z[i]), mu);
             for (int i = 0; i < soft; ++i) {
                 const Lanes product = (sigma[i] + primal * step.sigma[i]) * (v[i] + dual * step.v[i]);
-                p[i] += rows.price[i] > 0.0 ? correction(product, mu) : Lanes{};
+                p[i] += chosen(rows.price[i] > 0.0, correction(product, mu), Lanes{});
             }
             find(trial);
             if (trial.primal + trial.dual < step.primal + step.dual + WORTHWHILE) return;

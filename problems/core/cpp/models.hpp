@@ -86,15 +86,15 @@ INLINE Lanes top(const Model& a) {
     const Lanes slope = c[1] + 0.75 * c[3];
     const Mask bends = size(slope) < -2.0 * c[2];
     const Lanes vertex = c[0] - slope * slope / (4.0 * c[2]), ends = c[0] + size(slope) + c[2];
-    const Lanes parabola = (bends ? vertex : ends) + 0.25 * size(c[3]);
+    const Lanes parabola = chosen(bends, vertex, ends) + 0.25 * size(c[3]);
     return least(corners, parabola) + (a.rest + ROUNDED * largest(a));
 }
 INLINE Range range(const Model& a) { return {-top(-a), top(a)}; }
 
 // The s at which it is likely to be largest.
 INLINE Lanes likely(const Model& a) {
-    const Lanes slope = a.c[1] + 0.75 * a.c[3], end = slope < 0.0 ? all(-1.0) : all(1.0);
-    return size(slope) < -2.0 * a.c[2] ? slope / (-2.0 * a.c[2]) : end;
+    const Lanes slope = a.c[1] + 0.75 * a.c[3], end = chosen(slope < 0.0, all(-1.0), all(1.0));
+    return chosen(size(slope) < -2.0 * a.c[2], slope / (-2.0 * a.c[2]), end);
 }
 
 // What is left of a model without its value in the middle.
@@ -120,7 +120,7 @@ inline void sine_cosine(const Model& angle, Model& sine, Model& cosine) {
     sine_cosine(angle.c[0], s, c);
     sine = s * even + c * odd;
     cosine = c * even - s * odd;
-    const Lanes off = size(angle.c[0]) <= LARGEST_ANGLE ? largest(odd) + largest(even) : unbounded();
+    const Lanes off = chosen(size(angle.c[0]) <= LARGEST_ANGLE, largest(odd) + largest(even), unbounded());
     slack(sine, off);
     slack(cosine, off);
 }

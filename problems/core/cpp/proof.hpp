@@ -267,7 +267,7 @@ private:
             const double size = opening(world_, open.item);
             if (size == 0.0) noted(open, here, batch);
             const Lanes moved = shrinking(open.item);
-            const unsigned unsettled = bits(!(here - moved >= target(gap))) & open.lanes;
+            const unsigned unsettled = bits(~(here - moved >= target(gap))) & open.lanes;
             if (!unsettled) continue;
             const unsigned large = bits(size > moved) & unsettled, small = unsettled & ~large;
             if (small) left_.push_back({open.item, small});

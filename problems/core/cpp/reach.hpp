@@ -73,7 +73,7 @@ private:
         }
         Lanes sum = missing_[0] * missing_[0];
         for (int i = 1; i < size_; ++i) sum += missing_[i] * missing_[i];
-        return over ? most(root(sum), all(1.0)) : root(sum);  // half a turn has no axis
+        return chosen(over, most(root(sum), all(1.0)), root(sum));  // half a turn has no axis
     }
 
     void step(Lanes* theta, Lanes missing, Mask going) {
@@ -86,14 +86,14 @@ private:
             const Mask leaves = ((theta[joint] >= upper_[joint]) & (moved_[joint] > 0.0)) |
                                 ((theta[joint] <= lower_[joint]) & (moved_[joint] < 0.0));
             stuck |= leaves;
-            for (int i = 0; i < size_; ++i) columns_[joint].part[i] = leaves ? Lanes{} : columns_[joint].part[i];
+            for (int i = 0; i < size_; ++i) columns_[joint].part[i] = chosen(leaves, Lanes{}, columns_[joint].part[i]);
         }
         if (bits(stuck)) solved(damping);  // the others do its part
         Lanes longest = all(LONGEST_STEP);
         for (int joint = 0; joint < k; ++joint) longest = most(longest, size(moved_[joint]));
         for (int joint = 0; joint < k; ++joint) {
             const Lanes to = theta[joint] + moved_[joint] * (LONGEST_STEP / longest);
-            theta[joint] = going ? least(all(upper_[joint]), most(all(lower_[joint]), to)) : theta[joint];
+            theta[joint] = chosen(going, least(all(upper_[joint]), most(all(lower_[joint]), to)), theta[joint]);
         }
     }
 

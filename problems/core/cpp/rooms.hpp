@@ -38,7 +38,7 @@ public:
                 open(world_, item, [this](const Item& part) { stack_.push_back(part); });
                 continue;
             }
-            found = here >= found ? found : here;
+            found = chosen(here >= found, found, here);
             if (first_hit && bits(~(found >= given)) == EVERY_LANE) break;
         }
         return found;

@@ -28,13 +28,13 @@ INLINE Lanes from_box(const Solid& solid, const Point& p) {
     const Lanes x = size(p.x) - solid.sizes[0], y = size(p.y) - solid.sizes[1], z = size(p.z) - solid.sizes[2];
     const Lanes none = {}, deepest = most(most(x, y), z);
     const Lanes outside = length({most(x, none), most(y, none), most(z, none)});
-    return deepest > 0.0 ? outside : deepest;
+    return chosen(deepest > 0.0, outside, deepest);
 }
 
 INLINE Lanes from_cylinder(const Solid& solid, const Point& p) {
     const Lanes around = root(p.x * p.x + p.y * p.y) - solid.sizes[0], along = size(p.z) - solid.sizes[1];
     const Lanes none = {}, deepest = most(around, along), u = most(around, none), v = most(along, none);
-    return deepest > 0.0 ? root(u * u + v * v) : deepest;
+    return chosen(deepest > 0.0, root(u * u + v * v), deepest);
 }
 
 INLINE Lanes from_capsule(const Solid& solid, const Point& p) {
@@ -96,17 +96,17 @@ inline Lanes from_faces(const Solid& solid, const Point& p) {
         const double* face = &solid.faces[k];
         const Lanes found = beyond(face, p);
         const Mask farther = found > far;
-        far = farther ? found : far;
-        normal.x = farther ? all(face[0]) : normal.x;
-        normal.y = farther ? all(face[1]) : normal.y;
-        normal.z = farther ? all(face[2]) : normal.z;
+        far = chosen(farther, found, far);
+        normal.x = chosen(farther, all(face[0]), normal.x);
+        normal.y = chosen(farther, all(face[1]), normal.y);
+        normal.z = chosen(farther, all(face[2]), normal.z);
     }
     const Point foot = {p.x - far * normal.x, p.y - far * normal.y, p.z - far * normal.z};
     const Mask beside = (far > 0.0) & (from_planes(solid.faces, foot) > ON_FACE);
     if (!bits(beside)) return far;
     Lanes square = all(HUGE_VAL);
     for (size_t k = 0; k < solid.edges.size(); k += 6) square = least(square, from_edge(&solid.edges[k], p));
-    return beside ? most(root(square) - ON_FACE, far) : far;
+    return chosen(beside, most(root(square) - ON_FACE, far), far);
 }
 
 // The distance, m, or no more than that where it is more than enough.

@@ -266,7 +266,7 @@ private:
             for (int g = 0; g < G; ++g) {
                 Lanes known{};
                 const Lanes found = inverse_limit(i, e <= E ? e : 1, g, known) * (e <= E ? std::pow(reference[i], e) : N);
-                unit[u * G + g] = known > 0.0 ? found : all(1.0);
+                unit[u * G + g] = chosen(known > 0.0, found, all(1.0));
             }
         }
         products += C;

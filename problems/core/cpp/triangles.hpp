@@ -69,7 +69,7 @@ struct EightTriangles {
     static INLINE Lanes from_side(const Point& point, const Point& start, const Point& side) {
         const Point away = point - start;
         const Lanes squared = dot(side, side), along = dot(away, side);
-        const Lanes share = most(least(along / (squared > 0.0 ? squared : all(1.0)), all(1.0)), all(0.0));
+        const Lanes share = most(least(along / chosen(squared > 0.0, squared, all(1.0)), all(1.0)), all(0.0));
         const Point foot = {away.x - share * side.x, away.y - share * side.y, away.z - share * side.z};
         return dot(foot, foot);
     }
@@ -81,7 +81,7 @@ struct EightTriangles {
         const Mask above = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0);
         const Point foot = {away.x - u * along.x - v * across.x, away.y - u * along.y - v * across.y,
                             away.z - u * along.z - v * across.z};
-        const Lanes plane = above ? dot(foot, foot) : all(std::numeric_limits<double>::infinity());
+        const Lanes plane = chosen(above, dot(foot, foot), all(std::numeric_limits<double>::infinity()));
         const Lanes sides = least(least(from_side(point, corner[0], along), from_side(point, corner[0], across)),
                                   from_side(point, corner[1], corner[2] - corner[1]));
         return least(plane, sides);
