@@ -74,14 +74,17 @@ from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planner import Planner
 from tpbso_casadi.facade.planning import audit, plan, read_run, replan
+from tpbso_casadi.facade.reaching import reach
 from tpbso_casadi.facade.repairing import Repair, repair
 from tpbso_casadi.facade.retiming import retime
 from tpbso_casadi.facade.robots import StatedRobot, cell, robot
-from tpbso_casadi.facade.sequences import Along, Attach, Detach, Line, MoveTo, Output, Wait, sequence
+from tpbso_casadi.facade.sequences import Along, Attach, Detach, Line, MoveTo, Output, Wait, bound, sequence
 from tpbso_casadi.facade.simulating import SimulationRun, simulate
 from tpbso_casadi.facade.statement import scenario_of
 from tpbso_casadi.facade.trading_off import Front, pareto
+from tpbso_casadi.planning import SequenceBound
 from tpbso_casadi.programs import Program
+from tpbso_casadi.reaching import ArmAmong, Reach, read_reach
 from tpbso_casadi.replanning import Replanner, Step
 from tpbso_casadi.scenario import Scenario, ScenarioError, builtin, find_solver, parse_scenario, read_scenario
 from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of
@@ -102,6 +105,7 @@ __all__ = [
     "SOLVERS",
     "AdaptiveBeetleSwarm",
     "Along",
+    "ArmAmong",
     "AskTell",
     "Attach",
     "Audit",
@@ -152,6 +156,7 @@ __all__ = [
     "Problem",
     "Program",
     "RandomSearch",
+    "Reach",
     "Recording",
     "Rectangle",
     "RelativePose",
@@ -166,6 +171,7 @@ __all__ = [
     "ScenarioError",
     "Search",
     "SearchBox",
+    "SequenceBound",
     "SimulationRun",
     "Solver",
     "SpaceTracing",
@@ -185,6 +191,7 @@ __all__ = [
     "Wait",
     "audit",
     "benchmark_function",
+    "bound",
     "builtin",
     "cell",
     "certify",
@@ -196,6 +203,8 @@ __all__ = [
     "parse_scenario",
     "pentagram",
     "plan",
+    "reach",
+    "read_reach",
     "read_run",
     "read_runs",
     "read_scenario",

@@ -23,7 +23,12 @@ LOGGER = logging.getLogger(__name__)
 ERRORS, DATA = "errors", "data"
 GROUPS = {
     "solvers": ("solvers", "tpbso_casadi.scenario.catalogues"),
-    "robots": ("problems.robots", "tpbso_casadi.facade.robots"),
+    "robots": (
+        "problems.robots",
+        "tpbso_casadi.facade.robots",
+        "tpbso_casadi.facade.reaching",
+        "tpbso_casadi.reaching",
+    ),
     "obstacles": ("problems.scene",),
     "tasks": ("problems.tasks",),
     "sequences": ("tpbso_casadi.facade.sequences",),

@@ -19,9 +19,10 @@ from problems.core.interface import MovingSolids, Nearby, PathSearch, ProofReque
 from problems.core.rows import ProgramData, WholeRows
 from problems.core.segments import Guards, SegmentCells, SegmentMotion, Stops
 from problems.library import IS_CLEAR, loaded_core, needed_core
-from problems.robots import Bounds, SpatialArm
+from problems.robots import NEWTON, Bounds, FoundPostures, JointTurns, Poses, SpatialArm, Steps
 
 MOST_STOPS = 1_000  # postures of a way for which there is room at first
+MOST_INVERSE = 100_000  # postures that reach poses, for which there is room at a time
 
 
 class Core:
@@ -133,7 +134,7 @@ def _parts(rows: WholeRows) -> list[NDArray[Any]]:
     return [*_whole_numbers(rows.first), *_numbers(rows.weights, rows.by_time, rows.bound, rows.price)]
 
 
-def _whole_numbers(*parts: NDArray[np.intp]) -> list[NDArray[np.int32]]:
+def _whole_numbers(*parts: NDArray[Any]) -> list[NDArray[np.int32]]:
     return [np.ascontiguousarray(part, dtype=np.int32) for part in parts]
 
 
@@ -279,7 +280,7 @@ class CoreWorld:
         return path[: count if count <= MOST_STOPS else 0].copy()
 
 
-class CoreSteps:
+class CoreSteps(Steps):
     """Damped Newton steps of an arm.
 
     Args:
@@ -308,3 +309,23 @@ class CoreSteps:
             steps, len(found), found.ctypes.data, missing.ctypes.data,
         )  # fmt: skip
         return found, missing
+
+    def inverse(self, poses: Poses, starts: FloatArray, turns: JointTurns, near: FloatArray) -> FoundPostures:
+        """The postures that reach poses, of some poses at a time: there is room for all that could be."""
+        room = max(1, MOST_INVERSE // max(1, len(starts)))
+        parts = [self._inverse(poses.part(slice(k, k + room)), starts, turns, near) for k in range(0, len(poses), room)]
+        return FoundPostures(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    def _inverse(self, poses: Poses, starts: FloatArray, turns: JointTurns, near: FloatArray) -> FoundPostures:
+        numbers = _numbers(*poses.arrays, turns.low, turns.high, near, starts)
+        *given, low, high, middle, begun = (part.ctypes.data for part in numbers)
+        (winding,) = _whole_numbers(turns.winding)
+        counts = np.empty(len(poses), dtype=np.int32)
+        most = len(poses) * len(starts)
+        found = np.empty((most, starts.shape[1] + 1))
+        count = self._library.core_inverse(
+            self._arm, self._carrier, self._tool.ctypes.data, len(poses), *given, *[None] * (2 - len(given)),
+            low, high, winding.ctypes.data, middle, len(starts), begun, NEWTON.steps, NEWTON.tolerance,
+            NEWTON.least_difference, most, counts.ctypes.data, found.ctypes.data,
+        )  # fmt: skip
+        return FoundPostures(found[:count, :-1].copy(), counts, found[:count, -1].copy())

@@ -122,6 +122,10 @@ class JointPath:
         """The path of the first so many joints."""
         return JointPath(self.breakpoints, self.coefficients[..., :count])
 
+    def moved_by(self, offsets: FloatArray) -> JointPath:
+        """The path with each joint off by a constant, (k,), rad or m."""
+        return JointPath(self.breakpoints, np.concatenate([self.coefficients[:-1], self.coefficients[-1:] + offsets]))
+
     def restarted(self, starts: FloatArray) -> FloatArray:
         """Coefficients (order, n, k) of the pieces that hold parameters (n,), each in its own u from there on."""
         return taylor_coefficients(self.at, starts, len(self.coefficients) - 1)

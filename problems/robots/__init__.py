@@ -14,10 +14,6 @@ from problems.robots.dynamics import RigidChain, RigidJoint, time_scales, time_s
 from problems.robots.inertia import MASSLESS, Payload, moved_inertia, planar_payload
 from problems.robots.inverse_kinematics import (
     LONGEST_STEP,
-    Bounds,
-    NewtonSteps,
-    Steps,
-    postures,
     project,
     tool_jacobian,
 )
@@ -25,6 +21,18 @@ from problems.robots.joints import JointLimits, Joints
 from problems.robots.link_covers import LinkCover, MeshNote, ReadFile, covers_text, read_covers
 from problems.robots.planar import PLANAR_GRAVITY, PlanarArm
 from problems.robots.planar_links import wrap_to
+from problems.robots.posture_search import (
+    NEWTON,
+    Bounds,
+    FoundPostures,
+    JointTurns,
+    NewtonSteps,
+    Poses,
+    Steps,
+    manipulability,
+    postures,
+    spread_shares,
+)
 from problems.robots.robot import Robot
 from problems.robots.shapes import (
     BoxShape,
@@ -65,6 +73,7 @@ __all__ = [
     "GRAVITY",
     "LONGEST_STEP",
     "MASSLESS",
+    "NEWTON",
     "PLANAR_GRAVITY",
     "RANDOM_POSTURES",
     "ROBOTS",
@@ -84,9 +93,11 @@ __all__ = [
     "CoveredLink",
     "CylinderShape",
     "FixedFrame",
+    "FoundPostures",
     "HullShape",
     "JointKind",
     "JointLimits",
+    "JointTurns",
     "Joints",
     "LinkAppearance",
     "LinkCover",
@@ -98,6 +109,7 @@ __all__ = [
     "Payload",
     "PlanarArm",
     "Point3",
+    "Poses",
     "ReadFile",
     "RigidChain",
     "RigidJoint",
@@ -122,6 +134,7 @@ __all__ = [
     "document",
     "largest_holding_torques",
     "least_tracking_error",
+    "manipulability",
     "matrix_of",
     "moved_inertia",
     "own_name",
@@ -135,6 +148,7 @@ __all__ = [
     "read_spheres",
     "read_srdf",
     "read_urdf",
+    "spread_shares",
     "time_scales",
     "time_scales_of_arrays",
     "tool_jacobian",

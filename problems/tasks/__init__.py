@@ -36,7 +36,7 @@ from problems.tasks.place import (
     narrow_elbow,
 )
 from problems.tasks.point_to_point import PointToPoint
-from problems.tasks.pose import Pose
+from problems.tasks.pose import Pose, checked_frames
 from problems.tasks.recorded import RecordedMotion
 from problems.tasks.seen_from import SeenFrom
 from problems.tasks.sequence import Sequence
@@ -89,6 +89,7 @@ __all__ = [
     "check_choice",
     "check_obstacles",
     "check_posture",
+    "checked_frames",
     "closed_curve",
     "elbow_signs",
     "knots_of",

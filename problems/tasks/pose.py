@@ -127,6 +127,26 @@ class Projection:
         return self.steps(starts, point, rotation, (least, most), SETTINGS.projection_steps)
 
 
+def checked_frames(matrices: object) -> FloatArray:
+    """Homogeneous matrices, (4, 4) or (m, 4, 4), of rotations and translations in m.
+
+    Raises:
+        InvalidProblem: one is none: another shape or last row, or a part that is no rotation.
+    """
+    try:
+        given = np.asarray(matrices, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidProblem("matrix", "4 x 4 numbers are needed") from error
+    last_row = (0.0, 0.0, 0.0, 1.0)
+    if given.shape[-2:] != (4, 4) or not np.allclose(given[..., 3, :], last_row, atol=MATRIX_TOLERANCE):
+        raise InvalidProblem("matrix", "a homogeneous matrix is needed: 4 x 4, the last row 0, 0, 0, 1")
+    rotations = given[..., :3, :3]
+    orthogonal = np.allclose(rotations @ np.swapaxes(rotations, -1, -2), np.eye(3), atol=MATRIX_TOLERANCE)
+    if not (orthogonal and (np.linalg.det(rotations) > 0.0).all()):
+        raise InvalidProblem("matrix", "its 3 x 3 part is no rotation")
+    return given
+
+
 @dataclass(frozen=True)
 class Pose(Place):
     """A place with the tool at a point in space, with a stated orientation or any.
@@ -168,20 +188,11 @@ class Pose(Place):
         Raises:
             InvalidProblem: it is none: another shape or last row, or a part that is no rotation.
         """
-        try:
-            given = np.asarray(matrix, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InvalidProblem("matrix", "4 x 4 numbers are needed") from error
-        if given.shape != (4, 4) or not np.allclose(given[3], (0.0, 0.0, 0.0, 1.0), atol=MATRIX_TOLERANCE):
-            raise InvalidProblem("matrix", "a homogeneous matrix is needed: 4 x 4, the last row 0, 0, 0, 1")
-        rotation = given[:3, :3]
-        is_rotation = (
-            np.allclose(rotation @ rotation.T, np.eye(3), atol=MATRIX_TOLERANCE) and np.linalg.det(rotation) > 0.0
-        )
-        if not is_rotation:
-            raise InvalidProblem("matrix", "its 3 x 3 part is no rotation")
-        (quaternion,) = quaternions_of(rotation.reshape(1, 9))
-        return cls(tuple(given[:3, 3].tolist()), tuple(quaternion.tolist()))
+        frame = checked_frames(matrix)
+        if frame.ndim != 2:
+            raise InvalidProblem("matrix", "one homogeneous matrix is needed, 4 x 4")
+        (quaternion,) = quaternions_of(frame[:3, :3].reshape(1, 9))
+        return cls(tuple(frame[:3, 3].tolist()), tuple(quaternion.tolist()))
 
     @property
     def unit(self) -> str:

@@ -382,7 +382,9 @@ def add_out(group: Group, shown: object, default: Path | None = None) -> None:
         type=path,
         default=default,
         metavar="DIR",
-        help=defaulting("folder to write to: a run there is replaced as a whole, a campaign is resumed", shown),
+        help=defaulting(
+            "folder to write to: a run or a map there is replaced as a whole, a campaign is resumed", shown
+        ),
     )
 
 

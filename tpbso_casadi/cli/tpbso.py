@@ -22,6 +22,7 @@ COMMANDS = {
     "pareto": "a front of certified plans between two objectives",
     "reproduce": "the paper's Section IV, reproduced",
     "robots": "the robots that are built in, or one from a URDF",
+    "reach": "a map of what an arm reaches, clear of what is around it",
     "tracking": "how far joints are off what is planned, from logs of a robot",
     "simulate": "plan again and again among moving obstacles, in a simulation",
     "suite": "solvers judged on robot motions, a benchmark suite",

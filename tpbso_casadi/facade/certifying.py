@@ -15,10 +15,9 @@ from tpbso_casadi.facade.arguments import in_words_of_python, several, whole
 from tpbso_casadi.facade.foreign import exact_pieces
 from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
-from tpbso_casadi.facade.robots import AnyRobot
+from tpbso_casadi.facade.robots import STANDS, AnyRobot
 from tpbso_casadi.facade.statement import obstacles_of
 from tpbso_casadi.facade.surroundings import (
-    STANDS,
     Content,
     carrying,
     changed,

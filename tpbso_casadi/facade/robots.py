@@ -8,10 +8,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from numpy.typing import ArrayLike
+
 from problems import InvalidProblem, PlanarArm, Robot
 from problems.base import FloatArray, did_you_mean, shown_value
 from problems.robots import BUILT_IN, LinkCover, SpatialArm
-from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python
+from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python, several
+from tpbso_casadi.reaching import ArmAmong, PoseLike
 from tpbso_casadi.scenario import (
     BESIDE,
     OF_THE_MODEL,
@@ -25,10 +28,13 @@ from tpbso_casadi.scenario import (
     SpatialRobotSection,
     arm_table,
     is_folder,
+    parse_scenario,
     plain,
     read_table,
     settings_table,
 )
+
+STANDS = {"kind": "recorded-motion"}  # a [task] that asks for nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +78,60 @@ class StatedRobot:
         described = self.table.description() if isinstance(self.table, SpatialRobotSection) else None
         return {} if described is None else {cover.link: cover for cover in described.covers}
 
+    def among(self, obstacles: Sequence[Any] = (), *, tip: str | None = None) -> ArmAmong:
+        """The robot among obstacles that stand still, of which one asks where it is and what it reaches.
+
+        Args:
+            obstacles: objects, or tables as in a scenario.
+            tip: whose tool, of a cell or of a robot of several tips.
+
+        Raises:
+            ScenarioError: naming what is wrong.
+        """
+        with in_words_of_python():
+            stated = parse_scenario(
+                {**self.tables, "obstacles": plain(several("obstacles", obstacles, "obstacles")), "task": STANDS}
+            )
+            built = stated.built()
+            return ArmAmong.of(built.robot, built.obstacles, tip)
+
+    @cached_property
+    def _alone(self) -> ArmAmong:
+        return self.among()
+
+    def forward(self, postures: ArrayLike) -> FloatArray:
+        """The tool's poses in postures: :meth:`ArmAmong.forward`."""
+        with in_words_of_python():
+            return self._alone.forward(postures)
+
+    def jacobian(self, postures: ArrayLike) -> FloatArray:
+        """The tool's Jacobians in postures: :meth:`ArmAmong.jacobian`."""
+        with in_words_of_python():
+            return self._alone.jacobian(postures)
+
+    def manipulability(self, postures: ArrayLike) -> FloatArray:
+        """Yoshikawa's measure of postures: :meth:`ArmAmong.manipulability`."""
+        with in_words_of_python():
+            return self._alone.manipulability(postures)
+
+    def clearance(self, postures: ArrayLike, obstacles: Sequence[Any] = ()) -> FloatArray:
+        """The room that postures have among obstacles: :meth:`ArmAmong.clearance`."""
+        with in_words_of_python():
+            return (self._alone if _is_empty(obstacles) else self.among(obstacles)).clearance(postures)
+
+    def inverse(
+        self, pose: PoseLike | Sequence[PoseLike], *, clear_of: Sequence[Any] = (), **settings: Any
+    ) -> FloatArray | list[FloatArray]:
+        """Postures with the tool at a pose: :meth:`ArmAmong.inverse`, with its settings.
+
+        Args:
+            pose: one, or several.
+            clear_of: obstacles; who asks often makes ``arm.among(obstacles)`` once.
+            settings: ``near``, ``turns``, ``touching``, ``starts``.
+        """
+        with in_words_of_python():
+            return (self._alone if _is_empty(clear_of) else self.among(clear_of)).inverse(pose, **settings)
+
     @property
     def tables(self) -> dict[str, Any]:
         """The tables of a scenario that state the robot: its own, and keys of [model] and beside the tables."""
@@ -82,6 +142,10 @@ class StatedRobot:
 
     def __repr__(self) -> str:
         return f"<robot with {self.dof} joints, {'in space' if self.model.dim == 3 else 'in the plane'}>"
+
+
+def _is_empty(obstacles: object) -> bool:
+    return isinstance(obstacles, list | tuple) and not obstacles
 
 
 AnyRobot: TypeAlias = StatedRobot | Robot | str | Path | Sequence[float] | FloatArray

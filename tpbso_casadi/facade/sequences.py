@@ -5,18 +5,28 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 from problems import Obstacle
 from problems.base import shown_value
-from tpbso_casadi.facade.arguments import AnySolverChoice, in_words_of_python, several
+from tpbso_casadi.facade.arguments import AnySolverChoice, as_argument, in_words_of_python, several
 from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
-from tpbso_casadi.facade.statement import AROUND, goals_of, obstacle_of, place_of, places_of
-from tpbso_casadi.planning import SILENT, Progress
-from tpbso_casadi.scenario import InputFolder, ScenarioError, parse_scenario, plain
+from tpbso_casadi.facade.statement import (
+    AROUND,
+    HasScenario,
+    What,
+    given_scenario,
+    goals_of,
+    obstacle_of,
+    place_of,
+    places_of,
+)
+from tpbso_casadi.planning import SILENT, Progress, SequenceBound
+from tpbso_casadi.planning import bound as bound_of
+from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, parse_scenario, plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -299,21 +309,68 @@ def sequence(
         TypeError: a keyword that no table has.
     """
     with in_words_of_python():
-        stated = robot(arm)
-        listed = several("stages", stages, "stages")
-        tables = [_stage_table(stage, stated, f"stages[{number}]") for number, stage in enumerate(listed)]
-        task = {
-            "kind": "sequence",
-            "start": place_of(start, stated.dof, stated.model.dim, "start"),
-            "stages": tables,
-            "cyclic": cyclic,
-            "order": order,
-        }
         around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch}
-        content = stated.tables | {"task": task}
-        content |= {key: AROUND[key](value) for key, value in around.items() if value is not None}
-        scenario = parse_scenario(content, InputFolder(Path(), outside_allowed=True))
+        scenario = _sequence_scenario(arm, start, stages, cyclic, order, around)
         return plan(scenario, solver=solver, seed=seed, within=within, progress=progress, **keys)
+
+
+def bound(
+    what: What | HasScenario,
+    *,
+    start: Any = None,
+    stages: Iterable[Any] | None = None,
+    cyclic: bool = False,
+    order: str = "given",
+    obstacles: Iterable[Obstacle | dict[str, Any]] | str | Path | None = None,
+    carried: Iterable[Obstacle | dict[str, Any]] | None = None,
+    may_touch: Iterable[tuple[str, str]] | None = None,
+) -> SequenceBound:
+    """The least time of a sequence between its postures, without planning its motions.
+
+    Args:
+        what: a scenario of a sequence, its file, or a plan of one; or a robot, for which the others state one.
+        start: as of :func:`sequence`, and so are all others.
+        stages: likewise.
+        cyclic: likewise.
+        order: likewise.
+        obstacles: likewise.
+        carried: likewise.
+        may_touch: likewise.
+
+    Returns:
+        The bound: ``seconds``, ``stages`` with their times, ``postures``; ``why`` there is no way, where there is none.
+
+    Raises:
+        ScenarioError: naming the first wrong argument; or it is no sequence.
+    """
+    around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch}
+    with in_words_of_python():
+        if stages is None:
+            known = given_scenario(what)
+        else:
+            known = _sequence_scenario(cast(AnyRobot, what), start, stages, cyclic, order, around)
+        if known is None:
+            raise ScenarioError("stages: missing; say what the robot does, stages=[tp.MoveTo(...), ...]")
+        found = bound_of(known)
+        return replace(found, why=as_argument(found.why))
+
+
+def _sequence_scenario(
+    arm: AnyRobot, start: Any, stages: Iterable[Any], cyclic: bool, order: str, around: dict[str, Any]
+) -> Scenario:
+    """The scenario of stages of a robot and of what is around it."""
+    stated = robot(arm)
+    listed = several("stages", stages, "stages")
+    task = {
+        "kind": "sequence",
+        "start": place_of(start, stated.dof, stated.model.dim, "start"),
+        "stages": [_stage_table(stage, stated, f"stages[{number}]") for number, stage in enumerate(listed)],
+        "cyclic": cyclic,
+        "order": order,
+    }
+    content = stated.tables | {"task": task}
+    content |= {key: AROUND[key](value) for key, value in around.items() if value is not None}
+    return parse_scenario(content, InputFolder(Path(), outside_allowed=True))
 
 
 def _stage_table(stage: Any, arm: StatedRobot, name: str) -> dict[str, Any]:

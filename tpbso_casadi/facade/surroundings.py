@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from problems.base import at
-from tpbso_casadi.facade.robots import AnyRobot
+from tpbso_casadi.facade.robots import STANDS, AnyRobot
 from tpbso_casadi.facade.robots import robot as robot_of
 from tpbso_casadi.scenario import (
     AnyRobotTable,
@@ -24,7 +24,6 @@ from tpbso_casadi.scenario import (
 )
 
 Content: TypeAlias = dict[str, Any]
-STANDS = {"kind": "recorded-motion"}  # a [task] without rows: what is around a motion is read before it is
 ROBOTS = ("arm", "robot", "robots")  # tables of which one states a robot
 AROUND = ("obstacles", "carried", "may_touch")
 OF_A_FILE = ("unit", *ROBOTS, *AROUND, "scene", "constraints", "model")  # which a file says of any motion

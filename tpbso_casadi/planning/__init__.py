@@ -21,10 +21,20 @@ from tpbso_casadi.planning.motion import (
     torques_of,
 )
 from tpbso_casadi.planning.optimum import Optimum, Price, nearest_optimum
-from tpbso_casadi.planning.plan import RESTARTS, SILENT, convergence, first_feasible, may_start_again, plan, step_name
+from tpbso_casadi.planning.plan import (
+    RESTARTS,
+    SILENT,
+    bound,
+    convergence,
+    first_feasible,
+    may_start_again,
+    plan,
+    step_name,
+)
 from tpbso_casadi.planning.planning import SharedSearches
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.sequence import BOUND, NoMotion
+from tpbso_casadi.planning.sequence_bound import SequenceBound
 
 __all__ = [
     "ACCURACY",
@@ -46,8 +56,10 @@ __all__ = [
     "Price",
     "Progress",
     "Retiming",
+    "SequenceBound",
     "SharedSearches",
     "alternatives",
+    "bound",
     "convergence",
     "first_feasible",
     "has_descents",

@@ -38,6 +38,7 @@ from tpbso_casadi.planning.motion import INFEASIBLE_MERIT, JudgedMotion
 from tpbso_casadi.planning.planning import Planning, SharedSearches
 from tpbso_casadi.planning.progress import Progress, log_search
 from tpbso_casadi.planning.sequence import planned_sequence
+from tpbso_casadi.planning.sequence_bound import SequenceBound, sequence_bound
 from tpbso_casadi.scenario import FIELDS, Scenario, ScenarioError
 
 LOG = logging.getLogger(__name__)
@@ -106,6 +107,25 @@ def plan(
             keep_best(error, found)
             raise error
         return _valued(found)
+
+
+def bound(scenario: Scenario, progress: Progress = SILENT) -> SequenceBound:
+    """The least time of a sequence between its postures; nothing is planned.
+
+    Raises:
+        ScenarioError: it states no sequence.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    with deferred_interrupt() as interruption:
+        planning = Planning(
+            scenario=scenario,
+            solver=scenario.solver.build(),
+            settings=scenario.solver,
+            evaluation=None,
+            progress=progress,
+            interruption=interruption,
+        )
+        return interruption.breakable(partial(sequence_bound, scenario, planning))
 
 
 def _whole_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:

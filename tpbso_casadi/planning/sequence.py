@@ -25,7 +25,7 @@ from problems import InvalidProblem, Robot, Trajectory
 from problems.assembly import Criteria
 from problems.base import FloatArray, tell_step
 from problems.motions import JointPath
-from problems.tasks import Move, Place, Surroundings
+from problems.tasks import Joints, Move, Place, Surroundings
 from problems.timing import least_along, least_below, retime, retime_below
 from tpbso_casadi.planning.direct import directly, judged, polished
 from tpbso_casadi.planning.finishing import PlannedMotion
@@ -36,10 +36,13 @@ from tpbso_casadi.planning.stops import (
     MOST_POSTURES,
     Edges,
     SequenceStop,
+    WaysInTurns,
     bounds_between,
+    in_one_turn,
     in_short_turns,
     postures_at,
     reached_at,
+    soonest_at,
     ways_along,
 )
 from tpbso_casadi.planning.visits import Visits, shortest_way
@@ -58,6 +61,7 @@ from tpbso_casadi.scenario import (
 
 LOG = logging.getLogger(__name__)
 BOUND = "least_time"  # the quantity of a plan that says what its stages take at least, s
+MOST_VISITED = 12  # postures of a stop, in any turn, where the order is free: its search takes the square of them
 EDGES_EACH = 8  # motions that are planned for each stage before the search turns to what it has
 EXPECTED = 1.005  # times its bound is what a motion is taken to need that is not planned yet: in twelve cells ways of
 # the tool need 1.0001 to 1.009 times as long as theirs, 1.004 in the median, and moves in free space as long as theirs
@@ -178,7 +182,7 @@ class SequencePlanner:
             robot = self.scenario.model.kept_by(cell.robot)
             start = self._earlier_at(robot, [self.task.start])
             if not start.size:
-                start = postures_at(self.task.start, robot, (), "start")[:MOST_POSTURES]
+                start = self._starts(postures_at(self.task.start, robot, (), "start"))[:MOST_POSTURES]
         except InvalidProblem as error:
             raise ScenarioError(f"task.{error.field}: {error.reason}") from error
         stops = [SequenceStop.free(start)]
@@ -193,6 +197,18 @@ class SequencePlanner:
                     raise
                 raise self._of_stage(layer, error) from error
         return stops
+
+    def _starts(self, postures: FloatArray) -> FloatArray:
+        """The clear postures at the start among what is around the first stage that moves, (n, dof), of any of them.
+
+        Raises:
+            InvalidProblem: none is clear.
+        """
+        place = self.task.start
+        if isinstance(place, Joints) or not self.moving:
+            return postures
+        first = self._cell(0, [postures[0]]).statement(self.stage(0), postures[0]).built()
+        return postures_at(place, first.robot, first.obstacles, "start")
 
     def _stop_after(self, layer: int, stops: Sequence[SequenceStop]) -> SequenceStop:
         """The stop at which a stage may end."""
@@ -210,7 +226,7 @@ class SequencePlanner:
         if earlier.size:
             return SequenceStop.free(earlier, np.array([move.reached_goal(theta).cost for theta in earlier]))
         reached = reached_at(move.goals, robot, criteria.obstacles, "goal")
-        return in_short_turns(move, reached, before.postures)
+        return in_short_turns(move, reached, before.postures, soonest_at(robot, stops))
 
     def _earlier_at(self, robot: Robot, goals: Sequence[Place]) -> FloatArray:
         """The postures of an earlier plan that are at any of the goals, (n, dof)."""
@@ -227,15 +243,20 @@ class SequencePlanner:
         led: list[tuple[FloatArray, int, JointPath | None]] = []
         earlier: list[tuple[FloatArray, int, JointPath | None]] = []
         around = cache(partial(self._around, layer, cell, before.postures[0]))
+
+        def found(posture: FloatArray) -> list[JointPath]:
+            way = stage.tool_path(robot, posture)
+            assert way is not None
+            return ways_along(way, robot, posture, stage, around)
+
+        ways_from = WaysInTurns(robot, found)
         for number, posture in enumerate(before.postures):
             known = self._known.after(cell, stage, posture)
             if known is not None:
                 earlier.append((known.goal, number, None))
                 continue
-            way = stage.tool_path(robot, posture)
-            assert way is not None
             try:
-                paths = ways_along(way, robot, posture, stage, around)
+                paths = ways_from(posture)
             except InvalidProblem as error:
                 failure = failure or error
                 continue
@@ -258,13 +279,16 @@ class SequencePlanner:
         """Bounds of all motions of a stage."""
         before, after, robot = self.stops[layer], self.stops[layer + 1], self._robot(layer)
         bounds = bounds_between(robot, before.postures, after.postures)
-        durations = bounds.copy()
+        durations, known = bounds.copy(), dict[bytes, float]()  # of paths that are the same but for where they begin
         for number, (parent, path) in enumerate(zip(after.parents, after.paths, strict=True)):
             if parent >= 0:
                 others = np.arange(len(before.postures)) != parent
                 bounds[others, number] = durations[others, number] = np.inf
             if path is not None:
-                durations[parent, number] = self._least_led(layer, path, robot)
+                shape = path.breakpoints.tobytes() + path.coefficients[:-1].tobytes()
+                if shape not in known:
+                    known[shape] = self._least_led(layer, path, robot)
+                durations[parent, number] = known[shape]
         return Edges(bounds, durations)
 
     def _least_led(self, layer: int, path: JointPath, robot: Robot) -> float:
@@ -285,6 +309,11 @@ class SequencePlanner:
         found = shortest_way(costs, self.task.cyclic)
         return None if found is None else found[1]
 
+    def least_chain(self) -> list[int] | None:
+        """The postures between which stages take least by what is known of them; None where there is no way."""
+        stops = zip(self.edges, self.stops[1:], strict=True)
+        return self._shortest([edges.durations + stop.costs for edges, stop in stops])
+
     def _total(self, chain: list[int] | None, bounds: bool = False) -> float:
         """The duration of a chain of postures with all waits, s."""
         if chain is None:
@@ -296,11 +325,19 @@ class SequencePlanner:
     def best_order(self) -> tuple[list[int], float]:
         """The best order of the visits, from 0 on, and a lower bound of any order's duration with all waits, s."""
         cyclic = self.task.cyclic
-        stops = self.stops[:-1] if cyclic else self.stops
-        postures = np.concatenate([stop.postures for stop in stops])
-        costs = [bounds_between(self._robot(layer), postures, stop.postures) for layer, stop in enumerate(stops[1:])]
-        back = bounds_between(self._robot(len(self.moving) - 1), postures, stops[0].postures)
-        visits = Visits(tuple(len(stop.postures) for stop in stops), np.hstack([back, *costs]), cyclic)
+        robots = [self._robot(layer) for layer in range(len(self.moving))]
+        found = self.stops[:-1] if cyclic else self.stops
+        stops = [
+            in_one_turn(robots[0], stop.postures)[:MOST_VISITED] if stop.any_turn else stop.postures[:MOST_VISITED]
+            for stop in found
+        ]
+        postures = np.concatenate(stops)
+        costs = [
+            bounds_between(robot, postures, theta, stop.any_turn)
+            for robot, theta, stop in zip(robots, stops[1:], found[1:], strict=False)
+        ]
+        back = bounds_between(robots[-1], postures, stops[0])
+        visits = Visits(tuple(map(len, stops)), np.hstack([back, *costs]), cyclic)
         order, bound = visits.best_order()
         return [stop - 1 for stop in order], bound + sum(stage.pause for stage in self.stages)
 

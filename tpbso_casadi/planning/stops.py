@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from problems import InvalidProblem, Robot, Trajectory
-from problems.base import FloatArray
+from problems.base import FloatArray, bernstein
 from problems.motions import JointPath
-from problems.robots import SpatialArm
+from problems.robots import JointTurns, SpatialArm
 from problems.tasks import Following, FreeTurns, Joints, Move, Place, ShortTurns, Surroundings, ToolPath
 from problems.timing import least_along, least_durations
 from tpbso_casadi.scenario import LedStage, MovingStage
 
-MOST_POSTURES = 12  # of a stop
+MOST_POSTURES = 64  # of a stop, in all their turns
+SAME_TURN = 1e-9  # rad, of postures that differ by whole turns
 TURN = 2.0 * np.pi  # rad
 DRAWN = 64  # postures of a place that states none, of which the nearest are kept
 MOST_WAYS = 3  # of the tool that is free to turn, from each posture
@@ -35,12 +38,14 @@ class SequenceStop:
         parents: the posture of the stop before from which alone each is reached, (n,); -1 where from any.
         paths: of the joints that lead there, where they are known; else None.
         costs: of the goals that they reach, s, (n,) or one for all.
+        any_turn: whether joints may arrive in any turn: no goal states their values.
     """
 
     postures: FloatArray
     parents: list[int]
     paths: list[JointPath | None]
     costs: FloatArray | float = 0.0
+    any_turn: bool = False
 
     @classmethod
     def free(cls, postures: FloatArray, costs: FloatArray | float = 0.0) -> SequenceStop:
@@ -79,10 +84,29 @@ class Edges:
         return found
 
 
-def bounds_between(robot: Robot, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Least durations of the slowest joint from each posture (n, dof) to each of others (m, dof): (n, m), s."""
+def bounds_between(robot: Robot, before: FloatArray, after: FloatArray, any_turn: bool = False) -> FloatArray:
+    """Least durations of the slowest joint from each posture (n, dof) to each of others (m, dof): (n, m), s.
+
+    Args:
+        robot: with its limits.
+        before: (n, dof).
+        after: (m, dof).
+        any_turn: whether joints may arrive in any turn, whatever their ranges.
+    """
     ways = (after[None] - before[:, None]).reshape(-1, robot.dof)
+    if any_turn:
+        ways = ways - TURN * np.rint(ways / TURN) * winding_joints(robot)
     return np.asarray(least_durations(ways, robot.limits).max(axis=1).reshape(len(before), len(after)))
+
+
+def winding_joints(robot: Robot) -> NDArray[np.bool_]:
+    """The joints whose range has a turn or more, (dof,)."""
+    return JointTurns.of(robot).winding if isinstance(robot, SpatialArm) else np.array(robot.endless)
+
+
+def in_one_turn(robot: Robot, postures: FloatArray) -> FloatArray:
+    """The first of postures (n, dof) that are alike up to whole turns."""
+    return JointTurns.of(robot).distinct(postures) if isinstance(robot, SpatialArm) else postures
 
 
 def postures_at(goal: Place, robot: Robot, obstacles: Sequence[Any], key: str) -> FloatArray:
@@ -121,8 +145,18 @@ def reached_at(goals: Sequence[Place], robot: Robot, obstacles: Sequence[Any], k
     return found
 
 
-def in_short_turns(move: Move, reached: dict[int, FloatArray], before: FloatArray) -> SequenceStop:
-    """The stop at the goals of a move: endless joints are in the turns that are nearest to postures before, (n, dof).
+def soonest_at(robot: Robot, stops: Sequence[SequenceStop]) -> FloatArray:
+    """The least time from the first stop to each posture of the last, in free space, (n,), s."""
+    since = np.zeros(len(stops[0].postures))
+    for before, after in pairwise(stops):
+        times = since[:, None] + bounds_between(robot, before.postures, after.postures)
+        parents = np.array(after.parents)
+        since = np.where(parents < 0, times.min(axis=0), times[parents, np.arange(len(parents))])
+    return since
+
+
+def in_short_turns(move: Move, reached: dict[int, FloatArray], before: FloatArray, since: FloatArray) -> SequenceStop:
+    """The stop at the goals of a move: joints are in the turns that are nearest to postures before, (n, dof).
 
     Stated joints are reached in the turns nearest to the posture before alone, other places in any turn.
 
@@ -130,40 +164,96 @@ def in_short_turns(move: Move, reached: dict[int, FloatArray], before: FloatArra
         move: that leads there from any of the postures before.
         reached: postures at its goals, by their numbers, each (m, dof).
         before: the postures, of which there is a limited number.
+        since: the least time from the beginning to each of them, (n,), s.
     """
     found = [_in_turns_from(move, reached, posture) for posture in before]
     stated = [[place.values for place in goals if isinstance(place, Joints)] for goals, _ in found]
     costs = np.concatenate([np.full(len(postures), move.goals[number].cost) for number, postures in reached.items()])
     if any(each != stated[0] for each in stated):
         each_from = zip(found, before, strict=True)
-        stops = [_soonest(move, postures, costs, theta[None]) for (_, postures), theta in each_from]
+        stops = [_soonest(move, postures, costs, theta[None], np.zeros(1)) for (_, postures), theta in each_from]
         parents = [number for number, stop in enumerate(stops) for _ in stop.postures]
         postures, added = (np.concatenate(parts) for parts in zip(*((s.postures, s.costs) for s in stops), strict=True))
         return SequenceStop(postures, parents, [None] * len(parents), added).limited()
     rows = {row.tobytes(): (row, cost) for _, postures in found for row, cost in zip(postures, costs, strict=True)}
     postures, added = map(np.array, zip(*rows.values(), strict=True))
-    return _soonest(move, postures, added, before)
+    stop = _soonest(move, postures, added, before, since)
+    return replace(stop, any_turn=not any(isinstance(goal, Joints) for goal in move.goals))
 
 
 def _in_turns_from(
     move: Move, reached: dict[int, FloatArray], posture: FloatArray
 ) -> tuple[tuple[Place, ...], FloatArray]:
     """The goals of a move, and postures at them, (n, dof), in the turns nearest to a posture (dof,)."""
-    turns, endless = ShortTurns(move.robot, Joints(tuple(posture.tolist()))), np.array(move.robot.endless)
+    turns = ShortTurns(move.robot, Joints(tuple(posture.tolist())))
     turns.passed(move.vias)
     goals, found = turns.reached(move.goals), []
     for number, postures in reached.items():
         goal = goals[number]
-        nearest = postures + TURN * np.where(endless, np.rint((posture - postures) / TURN), 0.0)
-        found.append(np.array([goal.values]) if isinstance(goal, Joints) else nearest)
+        found.append(np.array([goal.values]) if isinstance(goal, Joints) else nearest(move.robot, postures, posture))
     return goals, np.concatenate(found)
 
 
-def _soonest(move: Move, postures: FloatArray, costs: FloatArray, before: FloatArray) -> SequenceStop:
-    """The stop at those of postures (m, dof), with costs (m,), that are soonest reached from others, (n, dof)."""
-    first = bounds_between(move.robot, before, postures).min(axis=0) + costs
+def nearest(robot: Robot, postures: FloatArray, posture: FloatArray) -> FloatArray:
+    """Postures (n, dof) with each joint in the turn within its range that is nearest to a posture (dof,)."""
+    if isinstance(robot, SpatialArm):
+        return JointTurns.of(robot).nearest(postures, posture)
+    return postures + TURN * np.where(robot.endless, np.rint((posture - postures) / TURN), 0.0)
+
+
+def _soonest(
+    move: Move, postures: FloatArray, costs: FloatArray, before: FloatArray, since: FloatArray
+) -> SequenceStop:
+    """The stop at those of postures (m, dof), with costs (m,), that are soonest reached past others, (n, dof).
+
+    Args:
+        move: that leads there.
+        postures: (m, dof).
+        costs: of their goals, (m,), s.
+        before: the others, (n, dof).
+        since: the least time from the beginning to each of these, (n,), s.
+    """
+    first = (since[:, None] + bounds_between(move.robot, before, postures)).min(axis=0) + costs
     kept = np.argsort(first, kind="stable")[:MOST_POSTURES]
     return SequenceStop.free(postures[kept], costs[kept])
+
+
+class WaysInTurns:
+    """Ways of the tool from postures that are alike up to whole turns: found from one of them, moved to the others.
+
+    Args:
+        robot: that moves.
+        found: the paths of the joints from a posture (dof,).
+    """
+
+    def __init__(self, robot: Robot, found: Callable[[FloatArray], list[JointPath]]) -> None:
+        self._robot, self._found = robot, found
+        self._known: list[tuple[FloatArray, list[JointPath]]] = []
+
+    def __call__(self, posture: FloatArray) -> list[JointPath]:
+        """The paths of the joints from a posture (dof,).
+
+        Raises:
+            InvalidProblem: the tool cannot be led along.
+        """
+        for other, paths in self._known:
+            turns = TURN * np.rint((posture - other) / TURN) * winding_joints(self._robot)
+            if np.abs(posture - other - turns).max() <= SAME_TURN:
+                moved = [path.moved_by(posture - other) for path in paths]
+                kept = [path for path in moved if self._is_within(path)]
+                if kept:
+                    return kept
+        paths = self._found(posture)
+        self._known.append((posture, paths))
+        return paths
+
+    def _is_within(self, path: JointPath) -> bool:
+        limits = self._robot.limits.position
+        if limits is None:
+            return True
+        low, high = np.array(limits).T
+        corners = bernstein(path.coefficients, np.diff(path.breakpoints)).reshape(-1, low.size)  # they hold the path
+        return bool((corners >= low).all() and (corners <= high).all())
 
 
 def ways_along(

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "branchwise.hpp"
+#include "inverse.hpp"
 #include "proof.hpp"
-#include "reach.hpp"
 #include "reader.hpp"
 #include "rooms.hpp"
 
@@ -98,11 +98,18 @@ int placed_at(Eight& eight, const Looked& looked, int row, std::vector<Lanes>& l
     return count;
 }
 
-// How many postures of a path there are, of which at most `capacity` are written.
+// How many postures there are, of which at most `capacity` are written.
 int written(const std::vector<double>& found, int k, int capacity, double* path) {
     const int count = (int)found.size() / k;
     std::copy(found.begin(), found.begin() + (size_t)std::min(count, capacity) * k, path);
     return count;
+}
+
+Target target_of(const double* position, const double* rotation) {
+    Target target{};
+    std::copy(position, position + 3, target.position);
+    if (rotation) std::copy(rotation, rotation + 9, target.rotation);
+    return target;
 }
 
 }  // namespace
@@ -256,11 +263,9 @@ int core_connect_asking(int k, const double* start, const double* goal, const do
 // Where steps lead from postures (rows, k), which are replaced, to a pose of the tool; what each then lacks, (rows,).
 void core_reach(const World* arm, int carrier, const double* tool, const double* position, const double* rotation, int turned,
                 const double* lower, const double* upper, int steps, int rows, double* theta, double* missing) {
-    Target target{};
-    std::copy(position, position + 3, target.position);
-    if (turned) std::copy(rotation, rotation + 9, target.rotation);
-    target.turned = turned != 0;
-    Reach reach(*arm, carrier, tool, tool + 9, target, lower, upper);
+    const Target target = target_of(position, turned ? rotation : nullptr);
+    Reach reach(*arm, carrier, tool, turned != 0, lower, upper);
+    for (int lane = 0; lane < LANES; ++lane) reach.aim(lane, target);
     std::vector<Lanes> lanes;
     const int k = arm->dof;
     for (int row = 0; row < rows; row += LANES) {
@@ -271,5 +276,20 @@ void core_reach(const World* arm, int carrier, const double* tool, const double*
             for (int j = 0; j < k; ++j) theta[(size_t)(row + lane) * k + j] = lanes[j][lane];
         }
     }
+}
+
+// Postures and their manipulability (n, k + 1) that reach poses, to which so many steps lead from starts (starts, k), one pose
+// after the other: how many there are in all, of which at most `capacity` are written, and of each pose, (poses,).
+int core_inverse(const World* arm, int carrier, const double* tool, int poses, const double* positions,
+                 const double* rotations, const double* low, const double* high, const int* winding, const double* near,
+                 int starts, const double* from, int steps, double tolerance, double apart, int capacity, int* counts,
+                 double* found) {
+    std::vector<Target> targets;
+    for (int pose = 0; pose < poses; ++pose)
+        targets.push_back(target_of(positions + 3 * pose, rotations ? rotations + 9 * pose : nullptr));
+    const JointTurns joints{low, high, near, winding};
+    const InverseSearch search{starts, steps, from, tolerance, apart};
+    return written(Inverse(*arm, carrier, tool, targets, rotations != nullptr, joints, search)(counts), arm->dof + 1,
+                   capacity, found);
 }
 }

@@ -7,22 +7,26 @@ namespace core {
 
 struct Target {
     double position[3], rotation[9];
-    bool turned;  // whether the rotation matters
 };
 
 class Reach {
 public:
-    // Of an arm whose tool is at a place in the frame of a body, (rotation, translation).
-    Reach(const World& arm, int carrier, const double* tool_rotation, const double* tool_translation, const Target& target,
-          const double* lower, const double* upper)
-        : eight_(arm), carrier_(carrier), lower_(lower), upper_(upper), target_(target), size_(target.turned ? 6 : 3), columns_(arm.dof),
-          moved_(arm.dof) {
+    static constexpr double CONVERGED = 1e-12, LEAST_GAIN = 0.2;
+    static constexpr int PATIENCE = 10;  // steps in which less has to be missing
+
+    // Of an arm whose tool is at a place in the frame of a body, (rotation, translation); its targets are turned or not.
+    Reach(const World& arm, int carrier, const double* tool, bool turned, const double* lower, const double* upper)
+        : eight_(arm), carrier_(carrier), lower_(lower), upper_(upper), size_(turned ? 6 : 3), tool_(tool), columns_(arm.dof),
+          moved_(arm.dof) {}
+
+    // What the tool of a lane is to reach.
+    void aim(int lane, const Target& target) {
         for (int i = 0; i < 3; ++i) {
-            tool_[i] = tool_translation[i];
+            position_[i][lane] = target.position[i];
             for (int j = 0; j < 3; ++j) {  // the rotation that the body's frame needs: target tool^T
                 double sum = 0.0;
-                for (int k = 0; k < 3; ++k) sum += target.rotation[3 * i + k] * tool_rotation[3 * j + k];
-                wanted_[3 * i + j] = sum;
+                for (int k = 0; k < 3; ++k) sum += target.rotation[3 * i + k] * tool_[3 * j + k];
+                wanted_[3 * i + j][lane] = sum;
             }
         }
     }
@@ -44,20 +48,27 @@ public:
         return missing;
     }
 
-private:
-    static constexpr double DAMPING = 0.05, LEAST_DAMPING = 1e-12, LONGEST_STEP = 0.6;
-    static constexpr double CONVERGED = 1e-12, LEAST_GAIN = 0.2, UPSIDE_DOWN = 1e-3;
-    static constexpr int PATIENCE = 10;  // steps in which less has to be missing
+    // Whether the tool is at its place, and turned as it is to be, within a tolerance, m and rad.
+    Mask arrived(const Lanes* theta, double tolerance) {
+        const Lanes size = look(theta);
+        Mask found = size < 1.0;  // half a turn has no axis
+        for (int first = 0; first < size_; first += 3) {
+            Lanes sum = {};
+            for (int i = first; i < first + 3; ++i) sum += missing_[i] * missing_[i];
+            found &= root(sum) <= tolerance;
+        }
+        return found;
+    }
 
-    // What the tool lacks: metres, then the Rodrigues vector 2 tan(a / 2) of the turn.
+    // What the tool lacks, in all: metres, then the Rodrigues vector 2 tan(a / 2) of the turn.
     Lanes look(const Lanes* theta) {
         eight_.place(theta);
         const Frame& last = eight_.frames[carrier_];
-        place_ = placed(last, tool_);
+        place_ = placed(last, tool_ + 9);
         const Lanes at[3] = {place_.x, place_.y, place_.z};
-        for (int i = 0; i < 3; ++i) missing_[i] = target_.position[i] - at[i];
+        for (int i = 0; i < 3; ++i) missing_[i] = position_[i] - at[i];
         Mask over = {};
-        if (target_.turned) {
+        if (size_ > 3) {
             Lanes turn[9];
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j)
@@ -76,6 +87,16 @@ private:
         return chosen(over, most(root(sum), all(1.0)), root(sum));  // half a turn has no axis
     }
 
+    // Yoshikawa's measure of the postures of the last look, the root of det(J J^T).
+    Lanes manipulability() {
+        columns();
+        factored(Lanes{});
+        Lanes product = pivot_[0];
+        for (int i = 1; i < size_; ++i) product *= pivot_[i];
+        return chosen(product > 0.0, root(product), Lanes{});  // where a pivot is none there is no number
+    }
+
+    // A step of the lanes that go on, after a look.
     void step(Lanes* theta, Lanes missing, Mask going) {
         const int k = eight_.world.dof;
         const Lanes damping = DAMPING * (missing * missing) + LEAST_DAMPING;
@@ -97,6 +118,9 @@ private:
         }
     }
 
+private:
+    static constexpr double DAMPING = 0.05, LEAST_DAMPING = 1e-12, LONGEST_STEP = 0.6, UPSIDE_DOWN = 1e-3;
+
     // How each joint moves the tool.
     void columns() {
         for (int joint = carrier_; joint > 0; joint = eight_.world.joints[joint - 1].parent) {
@@ -108,25 +132,32 @@ private:
         }
     }
 
-    // The step, by L D L^T of the small symmetric matrix.
-    void solved(Lanes damping) {
-        Lanes factor[6][6], pivot[6], weight[6];
+    // The small symmetric matrix J J^T + damping as L D L^T.
+    void factored(Lanes damping) {
         for (int i = 0; i < size_; ++i) {
             for (int j = 0; j <= i; ++j) {
                 Lanes sum = i == j ? damping : Lanes{};
                 for (const Column& column : columns_) sum += column.part[i] * column.part[j];
-                for (int m = 0; m < j; ++m) sum -= factor[i][m] * factor[j][m] * pivot[m];
+                for (int m = 0; m < j; ++m) sum -= factor_[i][m] * factor_[j][m] * pivot_[m];
                 if (i == j)
-                    pivot[i] = sum;
+                    pivot_[i] = sum;
                 else
-                    factor[i][j] = sum / pivot[j];
+                    factor_[i][j] = sum / pivot_[j];
             }
+        }
+    }
+
+    // The step.
+    void solved(Lanes damping) {
+        factored(damping);
+        Lanes weight[6];
+        for (int i = 0; i < size_; ++i) {
             weight[i] = missing_[i];
-            for (int m = 0; m < i; ++m) weight[i] -= factor[i][m] * weight[m];
+            for (int m = 0; m < i; ++m) weight[i] -= factor_[i][m] * weight[m];
         }
         for (int i = size_ - 1; i >= 0; --i) {
-            weight[i] /= pivot[i];
-            for (int m = i + 1; m < size_; ++m) weight[i] -= factor[m][i] * weight[m];
+            weight[i] /= pivot_[i];
+            for (int m = i + 1; m < size_; ++m) weight[i] -= factor_[m][i] * weight[m];
         }
         for (size_t joint = 0; joint < columns_.size(); ++joint) {
             moved_[joint] = columns_[joint].part[0] * weight[0];
@@ -141,11 +172,11 @@ private:
     Eight eight_;
     const int carrier_;  // of the tool; joints of other branches do not move it, and their columns stay zero
     const double *lower_, *upper_;
-    const Target target_;
     const int size_;
-    double tool_[3], wanted_[9];
+    const double* tool_;
+    Lanes position_[3] = {}, wanted_[9] = {};
     Point place_;
-    Lanes missing_[6];
+    Lanes missing_[6], factor_[6][6], pivot_[6];
     std::vector<Column> columns_;
     std::vector<Lanes> moved_;
 };
