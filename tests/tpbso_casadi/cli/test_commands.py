@@ -191,7 +191,7 @@ def completed(*words: str) -> set[str]:
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
 def test_bash_completes_commands_options_scenarios_solvers_and_files(completing: None) -> None:
     assert completed("tpbso", "") == set(COMMANDS)
-    assert completed("tpbso", "re") == {"retime", "reproduce"}
+    assert completed("tpbso", "re") == {"reach", "retime", "reproduce"}
     assert completed("tpbso", "solve", "time-") == {name for name in TITLES if name.startswith("time-")}
     assert completed("tpbso", "solve", "") >= {*TITLES, "mine.toml"}
     assert completed("tpbso", "solve", "mi") == {"mine.toml"}
