@@ -36,7 +36,7 @@ from problems.tasks.place import (
     narrow_elbow,
 )
 from problems.tasks.point_to_point import PointToPoint
-from problems.tasks.pose import Pose, checked_frames
+from problems.tasks.pose import Pose, are_rotations, checked_frames
 from problems.tasks.recorded import RecordedMotion
 from problems.tasks.seen_from import SeenFrom
 from problems.tasks.sequence import Sequence
@@ -84,6 +84,7 @@ __all__ = [
     "ToolPath",
     "ToolTracing",
     "Turns",
+    "are_rotations",
     "check_at_least",
     "check_bodies",
     "check_choice",

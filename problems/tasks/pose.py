@@ -127,6 +127,12 @@ class Projection:
         return self.steps(starts, point, rotation, (least, most), SETTINGS.projection_steps)
 
 
+def are_rotations(matrices: FloatArray) -> bool:
+    """Whether matrices (..., 3, 3) are rotations, all of them."""
+    orthogonal = np.allclose(matrices @ np.swapaxes(matrices, -1, -2), np.eye(3), atol=MATRIX_TOLERANCE)
+    return orthogonal and bool((np.linalg.det(matrices) > 0.0).all())
+
+
 def checked_frames(matrices: object) -> FloatArray:
     """Homogeneous matrices, (4, 4) or (m, 4, 4), of rotations and translations in m.
 
@@ -140,9 +146,7 @@ def checked_frames(matrices: object) -> FloatArray:
     last_row = (0.0, 0.0, 0.0, 1.0)
     if given.shape[-2:] != (4, 4) or not np.allclose(given[..., 3, :], last_row, atol=MATRIX_TOLERANCE):
         raise InvalidProblem("matrix", "a homogeneous matrix is needed: 4 x 4, the last row 0, 0, 0, 1")
-    rotations = given[..., :3, :3]
-    orthogonal = np.allclose(rotations @ np.swapaxes(rotations, -1, -2), np.eye(3), atol=MATRIX_TOLERANCE)
-    if not (orthogonal and (np.linalg.det(rotations) > 0.0).all()):
+    if not are_rotations(given[..., :3, :3]):
         raise InvalidProblem("matrix", "its 3 x 3 part is no rotation")
     return given
 

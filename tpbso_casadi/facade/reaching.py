@@ -1,4 +1,4 @@
-"""What an arm reaches, by a call."""
+"""``tp.reach``: a map of what an arm reaches."""
 
 from __future__ import annotations
 

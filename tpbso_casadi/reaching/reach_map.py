@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from problems import InvalidProblem
 from problems.base import FloatArray, tell_step
 from problems.robots import Poses, SpatialArm, spread_shares
+from problems.tasks import are_rotations
 from tpbso_casadi.figures.palette import FORMATS
 from tpbso_casadi.reaching.among import ArmAmong
 from tpbso_casadi.storage import OutputError, check_file, write_with, writing
@@ -188,7 +189,6 @@ def _rotations(stated: ArrayLike) -> FloatArray:
     rotations = given[None] if given.ndim == 2 else given
     if rotations.shape[1:] != (3, 3) or not len(rotations):
         raise InvalidProblem("rotations", "matrices (r, 3, 3) are needed")
-    square = rotations @ rotations.transpose(0, 2, 1)
-    if not np.allclose(square, np.eye(3), atol=1e-6) or not (np.linalg.det(rotations) > 0.0).all():
+    if not are_rotations(rotations):
         raise InvalidProblem("rotations", "one is no rotation")
     return rotations
