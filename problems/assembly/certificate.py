@@ -175,18 +175,22 @@ class _StageClaim:
         return any(isinstance(limit, kinds) for limit in self._limits)
 
     def _may_touch(self) -> dict[str, list[int]]:
-        """Links and obstacles, by their places in the file, that need not keep clear."""
+        """Links and obstacles, by their places in the file, that need not keep clear.
+
+        Of links that no joint moves these are all that are not proven to.
+        """
         robot, kept = self._criteria.robot, self._keeps(FROM_OBSTACLES)
         links = (
             [(name, moves) for name, _, moves in known_robot(robot).roots]
             if isinstance(robot, SpatialArm)
             else [(body.name, True) for body in robot.bodies.each]
         )
+        near = {(contact.link, contact.place + 1) for contact in self._criteria.fixed_contacts(self._trajectory)}
         pairs = [
             (link, place)
             for link, (name, moves) in enumerate(links)
-            for place, (_, obstacle, _) in enumerate(self._obstacles)
-            if not (kept and moves) or (name, obstacle.unmoved.name) in robot.may_touch
+            for place, (number, obstacle, _) in enumerate(self._obstacles)
+            if not kept or (name, obstacle.unmoved.name) in robot.may_touch or (not moves and (name, number) in near)
         ]
         return {"links": [link for link, _ in pairs], "obstacles": [place for _, place in pairs]}
 
@@ -248,7 +252,7 @@ class _StageClaim:
         for constraint, _ in criteria.task.conditions(self._trajectory):
             if constraint.name not in covered:
                 yield f"condition: {constraint.name}"
-        yield from criteria.not_judged
+        yield from criteria.not_judged(self._trajectory)
 
 
 def _is_of_tools(place: Place, robot: Robot) -> bool:

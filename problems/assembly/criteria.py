@@ -16,10 +16,12 @@ from problems.base import FloatArray, InvalidProblem, Parametric
 from problems.certify import (
     AtGoal,
     ClosestApproach,
+    FixedContact,
     Verdict,
     at_goal,
     closest_approach,
     closest_cover,
+    fixed_contacts,
     limit_verdicts,
     safe_time_scale,
     stay_verdicts,
@@ -29,7 +31,7 @@ from problems.certify import (
 from problems.limits import LIMITS, Clearance, CoverClearance, Limit, LimitKind, complete_limits, limits_of
 from problems.motions import JointPath, Trajectory
 from problems.objectives import OBJECTIVES, Objective
-from problems.robots import Robot
+from problems.robots import Robot, SpatialArm
 from problems.scene import Obstacle
 from problems.tasks import JointFollowing, Milestone, RecordedMotion, Task
 from problems.timing import retime
@@ -198,12 +200,16 @@ class Criteria(Parametric):
         """Under what ``certified`` holds, in words to stand behind it; empty where there is nothing to say."""
         return self.robot.assumed
 
-    @property
-    def not_judged(self) -> tuple[str, ...]:
-        """Lines that name what no verdict speaks of, although it is or may be there."""
-        found = [*self.robot.unjudged, *self._contacts_with_several()]
-        if self.robot.dim == 3 and any(obstacle.moves for obstacle in self.obstacles):
-            found.append("clearance of what no joint moves from obstacles that move")
+    def fixed_contacts(self, trajectory: Trajectory) -> tuple[FixedContact, ...]:
+        """The links that no joint moves and obstacles that are not proven to keep clear of them during a motion."""
+        seconds = trajectory.duration + self.task.stay
+        return fixed_contacts(self.robot, self.obstacles, seconds) if type(self.robot) is SpatialArm else ()
+
+    def not_judged(self, trajectory: Trajectory) -> tuple[str, ...]:
+        """Lines that name what no verdict on a motion speaks of, although it is or may be there."""
+        found = [*self.robot.unjudged, *self._contacts_with_several(), *map(str, self.fixed_contacts(trajectory))]
+        if self.robot.dim == 3 and self.obstacles and type(self.robot) is not SpatialArm:
+            found.append("clearance of what no joint moves from obstacles")
         if self.robot.joint_errors is not None:
             planned = dict.fromkeys(limit.name for limit in self.judged_limits if not limit.within_tracking)
             found.append(f"{', '.join(planned)}, and the path of the tool, of joints that are off the plan")
@@ -296,7 +302,6 @@ class RecordedMotionCriteria(Criteria):
         """The verdicts on limits, with the first time at which a violated one is broken."""
         return verdicts_with_first_times(self.judged_limits, trajectory, self.task.end_accelerations)
 
-    @property
-    def not_judged(self) -> tuple[str, ...]:
+    def not_judged(self, trajectory: Trajectory) -> tuple[str, ...]:
         left_out = (f"{name}, as asked" for name in self.task.without)
-        return (*super().not_judged, *self.task.remarks, *left_out)
+        return (*super().not_judged(trajectory), *self.task.remarks, *left_out)

@@ -93,13 +93,12 @@ class SequenceCriteria(Criteria):
                 assert now is not None
                 yield now, within.nonzero()[0]
 
-    @property
-    def not_judged(self) -> tuple[str, ...]:
+    def not_judged(self, trajectory: Trajectory) -> tuple[str, ...]:
         """The lines of all stages, each with its stage where it does not hold for all of them."""
         lines: dict[str, list[str]] = {}
         for stage in self._moving:
             assert stage.criteria is not None
-            for line in stage.criteria.not_judged:
+            for line in stage.criteria.not_judged(stage.motion(trajectory)):
                 lines.setdefault(line, []).append(stage.label)
         every = len(self._moving)
         return tuple(

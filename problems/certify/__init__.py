@@ -12,6 +12,7 @@ from problems.certify.clearance import (
 )
 from problems.certify.core_clearance import closest_cover, prove_among, prove_clearance_in_core
 from problems.certify.division import divided
+from problems.certify.fixed_links import FixedContact, fixed_contacts
 from problems.certify.settings import (
     ApproachSettings,
     BreachSettings,
@@ -45,6 +46,7 @@ __all__ = [
     "ClearanceProof",
     "ClosestApproach",
     "DivisionSettings",
+    "FixedContact",
     "IntervalSettings",
     "RefusedError",
     "StaySettings",
@@ -60,6 +62,7 @@ __all__ = [
     "divided",
     "exact_time_scale",
     "first_broken",
+    "fixed_contacts",
     "freedom",
     "halves",
     "jacobian_pattern",

@@ -20,7 +20,7 @@ from problems.core.motion_numbers import MotionNumbers
 from problems.core.rows import SingleRows, WholeRows, stacked
 from problems.core.segments import Guards, SegmentCells, SegmentMotion, Stops
 from problems.core.trust_region import Step, TrustRegion
-from problems.core.world import CONNECT, MOST_ITEMS, CompiledWorld, known_robot
+from problems.core.world import CONNECT, MOST_ITEMS, CompiledWorld, fixed_clearance, fixed_links, known_robot
 
 __all__ = [
     "CONNECT",
@@ -52,6 +52,8 @@ __all__ = [
     "core",
     "drift_of",
     "drifts_of",
+    "fixed_clearance",
+    "fixed_links",
     "found_core",
     "is_known",
     "known_robot",

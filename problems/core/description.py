@@ -7,7 +7,7 @@ more. ``ROUNDING`` (n + 4) u times the largest coordinates there are is more tha
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,7 @@ class RobotNumbers:
         groups: that must keep apart: two nodes, and from where to where pairs of their balls are meant, (g, 4).
         pairs: of balls, (p, 2).
         farthest: no ball is farther from the base, m.
+        fixed: whether it is of links that no joint moves; else these are there for others to keep apart from.
     """
 
     counts: list[int]
@@ -61,11 +62,21 @@ class RobotNumbers:
     groups: list[tuple[int, int, int, int]]
     pairs: list[tuple[int, int]]
     farthest: float
+    fixed: bool = False
 
     @classmethod
     def of(cls, robot: SpatialArm) -> RobotNumbers:
         """The numbers of a robot's cover, where it has one, else of its spheres."""
-        links = _covered(robot) if robot.cover is not None else _of_spheres(robot)
+        return cls._of_links(robot, _links(robot), fixed=False)
+
+    @classmethod
+    def of_fixed(cls, robot: SpatialArm, names: Collection[str]) -> RobotNumbers:
+        """The numbers of links of some names as far as no joint moves them."""
+        links = [link for link in _links(robot) if link.name in names and not link.moves]
+        return cls._of_links(robot, links, fixed=True)
+
+    @classmethod
+    def _of_links(cls, robot: SpatialArm, links: Sequence[LinkTree], fixed: bool) -> RobotNumbers:
         firsts = np.cumsum([0, *(len(link.tree.count) for link in links)]).tolist()
         chain = robot.chain
         counts = [int(part) for one in zip(chain.joints, chain.parents, strict=True) for part in (one[0].turns, one[1])]
@@ -80,7 +91,7 @@ class RobotNumbers:
             for joint in chain.joints
             for part in (*(entry for row in joint.pose.rotation for entry in row), *joint.pose.translation, *joint.axis)
         ]
-        groups, pairs = _own_pairs(robot, links, firsts)
+        groups, pairs = ([], []) if fixed else _own_pairs(robot, links, firsts)
         farthest = float(chain.offsets.sum()) + max(
             (float(np.linalg.norm(link.tree.nodes.centers[0])) + float(link.tree.nodes.radii[0]) for link in links),
             default=0.0,
@@ -94,7 +105,12 @@ class RobotNumbers:
             groups=groups,
             pairs=pairs,
             farthest=farthest,
+            fixed=fixed,
         )
+
+
+def _links(robot: SpatialArm) -> list[LinkTree]:
+    return _covered(robot) if robot.cover is not None else _of_spheres(robot)
 
 
 def _covered(robot: SpatialArm) -> list[LinkTree]:
@@ -212,7 +228,7 @@ def described(
         (root, number)
         for name, root, moves in own.roots
         for number, obstacle in enumerate(obstacles)
-        if moves and (name, obstacle.unmoved.name) not in robot.may_touch
+        if moves != own.fixed and (name, obstacle.unmoved.name) not in robot.may_touch
     ]
     solids = [(obstacle, _plain(obstacle)) for obstacle in obstacles]
     counts = [robot.dof, len(own.names), len(watched), len(own.groups), len(own.pairs), len(solids)]

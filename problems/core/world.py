@@ -74,14 +74,16 @@ class CompiledWorld(World):
     Args:
         robot: with its margins; where it has a cover, that is what counts, else its spheres.
         obstacles: around it.
+        fixed: names of links that no joint moves, of which alone it is then, and of how far obstacles are from them.
 
     Attributes:
         farthest: no ball of the robot is farther from the origin, m.
     """
 
-    def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle]) -> None:
-        self._arm, self._obstacles, self._robot = robot, tuple(obstacles), known_robot(robot)
-        self._world = _core_world(robot, tuple(each.unmoved if is_known(each) else each for each in obstacles))
+    def __init__(self, robot: SpatialArm, obstacles: Sequence[Obstacle], fixed: tuple[str, ...] = ()) -> None:
+        self._arm, self._obstacles, self._fixed = robot, tuple(obstacles), fixed
+        self._robot = _numbers(robot, fixed)
+        self._world = _core_world(robot, tuple(each.unmoved if is_known(each) else each for each in obstacles), fixed)
         drifts = drifts_of(obstacles)
         self._drifts = np.ascontiguousarray(drifts) if any(obstacle.moves for obstacle in obstacles) else None
         tracking = robot.tracking
@@ -91,10 +93,18 @@ class CompiledWorld(World):
     @classmethod
     def of(cls, robot: Robot, obstacles: Sequence[Obstacle]) -> CompiledWorld | None:
         """The world, where the core knows the robot; the same object for the same world."""
-        return _known_world(robot, tuple(obstacles)) if type(robot) is SpatialArm else None
+        return _known_world(robot, tuple(obstacles), ()) if type(robot) is SpatialArm else None
+
+    @classmethod
+    def of_fixed(
+        cls, robot: SpatialArm, obstacles: Sequence[Obstacle], links: Sequence[str] | None = None
+    ) -> CompiledWorld | None:
+        """The world of links that no joint moves, all of them by default; None where there are none."""
+        names = fixed_links(robot) if links is None else tuple(links)
+        return _known_world(robot, tuple(obstacles), names) if names else None
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _known_world, (self._arm, self._obstacles)
+        return _known_world, (self._arm, self._obstacles, self._fixed)
 
     @property
     def dof(self) -> int:
@@ -114,7 +124,7 @@ class CompiledWorld(World):
 
     @cached_property
     def still(self) -> CompiledWorld:
-        return _known_world(self._arm, tuple(standing(self._obstacles))) if self.moves else self
+        return _known_world(self._arm, tuple(standing(self._obstacles)), self._fixed) if self.moves else self
 
     def _moving(self, times: FloatArray | None, count: int) -> MovingSolids | None:
         """The obstacles at the times of so many postures; None where nothing moves."""
@@ -294,16 +304,16 @@ class CompiledWorld(World):
 
 
 @lru_cache(maxsize=CACHE_SIZE)
-def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CompiledWorld:
-    return CompiledWorld(robot, obstacles)
+def _known_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...], fixed: tuple[str, ...]) -> CompiledWorld:
+    return CompiledWorld(robot, obstacles, fixed)
 
 
 @lru_cache(maxsize=CACHE_SIZE)
-def _core_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...]) -> CoreWorld:
+def _core_world(robot: SpatialArm, obstacles: tuple[Obstacle, ...], fixed: tuple[str, ...]) -> CoreWorld:
     """The core's world of a robot among obstacles, as seen from their frames where it knows how they move."""
     asked = {number: each for number, each in enumerate(obstacles) if not is_known(each)}
     solids = AskedSolids(asked, farthest_ball(robot)) if asked else None
-    return core().world(*described(robot, known_robot(robot), obstacles), solids)
+    return core().world(*described(robot, _numbers(robot, fixed), obstacles), solids)
 
 
 def farthest_ball(robot: SpatialArm) -> float:
@@ -315,3 +325,29 @@ def farthest_ball(robot: SpatialArm) -> float:
 def known_robot(robot: SpatialArm) -> RobotNumbers:
     """The robot's part of a description, made once."""
     return RobotNumbers.of(robot)
+
+
+def _numbers(robot: SpatialArm, fixed: tuple[str, ...]) -> RobotNumbers:
+    return RobotNumbers.of_fixed(robot, fixed) if fixed else known_robot(robot)
+
+
+def fixed_links(robot: SpatialArm) -> tuple[str, ...]:
+    """The names of links that no joint moves and whose geometry is known, each once."""
+    return tuple(dict.fromkeys(name for name, _, moves in known_robot(robot).roots if not moves))
+
+
+def fixed_clearance(robot: Robot, obstacles: Sequence[Obstacle]) -> float:
+    """The distance from obstacles of the links that no joint moves, such as the base, as far as they must not touch.
+
+    Args:
+        robot: of whose cover, or spheres, the nearest point counts.
+        obstacles: where they are at t = 0.
+
+    Returns:
+        m, negative where one goes into the other; infinite where there is nothing that could be near.
+    """
+    world = CompiledWorld.of_fixed(robot, obstacles) if type(robot) is SpatialArm else None
+    if world is None:
+        return np.inf
+    margin = world.margins[Separation.FROM_OBSTACLES]
+    return margin + float(world.clearance_margins(np.zeros((1, robot.dof)), which=Separation.FROM_OBSTACLES)[0])

@@ -157,6 +157,7 @@ def reachable_pairs(robot: Robot, obstacles: Sequence[Obstacle], spare: float = 
     """All pairs of body and obstacle except those that can never come within the margin, and ``spare`` m more.
 
     Bodies that no joint moves, as the foot of a robot on a table, are none of them: no motion could avoid anything.
+    What they touch is told beside the certificate.
     """
     return tuple(pair for pair in all_pairs(robot, obstacles) if pair.can_touch(robot, spare))
 

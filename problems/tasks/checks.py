@@ -64,7 +64,7 @@ def check_bodies(robot: Robot) -> None:
 def check_obstacles(robot: Robot, obstacles: Sequence[Obstacle]) -> None:
     """Check that obstacles and robot are all in the plane or in space, and that a fixed base is clear.
 
-    Where bodies are balls, the base's own are checked with the postures.
+    Where bodies are balls, contacts of the base are told beside the certificate.
 
     Raises:
         InvalidProblem: one is of another dimension, or encloses the base; or nothing of the robot could touch any.

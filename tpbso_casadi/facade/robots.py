@@ -119,6 +119,10 @@ class StatedRobot:
         with in_words_of_python():
             return (self._alone if _is_empty(obstacles) else self.among(obstacles)).clearance(postures)
 
+    def base_clearance(self, obstacles: Sequence[Any]) -> float:
+        """The distance from obstacles of links that no joint moves: :attr:`ArmAmong.base_clearance`."""
+        return self.among(obstacles).base_clearance
+
     def inverse(
         self, pose: PoseLike | Sequence[PoseLike], *, clear_of: Sequence[Any] = (), **settings: Any
     ) -> FloatArray | list[FloatArray]:

@@ -151,10 +151,10 @@ class JudgedMotion:
         """The status with what the user left out: the geometry of links, limits."""
         return f"{self.status} {self.criteria.assumed}".rstrip()
 
-    @property
+    @cached_property
     def not_judged(self) -> tuple[str, ...]:
         """Lines that name what no verdict speaks of, although it is or may be there."""
-        return self.criteria.not_judged
+        return self.criteria.not_judged(self.trajectory)
 
     @property
     def taken(self) -> tuple[str, ...]:

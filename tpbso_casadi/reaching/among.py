@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from problems import InvalidProblem
 from problems.base import FloatArray, as_array, shown_value
-from problems.core import steps_of
+from problems.core import fixed_clearance, steps_of
 from problems.robots import (
     FoundPostures,
     JointTurns,
@@ -122,6 +122,14 @@ class ArmAmong:
         """
         theta, shape = self._several(postures)
         return self.world.clearance_margins(theta).reshape(shape)
+
+    @cached_property
+    def base_clearance(self) -> float:
+        """The distance from obstacles of links that no joint moves, such as the base, as far as they must not touch; m.
+
+        Negative where one goes into the other, infinite where there is nothing. No plan is refused for it.
+        """
+        return fixed_clearance(self.arm, self.obstacles)
 
     def inverse(
         self,
