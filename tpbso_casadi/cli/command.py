@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import os
+import re
 import shlex
 import shutil
 import sys
@@ -71,6 +72,9 @@ class Help(argparse.HelpFormatter):
         return f"{', '.join(action.option_strings)} {self._format_args(action, action.dest.upper())}"
 
 
+NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$", re.IGNORECASE)
+
+
 class OneLineParser(argparse.ArgumentParser):
     """An argument parser whose errors take one line.
 
@@ -81,6 +85,7 @@ class OneLineParser(argparse.ArgumentParser):
 
     def __init__(self, *arguments: Any, examples: Sequence[str] = (), **options: Any) -> None:
         super().__init__(*arguments, **{"formatter_class": Help, **options})
+        self._negative_number_matcher = NEGATIVE  # also with an exponent, as numbers are printed
         self.examples = tuple(examples)
 
     def error(self, message: str) -> NoReturn:

@@ -54,6 +54,17 @@ def positive_number(most: float, or_zero: bool = False) -> Callable[[str], float
     return parse
 
 
+def finite(text: str) -> float:
+    """A number of a size to be computed with, for argparse."""
+    try:
+        number = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"a number is needed, not {shown_value(text)}") from None
+    if not abs(number) <= LARGEST:
+        raise argparse.ArgumentTypeError(f"{text} is not a number from {-LARGEST:g} to {LARGEST:g}")
+    return number
+
+
 positive_float = positive_number(LARGEST)
 not_negative = positive_number(LARGEST, or_zero=True)
 
@@ -75,6 +86,7 @@ def path(text: str) -> Path:
 Group: TypeAlias = argparse._ActionsContainer
 
 SCENARIO = "SCENARIO"  # metavar of a TOML file or a built-in name
+ROBOT_AND_SURROUNDINGS = "a robot that is built in, a URDF, or a TOML file with a robot and its [[obstacles]]"
 SCENARIOS = "the scenario's"  # default of what overrides a scenario
 MOST_THREADS = 256
 
@@ -385,6 +397,24 @@ def add_out(group: Group, shown: object, default: Path | None = None) -> None:
         help=defaulting(
             "folder to write to: a run or a map there is replaced as a whole, a campaign is resumed", shown
         ),
+    )
+
+
+def add_tip(group: Group) -> None:
+    """The arm that is asked about, where a robot has several."""
+    group.add_argument(
+        "--tip", type=printable_name, metavar="NAME", help=defaulting("whose tool, of several arms", "the robot's own")
+    )
+
+
+def add_descents(group: Group, default: int) -> None:
+    """Starts of inverse kinematics."""
+    group.add_argument(
+        "--descents",
+        type=positive_int,
+        default=default,
+        metavar="N",
+        help=defaulting("to each pose, from as many starts; more find more postures of it", default),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -10,8 +11,9 @@ from numpy.typing import ArrayLike
 from problems.evaluation import processors
 from tpbso_casadi.facade.arguments import in_words_of_python, several, whole
 from tpbso_casadi.facade.robots import AnyRobot
-from tpbso_casadi.facade.surroundings import changed, surroundings
+from tpbso_casadi.facade.surroundings import changed, in_scene, surroundings
 from tpbso_casadi.reaching import STARTS, ArmAmong, Reach, evenly_turned, grid_around, reach_of
+from tpbso_casadi.scenario import Scenario
 
 SPACING, ORIENTATIONS = 0.1, 32  # of the usual grid, m, and ways to turn the tool
 
@@ -42,7 +44,9 @@ def reach(
     """
     with in_words_of_python():
         threads = processors() if workers is None else whole("workers", workers)
-        among = _among(robot, obstacles, tip)
+        known = surroundings(robot, None)
+        listed = several("obstacles", obstacles, "obstacles")
+        among = _among(changed(known, tables={"obstacles": listed}) if listed else known, tip)
         places = grid_around(among.arm, SPACING) if points is None else points
         turned = evenly_turned(ORIENTATIONS) if rotations is None else rotations
         return reach_of(among, places, turned, starts, threads)
@@ -55,13 +59,26 @@ def mapped(robot: AnyRobot, spacing: float, orientations: int, *, tip: str | Non
         InvalidProblem: a number is wrong, or there is no such tip.
         ScenarioError: the robot cannot be.
     """
-    among = _among(robot, (), tip)
+    among = arm_among(robot, None, tip)
     places, turned = grid_around(among.arm, spacing), evenly_turned(orientations)
     return reach_of(among, places, turned, starts, processors())
 
 
-def _among(robot: AnyRobot, obstacles: Sequence[Any], tip: str | None) -> ArmAmong:
-    known = surroundings(robot, None)
-    listed = several("obstacles", obstacles, "obstacles")
-    built = (changed(known, tables={"obstacles": listed}) if listed else known).built()
+def arm_among(robot: AnyRobot, scene: Path | None, tip: str | None) -> ArmAmong:
+    """An arm among what is around it.
+
+    Args:
+        robot: as of :func:`reach`.
+        scene: file of obstacles in place of those of the robot's file.
+        tip: as of :func:`reach`.
+
+    Raises:
+        InvalidProblem: the robot is in the plane, has no such tip, or an obstacle moves.
+        ScenarioError: the robot cannot be, or a file.
+    """
+    return _among(surroundings(robot, None) if scene is None else in_scene(scene, None, robot), tip)
+
+
+def _among(known: Scenario, tip: str | None) -> ArmAmong:
+    built = known.built()
     return ArmAmong.of(built.robot, built.obstacles, tip)

@@ -15,6 +15,7 @@ from problems import InvalidProblem
 from problems.base import FloatArray, as_array, shown_value
 from problems.core import fixed_clearance, steps_of
 from problems.robots import (
+    NEWTON,
     FoundPostures,
     JointTurns,
     Poses,
@@ -25,12 +26,12 @@ from problems.robots import (
     tool_jacobian,
 )
 from problems.scene import Obstacle
-from problems.tasks import Pose, checked_frames
+from problems.tasks import Pose, check_length_one, checked_frames
 from problems.worlds import World, world_of
 
 PoseLike: TypeAlias = Pose | FloatArray | Sequence[Sequence[float]]
 MATRIX = (4, 4)
-STARTS = 64  # of Newton steps for a pose
+POSE_STARTS = 64  # of Newton steps for a pose
 MOST_STARTS = 100_000
 
 
@@ -138,7 +139,7 @@ class ArmAmong:
         near: ArrayLike | None = None,
         turns: bool = False,
         touching: bool = False,
-        starts: int = STARTS,
+        starts: int = POSE_STARTS,
     ) -> FloatArray | list[FloatArray]:
         """Postures with the tool at a pose that keep clear, those that are nearest to one first.
 
@@ -181,6 +182,27 @@ class ArmAmong:
         Raises:
             InvalidProblem: there are no starts, or too many.
         """
+        return steps_of(self.arm).inverse(poses, self._begun(starts, near), self.turns, near)
+
+    def nearest(self, pose: PoseLike, *, starts: int = POSE_STARTS) -> FloatArray:
+        """The posture (dof,) found with the tool nearest to a pose that may be out of reach, whatever it touches.
+
+        Args:
+            pose: as of :meth:`inverse`, one.
+            starts: likewise.
+
+        Raises:
+            InvalidProblem: an argument is wrong.
+        """
+        poses, alone = poses_of(pose)
+        if not alone:
+            raise InvalidProblem("pose", "one is needed")
+        begun, ((position, rotation),) = self._begun(starts, self.turns.middle), poses.each
+        theta, missing = steps_of(self.arm)(begun, position, rotation, self.turns.bounds, NEWTON.steps)
+        return np.asarray(theta[np.argmin(missing)])
+
+    def _begun(self, starts: int, near: FloatArray) -> FloatArray:
+        """A posture (dof,) within the ranges and so many others, (1 + starts, dof), where steps begin."""
         if not isinstance(starts, int | np.integer) or not 1 <= starts <= MOST_STARTS:
             raise InvalidProblem(
                 "starts", f"a whole number from 1 to {MOST_STARTS} is needed, not {shown_value(starts)}"
@@ -190,7 +212,7 @@ class ArmAmong:
         moved = np.array(self.arm.chain.above(self.arm.chain.carrier)) - 1
         others = np.setdiff1d(np.arange(self.arm.dof), moved)
         begun[:, others] = near[others]
-        return steps_of(self.arm).inverse(poses, begun, self.turns, near)
+        return begun
 
     def _sorted(self, theta: FloatArray, middle: FloatArray, all_turns: bool) -> FloatArray:
         if all_turns and len(theta):
@@ -241,6 +263,9 @@ def poses_of(stated: PoseLike | Sequence[PoseLike]) -> tuple[Poses, bool]:
 def _of_objects(poses: Sequence[Pose]) -> Poses:
     if any(pose.freedom is not None or pose.within for pose in poses):
         raise InvalidProblem("pose", "within and free are of goals; state a pose, or its point alone")
+    for pose in poses:
+        if pose.quaternion is not None:
+            check_length_one("pose", pose.quaternion)
     turned = [pose.rotation for pose in poses if pose.rotation is not None]
     if turned and len(turned) < len(poses):
         raise InvalidProblem("pose", "some have a quaternion and some do not; ask for them one after the other")

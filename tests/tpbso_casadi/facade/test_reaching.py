@@ -176,3 +176,19 @@ def test_maps_that_cannot_be_are_refused(arm: tp.StatedRobot, tmp_path: Path) ->
     (tmp_path / "other.npz").write_text("no map")
     with pytest.raises(tp.OutputError, match="no map"):
         tp.read_reach(tmp_path / "other.npz")
+
+
+def test_the_nearest_posture_is_at_the_pose_or_as_near_as_the_arm_is_long(arm: tp.StatedRobot) -> None:
+    among = arm.among()
+    np.testing.assert_allclose(among.forward(among.nearest(POSE))[:3, 3], POSE.point, atol=1e-9)
+    up = among.nearest(tp.Pose((0.0, 0.0, 3.0)))
+    highest = arm.forward([0.0, -np.pi / 2, 0.0, 0.0, np.pi / 2, 0.0])[2, 3]  # upright, the tool 0.0996 m beside
+    assert highest - 1e-6 <= among.forward(up)[2, 3] <= 3.0
+    with pytest.raises(tp.InvalidProblem, match="pose: one is needed"):
+        among.nearest([POSE, POSE])
+
+
+@pytest.mark.parametrize("quaternion", [(1.0, 1.0, 0.0, 0.0), (0.0,) * 4, (np.nan, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
+def test_a_quaternion_has_length_one(arm: tp.StatedRobot, quaternion: tuple[float, ...]) -> None:
+    with pytest.raises(tp.ScenarioError, match="is no quaternion x, y, z, w of length 1"):
+        arm.inverse(tp.Pose((0.4, 0.2, 0.4), quaternion))  # type: ignore[arg-type]

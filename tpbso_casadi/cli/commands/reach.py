@@ -9,14 +9,16 @@ from pathlib import Path
 from problems import InvalidProblem
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, run_command
 from tpbso_casadi.cli.options import (
+    ROBOT_AND_SURROUNDINGS,
+    add_descents,
     add_no_plots,
     add_out,
     add_quiet,
+    add_tip,
     defaulting,
     output_group,
     positive_float,
     positive_int,
-    printable_name,
     problem_group,
 )
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
@@ -43,11 +45,7 @@ def parser() -> OneLineParser:
         "and of itself.",
         examples=["ur5e", "cell.toml --spacing 0.05 --orientations 50 --out runs/reach"],
     )
-    command_line.add_argument(
-        "robot",
-        metavar="NAME|FILE",
-        help="a robot that is built in, a URDF, or a TOML file with a robot and its [[obstacles]]",
-    )
+    command_line.add_argument("robot", metavar="NAME|FILE", help=ROBOT_AND_SURROUNDINGS)
     problem = problem_group(command_line)
     problem.add_argument(
         "--spacing", type=positive_float, default=SPACING, metavar="METRES", help=defaulting("of the grid", SPACING)
@@ -59,16 +57,8 @@ def parser() -> OneLineParser:
         metavar="N",
         help=defaulting("ways to turn the tool, evenly spread", ORIENTATIONS),
     )
-    problem.add_argument(
-        "--descents",
-        type=positive_int,
-        default=STARTS,
-        metavar="N",
-        help=defaulting("to each pose, from as many starts; more find more postures of it", STARTS),
-    )
-    problem.add_argument(
-        "--tip", type=printable_name, metavar="NAME", help=defaulting("whose tool, of several arms", "the robot's own")
-    )
+    add_descents(problem, STARTS)
+    add_tip(problem)
     output = output_group(command_line)
     add_out(output, f"none is written; else {MAP} and {FIGURE}")
     add_no_plots(output)

@@ -28,6 +28,7 @@ from problems.robots import (
 )
 from problems.tasks import check_bodies
 from tpbso_casadi.cli.command import Exit, OneLineParser, add_verbose, command_parser, run_command
+from tpbso_casadi.cli.inverse import add_inverse, inverse
 from tpbso_casadi.cli.options import defaulting, listed, path, positive_number
 from tpbso_casadi.display.console import OutputConsole, number, table_of, word
 from tpbso_casadi.facade.robots import robot_key
@@ -175,8 +176,12 @@ def parser() -> OneLineParser:
     """The command line's options."""
     command_line = command_parser(
         "robots",
-        "List the robots that are built in, or show a robot.",
-        examples=["list", "show panda", "show arm.urdf --tip-link tool0 --figure arm.png"],
+        "List the robots that are built in, show a robot, or the postures in which it reaches a pose.",
+        examples=[
+            "list",
+            "show arm.urdf --tip-link tool0 --figure arm.png",
+            "inverse ur5e --position 0.4 0.2 0.3 --quaternion 1 0 0 0",
+        ],
     )
     commands = command_line.add_subparsers(dest="command", metavar="COMMAND", parser_class=OneLineParser)
     listing = commands.add_parser("list", help="the robots that are built in; the default")
@@ -190,7 +195,16 @@ def parser() -> OneLineParser:
         help="cover the meshes of a robot with spheres, proven to hold them",
         examples=["arm.urdf --overhang 0.01 -o arm-spheres.toml"],
     )
-    for command in (listing, shown, covering):
+    asked = commands.add_parser(
+        "inverse",
+        help="the postures of a robot with its tool at a pose",
+        examples=[
+            "ur5e --position 0.4 0.2 0.3 --quaternion 1 0 0 0",
+            "panda --position 0.5 0 0.4 --clear-of cell.toml",
+        ],
+    )
+    add_inverse(asked)
+    for command in (listing, shown, covering, asked):
         add_verbose(command, default=argparse.SUPPRESS)
     files = "a URDF, an MJCF, or the folder of a configuration of MoveIt"
     shown.add_argument("robot", metavar="NAME|FILE.urdf", help=f"{listed(BUILT_IN)}, {files}")
@@ -261,6 +275,8 @@ def robots(options: argparse.Namespace) -> int:
         return show(options)
     if options.command == "spheres":
         return spheres(options)
+    if options.command == "inverse":
+        return inverse(options)
     print_list([(name, built_in(name)) for name in BUILT_IN], OutputConsole())
     return Exit.FEASIBLE
 
