@@ -239,10 +239,10 @@ def in_radians(value: Any, angular: bool) -> Any:
     if isinstance(value, Section):
         return value.in_radians()
     if is_dataclass(value) and not isinstance(value, type):
-        keys = {
-            name: getattr(value, name) for name, key in keys_of_fields(type(value)).items() if _is_angular(key.hint)
-        }
-        return replace(value, **{name: in_radians(angles, angular=True) for name, angles in keys.items()})
+        hints = {name: key.hint for name, key in keys_of_fields(type(value)).items()}
+        return replace(
+            value, **{name: in_radians(getattr(value, name), _is_angular(hint)) for name, hint in hints.items()}
+        )
     if isinstance(value, (list, tuple)):
         return type(value)(in_radians(entry, angular) for entry in value)
     return radians(value) if angular and isinstance(value, (int, float)) else value

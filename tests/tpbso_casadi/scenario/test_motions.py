@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from problems.tasks import Joints, Position
@@ -117,6 +118,18 @@ def test_degrees_are_read_in_places_and_velocities() -> None:
     assert scenario.task.start.values[0] == pytest.approx(3.141592653589793)
     assert scenario.task.goal[0].values[0] == pytest.approx(1.5707963267948966)
     assert scenario.task.goal_velocity[0] == pytest.approx(1.5707963267948966)
+
+
+def test_degrees_are_read_in_the_places_of_several_arms() -> None:
+    """Places by the arms' names stayed as they were written: 90 degrees were read as 90 rad."""
+    robots = {"left": {"model": "ur5e"}, "right": {"model": "ur5e", "base": {"position": [1.5, 0.0, 0.0]}}}
+    pose = {"position": [1.0, 0.3, 0.4], "quaternion": [1.0, 0.0, 0.0, 0.0], "free": "z", "turn": [-30.0, 30.0]}
+    postures = {"left": {"joints": [90.0] * 6}, "right": {"joints": [-45.0] * 6}}
+    task = {"kind": "point-to-point", "start": postures, "goal": {"left": {"joints": [60.0] * 6}, "right": pose}}
+    stated = parse_scenario({"unit": "deg", "robots": robots, "task": task}).task.table()
+    assert stated["start"]["joints"] == pytest.approx(np.deg2rad([90.0] * 6 + [-45.0] * 6))
+    assert stated["goal"]["left"]["joints"] == pytest.approx(np.deg2rad([60.0] * 6))
+    assert stated["goal"]["right"]["turn"] == pytest.approx(np.deg2rad([-30.0, 30.0]))
 
 
 def options(*arguments: str) -> Any:
