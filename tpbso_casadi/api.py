@@ -69,6 +69,7 @@ from solvers import (
 from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
 from tpbso_casadi.facade.certifying import certify
 from tpbso_casadi.facade.comparing import Comparison, compare
+from tpbso_casadi.facade.frames import Frame
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan
@@ -86,7 +87,15 @@ from tpbso_casadi.planning import SequenceBound
 from tpbso_casadi.programs import Program
 from tpbso_casadi.reaching import ArmAmong, Reach, read_reach
 from tpbso_casadi.replanning import Replanner, Step
-from tpbso_casadi.scenario import Scenario, ScenarioError, builtin, find_solver, parse_scenario, read_scenario
+from tpbso_casadi.scenario import (
+    Scenario,
+    ScenarioError,
+    builtin,
+    find_solver,
+    parse_scenario,
+    read_scenario,
+    stated_scenario,
+)
 from tpbso_casadi.storage import InvalidRun, OutputError, RunResult, result_of
 from tpbso_casadi.suite import InvalidSuite, Recording, Suite, SuiteProblem, read_runs, suite, write_runs
 
@@ -123,6 +132,7 @@ __all__ = [
     "Ellipse",
     "Ellipsoid",
     "EvaluationOptions",
+    "Frame",
     "Front",
     "HalfSpace",
     "InvalidProblem",
@@ -216,6 +226,7 @@ __all__ = [
     "scenario_of",
     "sequence",
     "simulate",
+    "stated_scenario",
     "suite",
     "write_runs",
 ]

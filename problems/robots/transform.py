@@ -211,7 +211,7 @@ def from_angles(angles: Sequence[float]) -> Matrix3:
     about_x, about_y, about_z = (
         (*(sin(half) if axis == own else 0.0 for axis in range(3)), cos(half)) for own, half in enumerate(halves)
     )
-    return snapped(_matrices(np.array(_composed(about_z, _composed(about_y, about_x)))))
+    return snapped(_matrices(np.array(quaternion_product(about_z, quaternion_product(about_y, about_x)))))
 
 
 def snapped(matrix: FloatArray) -> Matrix3:
@@ -286,8 +286,10 @@ def _quaternions(rotations: FloatArray) -> FloatArray:
     return _of_length_one(np.where((largest == 3)[:, None], of_trace, found))
 
 
-def _composed(first: Sequence[float], second: Sequence[float]) -> tuple[float, float, float, float]:
-    """The product of two quaternions: first the second turn, then the first."""
+def quaternion_product(
+    first: Sequence[float] | FloatArray, second: Sequence[float] | FloatArray
+) -> tuple[float, float, float, float]:
+    """The product of two quaternions, or of one with columns of others: first the second turn, then the first."""
     (a, b, c, w), (x, y, z, v) = first, second
     crossed = (b * z - c * y, c * x - a * z, a * y - b * x)
     i, j, k = (w * there + v * here + part for here, there, part in zip((a, b, c), (x, y, z), crossed, strict=True))

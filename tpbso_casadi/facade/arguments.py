@@ -218,7 +218,7 @@ def sorted_into_tables(keys: Mapping[str, Any], task: TaskSection | None = None)
     if isinstance(keys.get("kind"), str):
         sections.append(TASK_CATALOGUE.find(keys["kind"]))
     known["task"] |= {"path", *(key for section in sections for key in section.schema())}
-    check_keywords(keys, set().union(*known.values(), {"obstacles", "carried", "may_touch"}))
+    check_keywords(keys, set().union(*known.values(), {"frames", "obstacles", "carried", "may_touch"}))
     found: dict[str, dict[str, Any]] = {name: {} for name in TABLES}
     for key, value in keys.items():
         table = next(name for name in TABLES if key in known[name])

@@ -14,6 +14,7 @@ from solvers import best_so_far, keep_best
 from tpbso_casadi.audit_report import audit_scenario
 from tpbso_casadi.facade.arguments import AnySolverChoice, file_path, in_words_of_python
 from tpbso_casadi.facade.audit import Audit, ScenarioAudit
+from tpbso_casadi.facade.frames import Frame
 from tpbso_casadi.facade.own import AnyConstraint, AnyObjective
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.statement import HasScenario, What, check_plannable, given_scenario, scenario_of
@@ -37,6 +38,7 @@ def plan(
     obstacles: Iterable[Obstacle | dict[str, Any]] | str | Path | None = None,
     carried: Iterable[Obstacle | dict[str, Any]] | None = None,
     may_touch: Iterable[tuple[str, str]] | None = None,
+    frames: Iterable[Frame | dict[str, Any]] | None = None,
     constraints: AnyConstraint | Iterable[AnyConstraint] | None = None,
     objective: AnyObjective | None = None,
     solver: AnySolverChoice | None = None,
@@ -68,6 +70,8 @@ def plan(
             none; or the path of a MoveIt scene file (``.scene``).
         carried: what the tool holds, in its frame: shapes as of obstacles, or their tables with a ``mass`` in kg.
         may_touch: pairs of names of links, of what is carried and of obstacles, whose contact is allowed.
+        frames: in which places and obstacles of this call, and the robot's base, may be stated, each by its name; of
+            the file of a scenario they take the place of its own of these names.
         constraints: of your own, to be kept at every time: :class:`Constraint`, or classes derived from ``Limit``.
         objective: ``time``, ``rotation``, ``length``, ``energy``, ``work``; a :class:`Cost` of your own; a table of
             weights or pairs of weights and objectives; or a class derived from ``Objective``.
@@ -102,6 +106,7 @@ def plan(
         obstacles=obstacles,
         carried=carried,
         may_touch=may_touch,
+        frames=frames,
         constraints=constraints,
         objective=objective,
         evaluations=evaluations,

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 from numpy.typing import ArrayLike
 
 from problems import InvalidProblem, PlanarArm, Robot
-from problems.base import FloatArray, did_you_mean, shown_value
+from problems.base import FloatArray, at, did_you_mean, shown_value
 from problems.robots import BUILT_IN, LinkCover, SpatialArm
 from tpbso_casadi.facade.arguments import as_argument, check_keywords, in_words_of_python, several
 from tpbso_casadi.reaching import ArmAmong, PoseLike
@@ -22,11 +22,14 @@ from tpbso_casadi.scenario import (
     AnyRobotTable,
     ArmSection,
     CellSection,
+    FrameSection,
     InputFolder,
+    KnownFrames,
     RobotSection,
     ScenarioError,
     SpatialRobotSection,
     arm_table,
+    as_scenario_errors,
     is_folder,
     parse_scenario,
     plain,
@@ -61,6 +64,20 @@ class StatedRobot:
         except InvalidProblem as error:
             raise ScenarioError(as_argument(f"{self.table.prefix}{error.field}: {error.reason}")) from error
         return replace(model, **self.kept)
+
+    def based_in(self, frames: Sequence[FrameSection]) -> StatedRobot:
+        """The robot whose base, or bases, are stated in the world.
+
+        Raises:
+            ScenarioError: there is no frame of the name that a base states.
+        """
+        if not isinstance(self.table, SpatialRobotSection | CellSection):
+            return self
+        with as_scenario_errors():
+            known = KnownFrames.of(frames)
+            with at(self.table.prefix.partition(".")[0]):
+                table = self.table.based_in(known)
+        return self if table is self.table else replace(self, table=table)
 
     @property
     def dof(self) -> int:
@@ -145,6 +162,10 @@ class StatedRobot:
         return {name: self.table, "model": kept, **beside}
 
     def __repr__(self) -> str:
+        try:
+            self.model  # noqa: B018  # which is refused where the frame of its base is still to be given
+        except ScenarioError as error:
+            return f"<robot: {error}>"
         return f"<robot with {self.dof} joints, {'in space' if self.model.dim == 3 else 'in the plane'}>"
 
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, cast
 from problems import Obstacle
 from problems.base import shown_value
 from tpbso_casadi.facade.arguments import AnySolverChoice, as_argument, in_words_of_python, several
+from tpbso_casadi.facade.frames import Frame
 from tpbso_casadi.facade.own import AnyConstraint, constraints_table
 from tpbso_casadi.facade.plan import Plan
 from tpbso_casadi.facade.planning import plan
@@ -26,7 +27,7 @@ from tpbso_casadi.facade.statement import (
 )
 from tpbso_casadi.planning import SILENT, Progress, SequenceBound
 from tpbso_casadi.planning import bound as bound_of
-from tpbso_casadi.scenario import InputFolder, Scenario, ScenarioError, parse_scenario, plain
+from tpbso_casadi.scenario import FRAMES, InputFolder, Scenario, ScenarioError, parse_scenario, plain
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +106,8 @@ class Line(StatedStage):
     Args:
         goal: where it ends, a point or a pose; or ``by``, or ``along``.
         arm: whose tool goes, of a robot with several.
-        frame: the arm in the frame of whose tool goal, ``by`` and points are stated, such as a turntable that may turn.
+        frame: in which goal, ``by`` and points are stated: the name of one of the call's ``frames``, or of the arm in
+            the frame of whose tool they are, such as a turntable that may turn.
         by: how far it goes along the axes of the world, (dim,), m.
         along: how far it goes along the axes of the tool, as it is turned at first, (3,), m.
         through: a point of an arc to the goal, (dim,), m.
@@ -158,7 +160,8 @@ class Along(StatedStage):
         points: (n, dim), m; or a CSV file of them.
         accuracy: how far the tool may be from the straight lines, corners included, m.
         arm: whose tool goes, of a robot with several.
-        frame: the arm in the frame of whose tool goal, ``by`` and points are stated, such as a turntable that may turn.
+        frame: in which goal, ``by`` and points are stated: the name of one of the call's ``frames``, or of the arm in
+            the frame of whose tool they are, such as a turntable that may turn.
         angular_accuracy: how far it may be turned from how it is at first, rad.
         free: as of :class:`Line`.
         turn: likewise.
@@ -276,6 +279,7 @@ def sequence(
     obstacles: Iterable[Obstacle | dict[str, Any]] | str | Path | None = None,
     carried: Iterable[Obstacle | dict[str, Any]] | None = None,
     may_touch: Iterable[tuple[str, str]] | None = None,
+    frames: Iterable[Frame | dict[str, Any]] | None = None,
     solver: AnySolverChoice | None = None,
     seed: int | None = None,
     within: float | None = None,
@@ -295,6 +299,7 @@ def sequence(
         obstacles: to keep clear of, as of :func:`plan`; they stand still unless they are taken up.
         carried: what the tool holds from the start, likewise.
         may_touch: pairs of names whose contact is always allowed.
+        frames: in which places, ways and obstacles, and the robot's base, may be stated, each by its name.
         solver: of the moves, as of :func:`plan`.
         seed: same seed, same result.
         within: the best plan in so many seconds, s.
@@ -309,7 +314,7 @@ def sequence(
         TypeError: a keyword that no table has.
     """
     with in_words_of_python():
-        around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch}
+        around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch, FRAMES: frames}
         scenario = _sequence_scenario(arm, start, stages, cyclic, order, around)
         return plan(scenario, solver=solver, seed=seed, within=within, progress=progress, **keys)
 
@@ -324,6 +329,7 @@ def bound(
     obstacles: Iterable[Obstacle | dict[str, Any]] | str | Path | None = None,
     carried: Iterable[Obstacle | dict[str, Any]] | None = None,
     may_touch: Iterable[tuple[str, str]] | None = None,
+    frames: Iterable[Frame | dict[str, Any]] | None = None,
 ) -> SequenceBound:
     """The least time of a sequence between its postures, without planning its motions.
 
@@ -336,6 +342,7 @@ def bound(
         obstacles: likewise.
         carried: likewise.
         may_touch: likewise.
+        frames: likewise.
 
     Returns:
         The bound: ``seconds``, ``stages`` with their times, ``postures``; ``why`` there is no way, where there is none.
@@ -343,7 +350,7 @@ def bound(
     Raises:
         ScenarioError: naming the first wrong argument; or it is no sequence.
     """
-    around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch}
+    around = {"obstacles": obstacles, "carried": carried, "may_touch": may_touch, FRAMES: frames}
     with in_words_of_python():
         if stages is None:
             known = given_scenario(what)
@@ -359,17 +366,18 @@ def _sequence_scenario(
     arm: AnyRobot, start: Any, stages: Iterable[Any], cyclic: bool, order: str, around: dict[str, Any]
 ) -> Scenario:
     """The scenario of stages of a robot and of what is around it."""
+    beside = {key: AROUND[key](value) for key, value in around.items() if value is not None}
     stated = robot(arm)
+    placed = stated.based_in(beside.get(FRAMES, ()))
     listed = several("stages", stages, "stages")
     task = {
         "kind": "sequence",
-        "start": place_of(start, stated.dof, stated.model.dim, "start"),
-        "stages": [_stage_table(stage, stated, f"stages[{number}]") for number, stage in enumerate(listed)],
+        "start": place_of(start, placed.dof, placed.model.dim, "start"),
+        "stages": [_stage_table(stage, placed, f"stages[{number}]") for number, stage in enumerate(listed)],
         "cyclic": cyclic,
         "order": order,
     }
-    content = stated.tables | {"task": task}
-    content |= {key: AROUND[key](value) for key, value in around.items() if value is not None}
+    content = stated.tables | {"task": task} | beside
     return parse_scenario(content, InputFolder(Path(), outside_allowed=True))
 
 

@@ -19,21 +19,25 @@ from tpbso_casadi.facade.arguments import (
     sorted_into_tables,
     whole_or_not,
 )
+from tpbso_casadi.facade.frames import frames_of
 from tpbso_casadi.facade.own import constraints_table, objective_table
 from tpbso_casadi.facade.robots import AnyRobot, StatedRobot, robot
 from tpbso_casadi.scenario import (
+    FRAMES,
     STATED,
     TITLES,
     InputFolder,
     NamedSolver,
     Scenario,
     ScenarioError,
+    as_scenario_errors,
     load,
     overridden,
     parse_scenario,
     plain,
     points_table,
     read_scene,
+    stated_scenario,
     task_tables,
 )
 
@@ -65,16 +69,17 @@ def scenario_of(
             such as :class:`PointToPoint`; or a robot, for which the keys state a task.
         solver: name of a solver, its class, or a solver with its settings.
         polish: whether IPOPT refines the best candidate; or how many candidates it starts from.
-        keys: of the tables [task], [model] and [solver]; ``obstacles``, ``carried``, ``may_touch``, and ``path`` for
-            points to trace.
+        keys: of the tables [task], [model] and [solver]; ``obstacles``, ``carried``, ``may_touch``, ``frames``, and
+            ``path`` for points to trace.
 
     Raises:
         ScenarioError: naming the first wrong argument.
         TypeError: a keyword that no table has.
     """
     check_plannable("what", what)
-    given = given_scenario(what)
+    given = given_scenario(what) if keys.get(FRAMES) is None else _with_frames(what, keys[FRAMES])
     if given is not None:
+        keys.pop(FRAMES, None)
         return _overridden(given, solver, polish, keys)
     with in_words_of_python():
         return _overridden(None, solver, polish, keys, what)
@@ -115,14 +120,36 @@ def _overridden(
     if given is None and type(what) in STATED:
         given = task_scenario(what)
     if given is None:
-        arm = robot(what)
+        arm = robot(what).based_in(around.get(FRAMES, ()))
         state_own(tables, None, lambda: arm.model)
         given, around = new_scenario(arm, tables, around), {}
         tables["task"], tables["model"] = {}, {}
+        table = given.robot_table
     else:
-        state_own(tables, given, given.robot_table.build)
-    task = _task_keys(tables["task"], given.robot_table.build)
+        with as_scenario_errors():
+            table = (given.with_postures() if given.frames else given).robot_table
+        state_own(tables, given, table.build)
+    task = _task_keys(tables["task"], table.build)
     return overridden(given, task=task, model=tables["model"], solver=tables["solver"], around=around)
+
+
+def _with_frames(what: Any, frames: Any) -> Scenario | None:
+    """The given scenario as it is stated, with frames in place of its own of the same names; None where none is given.
+
+    Raises:
+        ScenarioError: one is no frame; or nothing of the scenario is stated in frames any more.
+    """
+    is_file = isinstance(what, str | Path) and Path(what).suffix == ".toml"
+    given = stated_scenario(what, outside_allowed=True) if is_file else what
+    if given_scenario(given) is None:
+        return None
+    with in_words_of_python():
+        if not is_file and not (isinstance(given, Scenario) and given.frames):
+            reason = "this scenario is in the world already; give its file, or tp.stated_scenario(...)"
+            raise ScenarioError(f"{FRAMES}: {reason}")
+        known = {frame.name: frame for frame in (*given.frames, *frames_of(frames))}
+        with as_scenario_errors():
+            return given.with_keys({FRAMES: [*known.values()]})
 
 
 def state_own(tables: dict[str, dict[str, Any]], given: Scenario | None, model: Callable[[], Robot]) -> None:
@@ -143,10 +170,11 @@ def state_own(tables: dict[str, dict[str, Any]], given: Scenario | None, model: 
 
 
 def given_scenario(what: Any) -> Scenario | None:
-    """The scenario that is given by itself, its plan, its file or its name; None where a task or a robot is given."""
+    """The scenario in the world that is given by itself, its plan, file or name; None where a task or a robot is."""
     scenario = getattr(what, "scenario", what)
     if isinstance(scenario, Scenario):
-        return scenario
+        with as_scenario_errors():
+            return scenario.with_postures() if scenario.frames else scenario
     if isinstance(what, str | Path) and (what in TITLES or Path(what).suffix == ".toml"):
         return load(str(what), outside_allowed=True)
     return None
@@ -211,7 +239,7 @@ def _carried(carried: Any) -> list[Any]:
 
 
 AROUND: dict[str, Callable[[Any], Any]] = {  # keys beside the tables
-    "obstacles": obstacles_of, "carried": _carried, "may_touch": plain,
+    FRAMES: frames_of, "obstacles": obstacles_of, "carried": _carried, "may_touch": plain,
 }  # fmt: skip
 
 

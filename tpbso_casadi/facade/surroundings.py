@@ -26,7 +26,7 @@ from tpbso_casadi.scenario import (
 Content: TypeAlias = dict[str, Any]
 ROBOTS = ("arm", "robot", "robots")  # tables of which one states a robot
 AROUND = ("obstacles", "carried", "may_touch")
-OF_A_FILE = ("unit", *ROBOTS, *AROUND, "scene", "constraints", "model")  # which a file says of any motion
+OF_A_FILE = ("unit", *ROBOTS, *AROUND, "frames", "scene", "constraints", "model")  # which a file says of any motion
 MODEL_KEYS = ("limits", "margin", "self_collision", "constraints")  # of [model], that say something of any motion
 OF_ONE_ROBOT = (".urdf", ".xacro")  # endings of files that state a robot and nothing around it
 SCENE = ".scene"  # the ending of MoveIt's files

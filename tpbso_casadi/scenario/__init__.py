@@ -13,6 +13,7 @@ from tpbso_casadi.scenario.catalogues import (
 from tpbso_casadi.scenario.cell_robots import CellSection
 from tpbso_casadi.scenario.cells import ENDS, Cell, criteria_of, judged_by_stage, stage_times, walked
 from tpbso_casadi.scenario.constraints import HandSection
+from tpbso_casadi.scenario.frames import FRAMES, FrameSection, KnownFrames, PoseInFrame
 from tpbso_casadi.scenario.input_files import (
     InputFolder,
     is_folder,
@@ -27,6 +28,7 @@ from tpbso_casadi.scenario.motion_files import READERS, pieces_in, read_recorded
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.named_solvers import NamedSolver, each_of, named_solver
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.obstacles import ShapeSection
 from tpbso_casadi.scenario.packages import RobotFiles
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection
@@ -47,8 +49,10 @@ from tpbso_casadi.scenario.scenario import (
     Scenario,
     SolverSection,
     parse_scenario,
+    parse_stated,
     plugin_failures_named,
     read_scenario,
+    stated_scenario,
     with_files_read,
 )
 from tpbso_casadi.scenario.scene_files import read_scene
@@ -79,6 +83,7 @@ from tpbso_casadi.scenario.validation import (
     path_of,
     plain,
     read_table,
+    stated_values,
 )
 
 __all__ = [
@@ -88,6 +93,7 @@ __all__ = [
     "ENDS",
     "FAMILIES",
     "FIELDS",
+    "FRAMES",
     "LARGEST",
     "LARGEST_ANGLE",
     "LARGEST_SEED",
@@ -115,9 +121,11 @@ __all__ = [
     "Catalogue",
     "Cell",
     "CellSection",
+    "FrameSection",
     "HandSection",
     "InputFolder",
     "Interpolation",
+    "KnownFrames",
     "LedStage",
     "ModelSection",
     "MovingStage",
@@ -129,6 +137,7 @@ __all__ = [
     "PluginError",
     "PointToPointTask",
     "PointsTask",
+    "PoseInFrame",
     "Positive",
     "RecordedRows",
     "RobotFiles",
@@ -138,6 +147,7 @@ __all__ = [
     "ScenarioError",
     "Section",
     "SequenceTask",
+    "ShapeSection",
     "SimulationSection",
     "SolverSection",
     "SpacePoint",
@@ -163,6 +173,7 @@ __all__ = [
     "named_solver",
     "overridden",
     "parse_scenario",
+    "parse_stated",
     "path_of",
     "pieces_in",
     "pieces_table",
@@ -183,6 +194,8 @@ __all__ = [
     "rows_table",
     "settings_table",
     "stage_times",
+    "stated_scenario",
+    "stated_values",
     "subclass_of",
     "task_tables",
     "walked",

@@ -79,7 +79,7 @@ class ShapeInFile(ObstacleSection):
     def pose(self) -> tuple[SpacePoint, Quaternion | None]:
         return self.center, self.quaternion
 
-    def posed(self, center: Point3, quaternion: Quaternion) -> Self:
+    def posed(self, center: Point3, quaternion: Quaternion | None) -> Self:
         return self.replaced(center=center, quaternion=quaternion)
 
     @property

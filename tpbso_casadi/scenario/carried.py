@@ -55,6 +55,9 @@ class CarriedSection(Section):
         with flat(BODY):
             return super().from_table(content)
 
+    def check(self) -> None:
+        self.body.check_of_tool()
+
     def table(self) -> dict[str, Any]:
         own = {key: getattr(self, key) for key in OWN}
         return self.body.table() | {key: value for key, value in own.items() if value is not None}

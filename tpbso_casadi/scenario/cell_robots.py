@@ -13,6 +13,7 @@ from problems import InvalidProblem, Joints, Obstacle, Robot
 from problems.base import CACHE_SIZE, InvalidTable, at, shown_value
 from problems.robots import BETWEEN, Carried, SpatialArm, cell_of, own_name
 from problems.scene import standing
+from tpbso_casadi.scenario.frames import KnownFrames
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.named_places import ArmOfRobot, KnownNames
 from tpbso_casadi.scenario.spatial_robots import MOST_JOINTS, SpatialRobotSection, Statement
@@ -121,6 +122,18 @@ class CellSection(Section):
                 mine.pop("payload", None)
             robots[name] = robots[name].replaced(**mine) if mine else robots[name]
         return self.replaced(robots=robots, lead=arm)
+
+    def based_in(self, frames: KnownFrames) -> Self:
+        """The cell whose robots' bases are stated in the world.
+
+        Raises:
+            InvalidTable: there is no frame of the name that a base states.
+        """
+        found = {}
+        for name, robot in self.robots.items():
+            with at(name):
+                found[name] = robot.based_in(frames)
+        return self if found == self.robots else self.replaced(robots=found)
 
     def standing(self, postures: Mapping[str, Sequence[float]]) -> Self:
         """The cell in which some robots stand still at joints, rad or m."""

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import casadi as ca
 import numpy as np
 
 from problems import InvalidProblem, Place, Robot, Trajectory
-from problems.base import FloatArray, InvalidTable, Range, ReadBy, as_array
+from problems.base import FloatArray, InvalidTable, Range, ReadBy, as_array, at
 from problems.limits import FreeAxis
 from problems.robots import SpatialArm
 from problems.tasks import Arc, Corners, Pose, Position, SeenFrom, SteadySpeed, StraightLine, ToolCurve, ToolPath
 from tpbso_casadi.scenario.expressions import ConstraintSection
-from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
+from tpbso_casadi.scenario.frames import FramedPoints, FramedSection, PoseInFrame, StandingFrame
+from tpbso_casadi.scenario.input_files import InputFolder, read_points
 from tpbso_casadi.scenario.places import AnyPlace, Coordinates, FreeAxisKeys
 from tpbso_casadi.scenario.stage_section import MovingStage
-from tpbso_casadi.scenario.validation import ANGULAR, Positive, ScenarioError, Section, SpacePoint, Word
+from tpbso_casadi.scenario.validation import ANGULAR, Positive, ScenarioError, Section, SpacePoint
 
 ACCURACY, ANGULAR_ACCURACY = 1e-3, 0.01  # of lines, m and rad
 LARGEST_TOLERANCE = 0.5  # share of a steady speed
@@ -56,18 +57,20 @@ def read_tool_speed(table: Any) -> SteadySpeedTable:
 AnyToolSpeed = Annotated[SteadySpeedTable, ReadBy(read_tool_speed)]
 
 
-class LedStage(FreeAxisKeys, MovingStage):
+class LedStage(FramedSection, FreeAxisKeys, MovingStage):
     """A stage whose tool is led along a way; accuracies in m and rad, speeds in m/s.
 
     The turn about a free axis, and the range that is stated, are against the even rotation from start to end.
 
     Attributes:
-        frame: name of the arm in the frame of whose tool the way is stated, which may move; the world where None.
+        frame: in which the way is stated: one of the [[frames]], or that of the tool of the arm of this name, which may
+            move; the world where None.
         max_tool_speed: that the tool does not exceed, m/s.
         tool_speed: that the tool keeps, but next to ends and corners, m/s; or a table.
     """
 
-    frame: Word | None = None
+    may_move: ClassVar[bool] = True
+
     accuracy: Positive = ACCURACY
     angular_accuracy: Annotated[Positive, ANGULAR] = ANGULAR_ACCURACY
     max_tool_speed: Positive | None = None
@@ -75,15 +78,17 @@ class LedStage(FreeAxisKeys, MovingStage):
 
     def check(self) -> None:
         super().check()
-        for key in ("max_tool_speed", "tool_speed", "free"):
-            if self.frame is not None and getattr(self, key) is not None:
-                raise InvalidTable("of ways that are stated in the world alone", key)
         if self.frame is not None and self.frame == self.arm:
             raise InvalidTable("the tool itself does not move in its own frame: name another arm", "frame")
         if self.turn is not None and not self.turn[0] <= 0.0 <= self.turn[1]:
             raise InvalidTable("does not hold 0, which is how the tool is turned at first", "turn")
         if self.max_tool_speed is not None and self.tool_speed is not None:
             raise InvalidTable("tool_speed says how fast the tool is; leave max_tool_speed out", "max_tool_speed")
+
+    def check_moving(self) -> None:
+        for key in ("max_tool_speed", "tool_speed", "free"):
+            if self.frame is not None and getattr(self, key) is not None:
+                raise InvalidTable("of ways that are stated in the world alone", key)
 
     @property
     def manner(self) -> dict[str, Any]:
@@ -183,10 +188,22 @@ class LineStage(LedStage):
         super().check()
         if [self.goal, self.by, self.along].count(None) != 2:
             raise InvalidTable("one of goal, by and along is needed", "goal")
-        if self.goal is not None and not isinstance(self.goal, Pose | Position):
+        goal = self.goal.pose if isinstance(self.goal, PoseInFrame) else self.goal
+        if goal is not None and not isinstance(goal, Pose | Position):
             raise InvalidTable("a line ends at a position or pose; joints are reached by kind = 'move'", "goal")
-        if isinstance(self.goal, Pose) and self.goal.free is not None:
+        if isinstance(goal, Pose) and goal.free is not None:
             raise InvalidTable("free, turn and tilt are of the whole line: state them beside its goal", "goal", "free")
+        if goal is not self.goal and self.frame is not None:
+            raise InvalidTable("the whole line is stated in a frame; leave this one out", "goal", "frame")
+
+    def in_world(self, frame: StandingFrame) -> Self:
+        moves: dict[str, Callable[[Any], Any]] = {"goal": frame.pose, "by": frame.vector, "through": frame.point}
+        found = {}
+        for key, move in moves.items():
+            if getattr(self, key) is not None:
+                with at(key):
+                    found[key] = move(getattr(self, key))
+        return self.replaced(**found)
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
         start, turned = _tool(robot, posture)
@@ -208,11 +225,10 @@ class LineStage(LedStage):
         return Arc(start, _numbers(robot, self.through, "through"), end)
 
 
-class PathStage(LedStage):
+class PathStage(FramedPoints, LedStage):
     """The tool goes straight from where it is to points, one after the other, turned as it is; corners are rounded."""
 
     kind: Literal["path"]
-    points: PathPoints | str
     accuracy: Positive
 
     def with_files(self, folder: InputFolder) -> Self:

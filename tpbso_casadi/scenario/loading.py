@@ -50,10 +50,13 @@ def overridden(
             with at("model"):
                 tables["model"] = scenario.model.with_keys(model)
         stated = scenario.with_keys(tables) if tables else scenario
+        if around:
+            stated = with_files_read(stated, InputFolder(Path(), outside_allowed=True))
         with at("solver"):
-            changed = stated.replaced(solver=_solver(stated, solver)).with_postures()
+            stated = stated.replaced(solver=_solver(stated, solver))
+        changed = stated.with_postures()
         changed.check()
-    return with_files_read(changed, InputFolder(Path(), outside_allowed=True)) if around else changed
+    return changed
 
 
 def _solver(scenario: Scenario, keys: Table) -> SolverSection:

@@ -9,9 +9,11 @@ from typing import Any, Self, TypeVar
 from problems import Joints, Place, Robot
 from problems.base import Angle, FloatArray, InvalidTable, at, did_you_mean, shown_value
 from problems.tasks import AtTips
+from tpbso_casadi.scenario.frames import FramedSection, KnownFrames, PoseInFrame
 from tpbso_casadi.scenario.validation import Section
 
 S = TypeVar("S", bound=Section)
+F = TypeVar("F", bound=FramedSection)
 STAY = "stay"  # in the place of a goal: an arm stands still at its start
 FORMS = "[x, y], { joints = [...] } or { position = [...] }"
 ARM = "arm"  # the key of a stage that one arm of several does
@@ -72,6 +74,7 @@ class KnownNames:
         dof: how many joints there are.
         start: where the robot is before, if that is known; arms that a place does not name stay there.
         known_later: whether that becomes known later, as of a stage of a sequence, and places by name stand until then.
+        frames: in which places, and ways of the tool, may be stated.
     """
 
     postures: Mapping[str, tuple[float, ...]]
@@ -79,6 +82,7 @@ class KnownNames:
     dof: int
     start: Place | None = None
     known_later: bool = False
+    frames: KnownFrames = field(default_factory=KnownFrames)
 
     @classmethod
     def at_posture(cls, robot: Robot, posture: FloatArray) -> Self:
@@ -93,8 +97,10 @@ class KnownNames:
             value: a table, a place, a list of them, or anything else, which is returned as it is.
 
         Raises:
-            InvalidTable: there is no posture or arm of a name, or an arm's place is not stated.
+            InvalidTable: there is no posture, arm or frame of a name, or an arm's place is not stated.
         """
+        if isinstance(value, PoseInFrame):
+            return self.frames.pose(value)
         if isinstance(value, NamedPosture):
             return Joints(_posture(self.postures, value.name))
         if isinstance(value, PlacesByName):
@@ -117,7 +123,7 @@ class KnownNames:
             return self
         if name not in self.arms:
             raise self._unknown(name, ARM)
-        return KnownNames(self.arms[name].postures, {}, len(self.arms[name].joints))
+        return KnownNames(self.arms[name].postures, {}, len(self.arms[name].joints), frames=self.frames)
 
     def _unknown(self, name: str, *where: str) -> InvalidTable:
         if not self.arms:
@@ -132,7 +138,15 @@ class KnownNames:
                 found[key] = names.resolved(before)
             if key == START and isinstance(found[key], Place):
                 names = replace(self, start=found[key])
-        return table.replaced(**{key: after for key, after in found.items() if after != getattr(table, key)})
+        changed = table.replaced(**{key: after for key, after in found.items() if after != getattr(table, key)})
+        return self._in_world(changed) if isinstance(changed, FramedSection) else changed
+
+    def _in_world(self, table: F) -> F:
+        """A table of a way of the tool in the world, unless an arm's name says that its frame moves."""
+        if table.may_move and self.arms and (table.frame in self.arms or not self.frames.standing):
+            table.check_moving()
+            return table
+        return self.frames.in_world(table, *(self.arms if table.may_move else ()))
 
     def _joined(self, stated: PlacesByName) -> Place:
         """The place of the robot at which each arm is at its own."""
@@ -164,6 +178,7 @@ class KnownNames:
             if isinstance(place, NamedPosture) and place.name != STAY:
                 return Joints(_posture(self.arms[name].postures, place.name))
             if place is not None and not isinstance(place, NamedPosture):
+                place = self.frames.pose(place) if isinstance(place, PoseInFrame) else place
                 if place.within or place.cost:
                     raise InvalidTable("within and cost are of all arms together: leave them out")
                 count = len(self.arms[name].joints)
@@ -231,7 +246,7 @@ def _own_joints(start: Place, name: str, names: KnownNames) -> tuple[float, ...]
         place = dict(start.parts).get(name)
         if isinstance(place, NamedPosture):
             return _posture(arm.postures, place.name)
-        if isinstance(place, Joints):
+        if type(place) is Joints:
             return place.values
     whole = names.resolved(start) if isinstance(start, NamedPosture) else start
     if type(whole) is Joints and len(whole.values) == names.dof:

@@ -7,9 +7,10 @@ from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Self
 
 from problems import ConstantVelocity, InvalidProblem, MovingObstacle, Obstacle
-from problems.base import Checked, Count
+from problems.base import Checked, Count, InvalidTable, at
 from problems.robots import Point3
 from problems.scene import ObstacleMotion
+from tpbso_casadi.scenario.frames import FRAME, FramedSection, StandingFrame
 from tpbso_casadi.scenario.input_files import (
     MOST_MOTION_ROWS,
     InputFolder,
@@ -17,9 +18,10 @@ from tpbso_casadi.scenario.input_files import (
     motion_through,
     read_motion_rows,
 )
-from tpbso_casadi.scenario.validation import NotNegative, Number, Quaternion, ScenarioError, Section, Word
+from tpbso_casadi.scenario.validation import NotNegative, Number, Quaternion, ScenarioError, Word
 
 MOST_NUMBERS = 8  # of a row
+SLIDING_ROW, TURNING_ROW = 4, 8  # numbers of a row in space, without a quaternion and with one
 MotionRow = Annotated[list[Number], Count(0, MOST_NUMBERS)]
 
 
@@ -29,7 +31,7 @@ def _printable(name: str) -> str:
     return name
 
 
-class ObstacleSection(Section):
+class ObstacleSection(FramedSection):
     """A table of [[obstacles]]: the interface of every shape, and how the obstacle moves.
 
     ``velocity`` is in m/s. ``motion`` names a file with the header ``t,x,y[,angle]`` or ``t,x,y,z[,qx,qy,qz,qw]``: s, m
@@ -88,9 +90,36 @@ class ObstacleSection(Section):
         """
         raise ScenarioError(f"name: {self.name!r} is no solid in space")
 
-    def posed(self, center: Point3, quaternion: Quaternion) -> Self:
+    def posed(self, center: Point3, quaternion: Quaternion | None) -> Self:
         """The section of a body that has a pose, elsewhere."""
         raise NotImplementedError
+
+    def in_world(self, frame: StandingFrame) -> Self:
+        try:
+            center, quaternion = self.pose
+        except ScenarioError as error:
+            raise InvalidTable(f"{self.shape!r} is no solid in space: state it without a frame", FRAME) from error
+        rows = self.motion_rows or []
+        widths = {len(row) for row in rows}  # of others it is said later what is needed
+        if widths == {TURNING_ROW}:  # which say where all else is, and how it is turned
+            moved = frame.rows([row[1:] for row in rows])
+            return self.replaced(motion_rows=[[row[0], *new] for row, new in zip(rows, moved, strict=True)])
+        motion: dict[str, Any] = {}
+        if widths == {SLIDING_ROW}:
+            motion["motion_rows"] = [[row[0], *frame.vector(row[1:])] for row in rows]
+        if self.velocity is not None:
+            with at("velocity"):
+                motion["velocity"] = [*frame.vector(self.velocity)]
+        return self.posed(frame.point(center), frame.turned(quaternion)).replaced(**motion)
+
+    def check_of_tool(self) -> None:
+        """Refuse a frame of a body that the tool holds.
+
+        Raises:
+            InvalidTable: it states one.
+        """
+        if self.frame is not None:
+            raise InvalidTable("what is carried is stated in the tool's frame; leave it out", FRAME)
 
     @property
     def moves(self) -> bool:
@@ -138,8 +167,9 @@ class ObstacleSection(Section):
             number: of the table, from 1, which stands in for a name where it has several parts.
 
         Raises:
-            InvalidProblem: it cannot be, or it is said to move in two ways.
+            InvalidProblem: it cannot be, it is said to move in two ways, or its frame is still to be resolved.
         """
+        self.check_in_world()
         still = self.parts()
         name = self.name or ("" if len(still) == 1 else f"obstacle {number}")
         still = tuple(part if part.name == name else replace(part, name=name) for part in still)

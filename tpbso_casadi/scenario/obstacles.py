@@ -117,7 +117,7 @@ class ShapeSection(ObstacleSection):
         still = self.build()
         return (still.center, still.quaternion) if isinstance(still, Solid) else super().pose
 
-    def posed(self, center: Point3, quaternion: Quaternion) -> Self:
+    def posed(self, center: Point3, quaternion: Quaternion | None) -> Self:
         pose = {"center": center, "quaternion": quaternion, "normal": None}  # which a quaternion replaces
         values = self.arguments.values | {key: value for key, value in pose.items() if key in self.arguments.values}
         return self.replaced(arguments=replace(self.arguments, values=values))

@@ -28,7 +28,8 @@ from problems.robots import SpatialArm
 from problems.tasks import Elbow, JointFollowing, PathTracing, SpaceTracing
 from problems.timing import distinct_rows, fitted_path
 from tpbso_casadi.scenario.catalogues import find_objective
-from tpbso_casadi.scenario.input_files import InputFolder, PathPoints, read_points
+from tpbso_casadi.scenario.frames import FramedPoints
+from tpbso_casadi.scenario.input_files import InputFolder, read_points
 from tpbso_casadi.scenario.model import ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.recorded_rows import LARGEST_COEFFICIENT, MOST_MOTION_ROWS
 from tpbso_casadi.scenario.row_tasks import RowFileTask, joint_table, read_joint_rows
@@ -302,10 +303,9 @@ def check_path(path: Path, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Non
         raise InvalidProblem("count", reason)
 
 
-class PointsTask(PathTask):
-    """The user's own points or poses: a CSV file beside the scenario file, or a list."""
+class PointsTask(FramedPoints, PathTask):
+    """The user's own points or poses: a CSV file beside the scenario file, or a list; maybe in a frame."""
 
-    points: PathPoints | str
     closed: bool = False
     count: Annotated[int, Range(2, MOST_POINTS)] | None = None
 
@@ -320,6 +320,7 @@ class PointsTask(PathTask):
 
     def path(self) -> Path:
         """The points as they are, or resampled to ``count``."""
+        self.check_in_world()
         if isinstance(self.points, str):
             raise ScenarioError(f"task.points: {self.points!r} has not been read; only a scenario file can name a CSV")
         given = Path.through(self.points, self.closed)

@@ -8,6 +8,7 @@ from problems import InvalidProblem, Joints, Place, Position
 from problems.base import Count, InvalidTable, Range, ReadBy, at, reader, shown_value
 from problems.limits import AxisName, FreeAxis
 from problems.tasks import AtTips, Pose, SeenFrom, Turns
+from tpbso_casadi.scenario.frames import FRAME, IN_SPACE, PoseInFrame
 from tpbso_casadi.scenario.named_places import FORMS, NamedPosture, PlacesByName
 from tpbso_casadi.scenario.validation import (
     ANGULAR,
@@ -21,6 +22,7 @@ from tpbso_casadi.scenario.validation import (
     Quaternion,
     Section,
     SpacePoint,
+    Word,
 )
 
 MOST_PLACES = 100  # goals, or vias
@@ -72,16 +74,18 @@ class FreeAxisKeys(Section):
 
 
 class PoseTable(FreeAxisKeys):
-    """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w)."""
+    """The tool at a point in space, m, and, if it matters, turned by a quaternion (x, y, z, w); maybe in a frame."""
 
+    frame: Word | None = None
     position: SpacePoint
     quaternion: Quaternion | None = None
     within: NotNegative = 0.0
     cost: NotNegative = 0.0
 
-    def built(self) -> Pose:
+    def built(self) -> Pose | PoseInFrame:
         """The pose that the table states."""
-        return Pose(self.position, self.quaternion, (), self.within, self.free, self.turn, self.tilt, self.cost)
+        pose = Pose(self.position, self.quaternion, (), self.within, self.free, self.turn, self.tilt, self.cost)
+        return pose if self.frame is None else PoseInFrame(frame=self.frame, pose=pose)
 
 
 def read_place(value: Any) -> Place:
@@ -107,8 +111,10 @@ def read_place(value: Any) -> Place:
     if not kinds:
         return Position(_point(value))
     in_plane = JointsTable if kinds == ["joints"] else PositionTable
-    if kinds == ["position"] and "free" in value and not _in_space(value):
-        raise InvalidTable("in the plane no axis of the tool is free; leave it out", "free")
+    if kinds == ["joints"] and FRAME in value:
+        raise InvalidTable("joints are the same in every frame; leave it out", FRAME)
+    if kinds == ["position"] and not _in_space(value):
+        _refuse_in_plane(value)
     return (PoseTable if kinds == ["position"] and _in_space(value) else in_plane).from_table(value).built()
 
 
@@ -130,6 +136,14 @@ def _places_by_name(table: dict[str, Any]) -> PlacesByName:
 def _in_space(table: dict[str, Any]) -> bool:
     position = table["position"]
     return "quaternion" in table or (isinstance(position, list | tuple) and len(position) > 2)
+
+
+def _refuse_in_plane(table: dict[str, Any]) -> None:
+    """Refuse keys that places in space alone have."""
+    if "free" in table:
+        raise InvalidTable("in the plane no axis of the tool is free; leave it out", "free")
+    if FRAME in table:
+        raise InvalidTable(IN_SPACE, FRAME)
 
 
 def _point(value: Any) -> PlanarPoint:

@@ -42,6 +42,7 @@ from tpbso_casadi.scenario.catalogues import (
 from tpbso_casadi.scenario.cell_robots import CellSection
 from tpbso_casadi.scenario.constraints import HandSection, OwnConstraints
 from tpbso_casadi.scenario.expressions import check_names
+from tpbso_casadi.scenario.frames import FRAMES, AnyFrames, KnownFrames
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.model import ModelSection, with_motion
 from tpbso_casadi.scenario.named_places import ArmOfRobot, KnownNames, StandingArms
@@ -176,6 +177,7 @@ class Scenario(FileSection):
     robot: AnyRobot | None = None
     robots: CellSection | None = None
     task: AnyTask
+    frames: AnyFrames = field(default_factory=list)
     obstacles: Annotated[list[AnyObstacle], Count(0, MOST_OBSTACLES)] = field(default_factory=list)
     scene: Annotated[str, Count(1, 1000)] | None = None
     carried: Annotated[list[CarriedSection], Count(0, MOST_CARRIED)] = field(default_factory=list)
@@ -198,7 +200,7 @@ class Scenario(FileSection):
 
     def table(self) -> dict[str, Any]:
         content = super().table()
-        for key in ("robots", "simulation", "scene", "carried", "may_touch", "constraints"):
+        for key in ("robots", "simulation", "scene", "carried", "may_touch", "constraints", FRAMES):
             if not getattr(self, key):
                 content.pop(key, None)  # which is not there where tables are chosen
         return content
@@ -232,6 +234,8 @@ class Scenario(FileSection):
             raise InvalidTable("missing key", "arm")
         if len(stated) > 1:
             raise InvalidTable(f"the robot is stated twice, as [{stated[0]}] and as [{stated[1]}]", stated[1])
+        if self.frames and self.arm is not None:
+            raise InvalidTable("of robots in space alone", FRAMES)
         if not self.task.has_solver and self.solver != SolverSection():
             raise InvalidTable(f"{self.task.kind!r} is timed; there is nothing to search for, leave it out", "solver")
 
@@ -247,16 +251,17 @@ class Scenario(FileSection):
         return self.replaced(model=model.replaced(constraints=own), constraints=[])
 
     def with_postures(self) -> Self:
-        """The scenario, which is in rad, with places in place of named ones, and arms that stay standing still.
+        """The scenario, which is in rad, with places in place of named ones, in the world, and arms that stay standing.
 
         Raises:
-            InvalidTable: the robot's files name none of these postures, no arm has such a name, or the place of an arm
-                is not stated.
+            InvalidTable: the robot's files name none of these postures, no arm or frame has such a name, or the place
+                of an arm is not stated.
         """
         try:
             names = self._names
         except InvalidProblem:  # said when the robot is built
             return self
+        names = replace(names, frames=self._known_frames(names))
         with at("task"):
             standing = StandingArms.of(self.task, names)
         if standing is not None:
@@ -267,7 +272,30 @@ class Scenario(FileSection):
         for key, part in parts.items():
             with at(key):
                 found[key] = names.resolved(part)
-        return self.replaced(**{key: part for key, part in found.items() if part != parts[key]})
+        changed = {key: part for key, part in found.items() if part != parts[key]}
+        return self.replaced(**changed, **self._surroundings_in_world(names.frames))
+
+    def _known_frames(self, names: KnownNames) -> KnownFrames:
+        """The frames by their names, none of which is that of an arm."""
+        frames, arms = KnownFrames.of(self.frames), {*names.arms, *(self.robots.robots if self.robots else ())}
+        for number, frame in enumerate(self.frames):
+            if frame.name in arms:
+                raise InvalidTable(f"an arm is called {frame.name!r}: rename the frame", FRAMES, number, "name")
+        return frames
+
+    def _surroundings_in_world(self, frames: KnownFrames) -> dict[str, Any]:
+        """What is stated in frames beside the places of the tool, in the world, by its keys; there are no frames then.
+
+        Nothing where all of it is in the world.
+        """
+        found: dict[str, Any] = {} if not self.frames else {FRAMES: []}
+        if any(obstacle.frame is not None for obstacle in self.obstacles):
+            found["obstacles"] = frames.all_in_world(self.obstacles, "obstacles")
+        if isinstance(self.robot_table, SpatialRobotSection | CellSection):
+            with at(self.robot_key):
+                robot = self.robot_table.based_in(frames)
+            found |= {} if robot is self.robot_table else {self.robot_key: robot}
+        return found
 
     @property
     def _names(self) -> KnownNames:
@@ -333,6 +361,8 @@ class Scenario(FileSection):
     def _stated(self, build: Callable[[Robot, tuple[Obstacle, ...], ModelSection], C]) -> C:
         began = time.perf_counter()
         robot = self._built_robot()
+        if self.frames:
+            raise ScenarioError(f"{FRAMES}: of a scenario as it is stated; with_postures() resolves them")
         self.model.check_size(robot.dof)
         obstacles = build_obstacles(self.obstacles, robot.dof)
         robot = self._with_contacts(robot, obstacles)
@@ -449,16 +479,33 @@ def read_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Sc
     Raises:
         ScenarioError: unreadable, not TOML, or not a scenario.
     """
+    stated = stated_scenario(path, outside_allowed)
+    with named(path), as_scenario_errors():
+        return stated.with_postures()
+
+
+def stated_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Scenario:
+    """Read a scenario file, whose places stay stated by names and in frames; its files are read, and it is in rad.
+
+    ``stated.replaced(frames=[...]).with_postures()`` is the scenario with its frames elsewhere.
+
+    Args:
+        path: as of :func:`read_scenario`.
+        outside_allowed: likewise.
+
+    Raises:
+        ScenarioError: unreadable, not TOML, or not a scenario.
+    """
     if not isinstance(path, str | os.PathLike):
         raise ScenarioError(f"path: the path of a file is needed, not {shown_value(path)}")
     file = pathlib.Path(path)
     content = read_toml(file)
     with named(path):
-        return parse_scenario(content, InputFolder(file.parent, outside_allowed))
+        return parse_stated(content, InputFolder(file.parent, outside_allowed))
 
 
 def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -> Scenario:
-    """Check the content of a scenario; what comes out is in rad.
+    """Check the content of a scenario; what comes out is in rad, and all of it in the world.
 
     Args:
         content: of the file.
@@ -467,10 +514,22 @@ def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -
     Raises:
         ScenarioError: naming the first wrong key.
     """
-    scenario = _validated(content)
-    scenario = (scenario if folder is None else with_files_read(scenario, folder)).normalised()
     with as_scenario_errors():
-        return scenario.with_postures()
+        return parse_stated(content, folder).with_postures()
+
+
+def parse_stated(content: dict[str, Any], folder: InputFolder | None = None) -> Scenario:
+    """Check the content of a scenario as far as :func:`stated_scenario` does.
+
+    Args:
+        content: as of :func:`parse_scenario`.
+        folder: likewise.
+
+    Raises:
+        ScenarioError: naming the first wrong key.
+    """
+    scenario = _validated(content)
+    return (scenario if folder is None else with_files_read(scenario, folder)).normalised()
 
 
 def with_files_read(scenario: Scenario, folder: InputFolder) -> Scenario:

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 from problems import InvalidProblem
-from problems.base import CACHE_SIZE, Count, InvalidTable, Range
+from problems.base import CACHE_SIZE, Count, InvalidTable, Range, at
 from problems.robots import (
     GRAVITY,
     MASSLESS,
@@ -33,6 +33,7 @@ from problems.robots import (
     read_srdf,
     read_urdf,
 )
+from tpbso_casadi.scenario.frames import FramedSection, KnownFrames, StandingFrame
 from tpbso_casadi.scenario.input_files import InputFolder, read_text
 from tpbso_casadi.scenario.joint_limits_file import JointLimitsFile
 from tpbso_casadi.scenario.mjcf_includes import with_includes
@@ -115,6 +116,18 @@ class PoseTable(Section):
         return Transform(matrix_of(self.quaternion), self.position)
 
 
+class BaseTable(FramedSection, PoseTable):
+    """The pose of a base, which may stand in a frame."""
+
+    def in_world(self, frame: StandingFrame) -> Self:
+        turned = frame.turned(self.quaternion)
+        return self.replaced(position=frame.point(self.position), quaternion=turned)
+
+    def build(self) -> Transform:
+        self.check_in_world()
+        return super().build()
+
+
 class SpatialRobotSection(Section):
     """[robot] in space: a built-in model or a URDF, and what is to be different; m, rad, s.
 
@@ -166,7 +179,7 @@ class SpatialRobotSection(Section):
     payload: PayloadTable | None = None
     tracking_error: AnyTrackingError | None = None
     gravity: SpacePoint = GRAVITY
-    base: PoseTable = PoseTable()
+    base: BaseTable = BaseTable()
     tool: PoseTable = PoseTable()
 
     @property
@@ -352,6 +365,16 @@ class SpatialRobotSection(Section):
     def for_stage(self, arm: str | None, keys: Mapping[str, Any]) -> Self:
         """The robot of a stage that states some keys anew, and whose tool is that of an arm, if one is named."""
         return self.replaced(**keys, **({} if arm is None else {"tip": arm}))
+
+    def based_in(self, frames: KnownFrames) -> Self:
+        """The robot whose base is stated in the world.
+
+        Raises:
+            InvalidTable: there is no frame of the name that its base states.
+        """
+        with at("base"):
+            base = frames.in_world(self.base)
+        return self if base is self.base else self.replaced(base=base)
 
     def standing(self, postures: Mapping[str, tuple[float, ...]]) -> Self:
         """The robot some of whose arms stand still at joints, rad or m, by the names of their tips.

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated, Any, ClassVar, Protocol, Self, TypeAlias, TypeVar
+from typing import Annotated, Any, ClassVar, Protocol, Self, TypeVar
 
 from problems import Place, Robot
-from problems.base import Count, FloatArray
+from problems.base import FloatArray
 from problems.tasks import ToolPath
 from tpbso_casadi.scenario.carried import Contacts
 from tpbso_casadi.scenario.constraints import OwnConstraints
 from tpbso_casadi.scenario.expressions import ConstraintSection
 from tpbso_casadi.scenario.input_files import InputFolder
 from tpbso_casadi.scenario.spatial_robots import PayloadTable, PerJoint
-from tpbso_casadi.scenario.validation import ANGULAR, LONGEST_WORD, NotNegative, Section, Word
+from tpbso_casadi.scenario.validation import ANGULAR, Name, NotNegative, Section, Word
 
 OF_THE_ROBOT = ("max_speed", "max_acceleration", "max_jerk", "payload")  # keys that a stage may state anew
-Name: TypeAlias = Annotated[Word, Count(1, LONGEST_WORD)]
 
 
 class Changing(Protocol):

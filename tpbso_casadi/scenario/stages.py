@@ -15,8 +15,8 @@ from tpbso_casadi.scenario.led_stages import LineStage, PathStage
 from tpbso_casadi.scenario.named_places import KnownNames, PlacesByName
 from tpbso_casadi.scenario.obstacles import AnyObstacle
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlaces
-from tpbso_casadi.scenario.stage_section import C, MovingStage, Name, StageSection
-from tpbso_casadi.scenario.validation import Positive, Word
+from tpbso_casadi.scenario.stage_section import C, MovingStage, StageSection
+from tpbso_casadi.scenario.validation import Name, Positive, Word
 
 LONGEST_WAIT = 3_600.0  # s
 
@@ -113,6 +113,10 @@ class AttachStage(StageSection):
             }
         with flat(BODY):
             return super().from_table(content)
+
+    def check(self) -> None:
+        if self.body is not None:
+            self.body.check_of_tool()
 
     def table(self) -> dict[str, Any]:
         own = {key: value for key, value in super().table().items() if key != BODY}

@@ -117,6 +117,7 @@ SpacePoint: TypeAlias = tuple[Number, Number, Number]
 Quaternion: TypeAlias = tuple[Number, Number, Number, Number]  # x, y, z, w
 Interval: TypeAlias = tuple[Number, Number]
 Word: TypeAlias = Annotated[str, Count(0, LONGEST_WORD)]
+Name: TypeAlias = Annotated[str, Count(1, LONGEST_WORD)]
 
 
 ANGULAR = "angular"  # marks a field whose numbers are angles, or rates of angles: ``Annotated[Number, ANGULAR]``
