@@ -18,6 +18,7 @@ from tpbso_casadi.scenario.validation import Name, Quaternion, Section, SpacePoi
 
 MOST_FRAMES = 200
 FRAME, FRAMES = "frame", "frames"  # the key of what is stated in one, and of their tables
+QUATERNION = "quaternion"
 IN_SPACE = "frames are of robots in space: [x, y, z] is needed of what is stated in one"
 POINT, POSE = 3, 7  # numbers of a point, and of one with a quaternion
 
@@ -57,7 +58,13 @@ class StandingFrame:
         return as_point(np.add(self.position, self.vector(stated)))
 
     def turned(self, stated: Sequence[float] | None) -> Quaternion | None:
-        """How a body is turned in the world, x, y, z, w; None where it is not."""
+        """How a body is turned in the world, x, y, z, w; None where it is not.
+
+        Raises:
+            InvalidTable: it is stated by a quaternion of another length than 1.
+        """
+        if stated is not None and not is_of_length_one(stated):
+            raise InvalidTable(f"{list(stated)} is not of length 1", QUATERNION)
         if self.quaternion is None or stated is None:
             return self.quaternion if stated is None else tuple(stated)  # type: ignore[return-value]
         return tuple(map(float, quaternion_product(self.quaternion, stated)))  # type: ignore[return-value]
@@ -150,7 +157,7 @@ class FrameSection(FramedSection):
 
     def check(self) -> None:
         if self.quaternion is not None and not is_of_length_one(self.quaternion):
-            raise InvalidTable(f"{list(self.quaternion)} is not of length 1", "quaternion")
+            raise InvalidTable(f"{list(self.quaternion)} is not of length 1", QUATERNION)
 
     def in_world(self, frame: StandingFrame) -> Self:
         return self.replaced(position=frame.point(self.position), quaternion=frame.turned(self.quaternion))

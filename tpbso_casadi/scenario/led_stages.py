@@ -203,7 +203,7 @@ class LineStage(LedStage):
             if getattr(self, key) is not None:
                 with at(key):
                     found[key] = move(getattr(self, key))
-        return self.replaced(**found)
+        return self.replaced(**{key: [*new] if isinstance(new, tuple) else new for key, new in found.items()})
 
     def end(self, robot: Robot, posture: FloatArray) -> Pose | Position:
         start, turned = _tool(robot, posture)
