@@ -32,7 +32,7 @@ GROUPS = {
     "obstacles": ("problems.scene",),
     "tasks": ("problems.tasks",),
     "sequences": ("tpbso_casadi.facade.sequences",),
-    "scenarios": ("tpbso_casadi.scenario",),
+    "scenarios": ("tpbso_casadi.scenario", "tpbso_casadi.facade.frames"),
     "replanning": ("tpbso_casadi.replanning", "tpbso_casadi.simulation", "tpbso_casadi.facade.simulating"),
     "stored": ("tpbso_casadi.storage",),
     "suite": ("tpbso_casadi.suite",),

@@ -284,9 +284,9 @@ class Scenario(FileSection):
         return frames
 
     def _surroundings_in_world(self, frames: KnownFrames) -> dict[str, Any]:
-        """What is stated in frames beside the places of the tool, in the world, by its keys; there are no frames then.
+        """Obstacles and bases that are stated in frames as they are in the world, by their keys, and no frames.
 
-        Nothing where all of it is in the world.
+        Keys are left out whose tables are in the world.
         """
         found: dict[str, Any] = {} if not self.frames else {FRAMES: []}
         if any(obstacle.frame is not None for obstacle in self.obstacles):
