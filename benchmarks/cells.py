@@ -18,6 +18,7 @@ import argparse
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -133,26 +134,28 @@ class StageByStage(SequencePlanner):
 
     def duration(self) -> float:
         """Of the whole, s; infinite where there is none."""
-        chain = next(self._chains([int(self._first())]), None)
-        return np.inf if chain is None else self._total(chain)
+        chain, graph = next(self._chains([int(self._first())]), None), self.graph
+        if chain is None:
+            return np.inf
+        return graph.waits + sum(e.durations[pair] for e, pair in zip(graph.edges, pairwise(chain), strict=True))
 
     def _first(self) -> int:
         return 0
 
     def _chains(self, chain: list[int]) -> Iterator[list[int]]:
         layer = len(chain) - 1
-        if layer == len(self.moving):
+        if layer == len(self.graph.moving):
             yield chain
             return
-        bounds = self.edges[layer].bounds[chain[-1]]
+        bounds = self.graph.edges[layer].bounds[chain[-1]]
         for after in np.argsort(bounds, kind="stable"):
             if not np.isfinite(bounds[after]):
                 return
             pair = chain[-1], int(after)
-            if pair not in self.edges[layer].motions:
-                rest = [0] * (len(self.moving) - layer - 1)
+            if pair not in self.graph.edges[layer].motions:
+                rest = [0] * (len(self.graph.moving) - layer - 1)
                 self._evaluate(layer, [*chain, int(after), *rest], thorough=False)
-            if self.edges[layer].motions[pair] is not None:
+            if self.graph.edges[layer].motions[pair] is not None:
                 yield from self._chains([*chain, int(after)])
 
 

@@ -25,7 +25,7 @@ from problems.robots import SpatialArm
 from problems.tasks import Arc, StraightLine, ToolPath
 from problems.timing import retime
 from tpbso_casadi.planning import NoMotion
-from tpbso_casadi.planning.stops import led_along
+from tpbso_casadi.planning.ways import led_along
 from tpbso_casadi.scenario import Cell
 
 ARMS = ("panda", "ur5e", "iiwa14")

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import FloatArray, InvalidProblem, as_array
 from problems.motions import JointPath
@@ -42,13 +43,34 @@ SETTINGS = FollowingSettings()
 
 
 @dataclass(frozen=True, eq=False)
+class FollowedPoints:
+    """Postures with the tool at equal steps along a curve, from each of several starts as far as it comes.
+
+    Attributes:
+        postures: (m, count, dof), rad; the first one that is not reached is where the tool comes to, others repeat it.
+        points: how many of them are reached, the start among them, (m,).
+        jumped: whether the next one is reached, but by a jump of the joints, (m,).
+    """
+
+    postures: FloatArray
+    points: NDArray[np.intp]
+    jumped: NDArray[np.bool_]
+
+    @property
+    def complete(self) -> NDArray[np.bool_]:
+        """Whether each start leads to the curve's end, (m,)."""
+        return np.asarray(self.points == self.postures.shape[1])
+
+
+@dataclass(frozen=True, eq=False)
 class Following:
     """A robot whose tool follows a curve.
 
     Args:
         path: of the tool.
         robot: that moves.
-        toward: a posture (dof,) that joints tend to as far as the tool leaves them free; None for the shortest way.
+        toward: a posture (dof,), or one for each start, (m, dof), that joints tend to as far as the tool leaves them
+            free; None for the shortest way.
     """
 
     path: ToolPath
@@ -58,8 +80,7 @@ class Following:
     def joints(self, start: FloatArray, accuracy: float, angular_accuracy: float) -> JointPath:
         """The path of joints that follows the curve, from a posture in which the tool is at its start.
 
-        Points on the curve are projected onto one after the other, each from the posture before, the shortest way; a
-        spline runs through all of them, of which there are as many as its nearness to the curve needs.
+        Points on the curve are projected onto one after the other, each from the posture before, the shortest way.
 
         Args:
             start: the posture (dof,), rad.
@@ -69,43 +90,101 @@ class Following:
         Raises:
             InvalidProblem: a point cannot be reached from the one before, or not so nearly.
         """
-        count, share = SETTINGS.first_points, SETTINGS.spline_share
-        while count <= SETTINGS.most_points:
-            found = JointPath.through(self._postures(start, count))
+        followed = self.followed(start[None], SETTINGS.first_points)
+        if not followed.complete[0]:
+            raise self.why_not(followed)
+        return self.refined(followed.postures[0], accuracy, angular_accuracy)
+
+    def refined(self, postures: FloatArray, accuracy: float, angular_accuracy: float) -> JointPath:
+        """The spline through postures that follow the curve at equal steps, halved until it is near enough to it.
+
+        Args:
+            postures: (n, dof), of which the path passes all.
+            accuracy: as of :meth:`joints`, and so is the next.
+            angular_accuracy: likewise.
+
+        Raises:
+            InvalidProblem: as :meth:`joints`.
+        """
+        share = SETTINGS.spline_share
+        while True:
+            found = JointPath.through(postures)
             away, turned = self._missed(found)
             if away <= share * accuracy and turned <= share * angular_accuracy:
                 return found
-            count = 2 * count - 1
-        raise InvalidProblem("accuracy", f"{accuracy:g} m, or {angular_accuracy:g} rad, needs too many points")
+            if 2 * len(postures) - 1 > SETTINGS.most_points:
+                reason = f"{accuracy:g} m, or {angular_accuracy:g} rad, needs too many points"
+                raise InvalidProblem("accuracy", reason)
+            postures = self._halved(found, postures)
 
-    def _postures(self, start: FloatArray, count: int) -> FloatArray:
-        """Postures (count, dof) with the tool at equal steps along the curve."""
+    def _halved(self, path: JointPath, postures: FloatArray) -> FloatArray:
+        """Postures (n, dof) with those in the middles between them, onto which those of a path are projected.
+
+        Raises:
+            InvalidProblem: one is not reached, or by a jump.
+        """
+        count = 2 * len(postures) - 1
+        found, shares = np.repeat(postures, 2, axis=0)[:count], np.linspace(0.0, 1.0, count)
+        near = self._nearest(shares)
+        guesses = path.at((path.breakpoints[1:] + path.breakpoints[:-1]) / 2.0)
+        for number, guess in zip(range(1, count, 2), guesses, strict=True):
+            theta, reached = near(number, guess[None])
+            away = np.abs(theta[0] - found[number - 1]).max()
+            if not reached[0] or away > _farthest(count):
+                raise InvalidProblem("goal", self._why(theta[0], shares[number], bool(reached[0])))
+            found[number] = theta[0]
+        return found
+
+    def followed(self, starts: FloatArray, count: int) -> FollowedPoints:
+        """Postures from several starts on at equal steps along the curve, step by step, all starts at once.
+
+        Args:
+            starts: postures with the tool at the curve's start, (m, dof), rad.
+            count: of points, the start among them.
+        """
         shares = np.linspace(0.0, 1.0, count)
-        found, near = [start], self._nearest(shares)
+        found, near = np.repeat(starts[:, None], count, axis=1), self._nearest(shares)
+        points, jumped = np.full(len(starts), 1), np.zeros(len(starts), dtype=np.bool_)
         for number in range(1, count):
-            before = found[-1]
-            guess = before if self.toward is None else before + (self.toward - before) / (count - number + 1)
+            (going,) = np.nonzero(points == number)
+            if not going.size:
+                break
+            before = guess = found[going, number - 1]
+            if self.toward is not None:
+                toward = np.broadcast_to(self.toward, starts.shape)[going]
+                guess = before + (toward - before) / (count - number + 1)
             theta, reached = near(number, guess)
-            jumped = float(np.abs(theta - before).max()) > SETTINGS.farthest * max(1.0, 64 / count)
-            if not reached or jumped:
-                raise InvalidProblem("goal", self._why(theta, shares[number], reached))
-            found.append(theta)
-        return np.array(found)
+            found[going, number:] = theta[:, None]
+            jumped[going] = reached & (np.abs(theta - before).max(axis=1) > _farthest(count))
+            points[going] += reached & ~jumped[going]
+        return FollowedPoints(found, points, jumped)
 
-    def _nearest(self, shares: FloatArray) -> Callable[[int, FloatArray], tuple[FloatArray, bool]]:
-        """The function that leads a posture (dof,) to a numbered share of the curve, and says whether it is there."""
-        if not isinstance(self.robot, SpatialArm):
+    def _nearest(self, shares: FloatArray) -> Callable[[int, FloatArray], tuple[FloatArray, NDArray[np.bool_]]]:
+        """The function that leads postures (m, dof) to a numbered share of the curve, and tells which arrive, (m,)."""
+        robot = self.robot
+        if not isinstance(robot, SpatialArm):
             places = self.path.places(shares)
-            return lambda number, guess: places[number].near(self.robot, guess)
-        points, rotations = self.path.way.points(shares), self.path.rotations(shares)
-        onto = Projection.of(self.robot)
 
-        def near(number: int, guess: FloatArray) -> tuple[FloatArray, bool]:
+            def in_plane(number: int, guesses: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+                theta, reached = zip(*(places[number].near(robot, guess) for guess in guesses), strict=True)
+                return np.array(theta), np.array(reached)
+
+            return in_plane
+        points, rotations = self.path.way.points(shares), self.path.rotations(shares)
+        onto = Projection.of(robot)
+
+        def near(number: int, guesses: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
             rotation = None if rotations is None else rotations[number]
-            theta, missing = onto(guess[None], guess, points[number], rotation)
-            return theta[0], bool(missing[0] <= ANGLE_TOLERANCE)
+            theta, missing = onto(guesses, guesses, points[number], rotation)
+            return theta, missing <= ANGLE_TOLERANCE
 
         return near
+
+    def why_not(self, followed: FollowedPoints) -> InvalidProblem:
+        """The reason for which the first of some starts does not lead to the curve's end."""
+        reached = int(followed.points[0])
+        share = reached / (followed.postures.shape[1] - 1)
+        return InvalidProblem("goal", self._why(followed.postures[0, reached], share, bool(followed.jumped[0])))
 
     def _why(self, theta: FloatArray, share: float, jumped: bool) -> str:
         """A text of what keeps the tool from a point of the curve, if it gets as far as a posture (dof,)."""
@@ -149,6 +228,11 @@ class Following:
             return missed, 0.0
         turn = wanted.transpose(0, 2, 1) @ rotations.reshape(-1, 3, 3)
         return missed, float(np.linalg.norm(turn - turn.transpose(0, 2, 1), axis=(1, 2)).max()) / 8.0**0.5
+
+
+def _farthest(count: int) -> float:
+    """How far joints may go from one of so many points to the next, rad or m."""
+    return SETTINGS.farthest * max(1.0, 64 / count)
 
 
 @lru_cache(maxsize=16)

@@ -119,12 +119,21 @@ class Projection:
     ) -> tuple[FloatArray, FloatArray]:
         """The postures that starts (n, dof) lead to, and what each lacks, (n,), m and rad together.
 
-        At the ends of the ranges a margin is kept, less of it where a known posture (dof,) keeps less.
+        At the ends of the ranges a margin is kept, less of it where a known posture, (dof,) or one each, keeps less.
         """
         kept = RANGE_MARGIN * np.where(np.isfinite(self.low), self.high - self.low, 0.0)
         least = np.minimum(self.low + kept, np.maximum(self.low, known))
         most = np.maximum(self.high - kept, np.minimum(self.high, known))
-        return self.steps(starts, point, rotation, (least, most), SETTINGS.projection_steps)
+        bounds = np.atleast_2d(np.hstack([least, most]))
+        found, missing, left = np.empty_like(starts), np.empty(len(starts)), np.ones(len(starts), dtype=np.bool_)
+        while left.any():  # those of one range are led at once: nearly always all
+            shared = bounds[np.argmax(left) if len(bounds) > 1 else 0]
+            own = left & (bounds == shared).all(axis=1)
+            lower, upper = np.split(shared, 2)
+            steps = SETTINGS.projection_steps
+            found[own], missing[own] = self.steps(starts[own], point, rotation, (lower, upper), steps)
+            left &= ~own
+        return found, missing
 
 
 def are_rotations(matrices: FloatArray) -> bool:

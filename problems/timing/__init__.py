@@ -1,6 +1,6 @@
 """Least durations of moves between postures and along given paths, exact and proven for all t."""
 
-from problems.timing.bound import least_along
+from problems.timing.bound import least_along, least_along_points
 from problems.timing.fitting import distinct_rows, fitted_path
 from problems.timing.following import departure, deviation
 from problems.timing.free_space import (
@@ -38,6 +38,7 @@ __all__ = [
     "fastest_through",
     "fitted_path",
     "least_along",
+    "least_along_points",
     "least_below",
     "least_duration",
     "least_durations",

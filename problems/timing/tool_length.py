@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import inf
-
 import casadi as ca
 import numpy as np
 
 from problems.base import FloatArray
 from problems.motions import JointPath, Trajectory
-from problems.robots import JointLimits, Robot
-from problems.timing.bound import least_along
+from problems.robots import Robot
+from problems.timing.bound import least_along, with_tool
 from problems.timing.retime import retime
 from problems.timing.settings import STEADY_RETIMING
 
@@ -30,24 +27,14 @@ def retime_below(path: JointPath, robot: Robot, tool_speed: float) -> Trajectory
     Raises:
         InvalidProblem: as :func:`retime`.
     """
-    limits = _with_speed(robot.limits, tool_speed)
+    limits = with_tool(robot.limits, tool_speed)
     motion = retime(_with_length(path, robot), limits, chain=robot.rigid_chain, settings=STEADY_RETIMING)
     return Trajectory(motion.breakpoints, motion.coefficients[..., : robot.dof])
 
 
 def least_below(path: JointPath, robot: Robot, tool_speed: float) -> float:
     """A lower bound of the duration of every motion along a path from rest to rest with such a tool, s."""
-    return least_along(_with_length(path, robot), _with_speed(robot.limits, tool_speed))
-
-
-def _with_speed(limits: JointLimits, tool_speed: float) -> JointLimits:
-    """The limits with those of the length of the tool's way."""
-    return replace(
-        limits,
-        speed=(*limits.speed, tool_speed),
-        acceleration=(*limits.acceleration, inf),
-        jerk=None if limits.jerk is None else (*limits.jerk, inf),
-    )
+    return least_along(_with_length(path, robot), with_tool(robot.limits, tool_speed))
 
 
 def _with_length(path: JointPath, robot: Robot) -> JointPath:

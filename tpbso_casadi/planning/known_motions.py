@@ -144,6 +144,8 @@ class KnownMotions:
 
     def after(self, cell: Cell, stage: MovingStage, start: FloatArray) -> KnownMotion | None:
         """The earlier plan's motion of a stage from a posture (dof,) on; None where it has none."""
+        if not self.postures.size:
+            return None
         known = self._motions.get(_key(cell, stage), ())
         return next((one for one in known if one.is_earlier and _same(one.start, start)), None)
 

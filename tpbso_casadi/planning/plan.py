@@ -109,7 +109,7 @@ def plan(
         return _valued(found)
 
 
-def bound(scenario: Scenario, progress: Progress = SILENT) -> SequenceBound:
+def bound(scenario: Scenario) -> SequenceBound:
     """The least time of a sequence between its postures; nothing is planned.
 
     Raises:
@@ -117,15 +117,7 @@ def bound(scenario: Scenario, progress: Progress = SILENT) -> SequenceBound:
         KeyboardInterrupt: Ctrl-C.
     """
     with deferred_interrupt() as interruption:
-        planning = Planning(
-            scenario=scenario,
-            solver=scenario.solver.build(),
-            settings=scenario.solver,
-            evaluation=None,
-            progress=progress,
-            interruption=interruption,
-        )
-        return interruption.breakable(partial(sequence_bound, scenario, planning))
+        return interruption.breakable(partial(sequence_bound, scenario))
 
 
 def _whole_sequence(scenario: Scenario, planning: Planning) -> PlannedMotion:

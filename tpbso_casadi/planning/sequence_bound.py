@@ -8,9 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.planning.finishing import PlannedMotion
-from tpbso_casadi.planning.planning import Planning
-from tpbso_casadi.planning.sequence import SequencePlanner
+from tpbso_casadi.planning.sequence_graph import SequenceGraph
 from tpbso_casadi.scenario import Scenario, ScenarioError, SequenceTask
 
 
@@ -38,12 +36,11 @@ class SequenceBound:
         return f"<no way: {self.why}>" if self.why else f"<{found}>"
 
 
-def sequence_bound(scenario: Scenario, planning: Planning) -> SequenceBound:
+def sequence_bound(scenario: Scenario) -> SequenceBound:
     """The bound of a sequence, in its best order where that is free.
 
     Args:
         scenario: that states it.
-        planning: of the whole, of which nothing is planned.
 
     Raises:
         ScenarioError: it states no sequence.
@@ -51,21 +48,15 @@ def sequence_bound(scenario: Scenario, planning: Planning) -> SequenceBound:
     if not isinstance(scenario.task, SequenceTask):
         raise ScenarioError('task.kind: a bound is of a "sequence"')
     try:
-        work = SequencePlanner(scenario, planning, _nothing)
+        graph = SequenceGraph(scenario)
         if scenario.task.order == "free":
-            task = scenario.task.in_order(work.best_order()[0])
-            work = SequencePlanner(scenario.replaced(task=task), planning, _nothing)
+            graph = SequenceGraph(scenario.replaced(task=scenario.task.in_order(graph.best_order()[0])))
     except ScenarioError as error:
         return SequenceBound(np.inf, (), np.empty((0, 0)), str(error))
-    chain = work.least_chain()
+    chain = graph.least_chain()
     if chain is None:
         return SequenceBound(np.inf, (), np.empty((0, 0)), "no way leads from stop to stop")
-    times = [float(edges.durations[pair]) for edges, pair in zip(work.edges, pairwise(chain), strict=True)]
-    names = [work.task.labels[number] for number in work.moving]
-    waits = sum(stage.pause for stage in work.stages)
-    postures = np.array([stop.postures[index] for stop, index in zip(work.stops, chain, strict=True)])
-    return SequenceBound(sum(times) + waits, tuple(zip(names, times, strict=True)), postures)
-
-
-def _nothing(scenario: Scenario) -> PlannedMotion:
-    raise AssertionError(scenario)
+    times = [float(edges.durations[pair]) for edges, pair in zip(graph.edges, pairwise(chain), strict=True)]
+    labels = scenario.task.labels
+    stages = tuple(zip([labels[number] for number in graph.moving], times, strict=True))
+    return SequenceBound(sum(times) + graph.waits, stages, np.array(graph.postures(chain)))

@@ -21,7 +21,7 @@ from tpbso_casadi.scenario.input_files import (
     read_text,
     read_toml,
 )
-from tpbso_casadi.scenario.led_stages import LedStage
+from tpbso_casadi.scenario.led_stages import LedStage, tool_frames
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
 from tpbso_casadi.scenario.motion_files import READERS, pieces_in, read_recorded
@@ -198,6 +198,7 @@ __all__ = [
     "stated_values",
     "subclass_of",
     "task_tables",
+    "tool_frames",
     "walked",
     "with_files_read",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -264,12 +264,12 @@ def _pose_of(body: ObstacleSection) -> FloatArray:
     return pose
 
 
-def walked(scenario: Scenario, postures: FloatArray) -> Iterator[tuple[StageSection, Cell]]:
+def walked(scenario: Scenario, postures: Iterable[FloatArray]) -> Iterator[tuple[StageSection, Cell]]:
     """The stages of a sequence, each with what is where when it begins.
 
     Args:
         scenario: of the sequence.
-        postures: with which the stages begin, (n, dof); fewer will do where no more stages are asked for.
+        postures: with which the stages begin, (dof,) each; no more are taken than stages are asked for.
 
     Raises:
         ScenarioError: something is taken up that is not there, or put down that is not held.

@@ -140,21 +140,31 @@ class LedStage(FramedSection, FreeAxisKeys, MovingStage):
         free = self.free_axis
         if free is None:
             return end
-        if not isinstance(end, Pose):
-            raise InvalidProblem("free", "in the plane no axis of the tool is free; leave it out")
-        free.check()
+        self._check_free(end)
+        assert isinstance(end, Pose)
         return replace(end, free=self.free, turn=self.turn, tilt=self.tilt)
+
+    def _check_free(self, end: Place) -> None:
+        """An axis that is free is one of a tool in space, within its ranges.
+
+        Raises:
+            InvalidProblem: it is not.
+        """
+        free = self.free_axis
+        if free is not None and not isinstance(end, Pose):
+            raise InvalidProblem("free", "in the plane no axis of the tool is free; leave it out")
+        if free is not None:
+            free.check()
 
     def tool_path(self, robot: Robot, posture: FloatArray) -> ToolPath | None:
         view = self.seen(robot)
         (start, turned), end = _tool(view, posture), self.end(view, posture)
         way = self.way(view, start, end.position(view))
+        self._check_free(end)
         if turned is None or not isinstance(end, Pose):
             return ToolPath(way)
         assert end.rotation is not None
         free, last = self.free_axis, end.rotation
-        if free is not None:
-            free.check()
         if free is not None and free.turn is None:  # then the turn at the end does not matter
             last = FreeAxis(free.axis).nearest_of(last, turned[None])[0]
         frame = None

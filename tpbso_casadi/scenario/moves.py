@@ -89,12 +89,41 @@ class PointToPointTask(TaskSection):
     def build(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Problem[Any]:
         return BUILDERS[model.motion](self, robot, obstacles, model)
 
+    def move(self, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Move:
+        """The move that the table states: places, any of several goals, vias, velocities at the ends.
+
+        Args:
+            robot: that moves.
+            obstacles: around it.
+
+        Raises:
+            InvalidProblem: it cannot be.
+        """
+        turns = ShortTurns(robot, self.start)
+        vias = turns.passed(self.via or ())
+        goals = turns.reached(self.goal if isinstance(self.goal, list) else [self.goal])
+        return Move(
+            robot,
+            self.start,
+            goals,
+            vias,
+            self.elbow,
+            obstacles,
+            tuple(self.start_velocity or ()),
+            tuple(self.goal_velocity or ()),
+            self.total_time,
+            tuple(self.start_acceleration or ()),
+            tuple(self.goal_acceleration or ()),
+            self.stay or 0.0,
+            tuple(turns.notes),
+        )
+
     def judged(self, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection) -> Criteria:
         if model.motion != "spline":
             return super().judged(robot, obstacles, model)
         objective = objective_named(find_objective(self.objective, self.own_objectives), robot)
         limits = limits_of(robot, obstacles, model.further_limits)
-        return Criteria(task=_move(self, robot, obstacles), objective=objective, limits=limits).at_free_times()
+        return Criteria(task=self.move(robot, obstacles), objective=objective, limits=limits).at_free_times()
 
 
 def _is_point(place: Place | list[Place]) -> bool:
@@ -113,33 +142,11 @@ def _paper(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...
     return point_to_point(task, objective, model.formulation, model.samples, model.further_limits)
 
 
-def _move(table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...]) -> Move:
-    """Ours: places, any of several goals, vias, velocities at the ends."""
-    turns = ShortTurns(robot, table.start)
-    vias = turns.passed(table.via or ())
-    goals = turns.reached(table.goal if isinstance(table.goal, list) else [table.goal])
-    return Move(
-        robot,
-        table.start,
-        goals,
-        vias,
-        table.elbow,
-        obstacles,
-        tuple(table.start_velocity or ()),
-        tuple(table.goal_velocity or ()),
-        table.total_time,
-        tuple(table.start_acceleration or ()),
-        tuple(table.goal_acceleration or ()),
-        table.stay or 0.0,
-        tuple(turns.notes),
-    )
-
-
 def _spline(
     table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
 ) -> Problem[Any]:
     """A path that is timed."""
-    task, objective = _move(table, robot, obstacles), find_objective(table.objective, table.own_objectives)
+    task, objective = table.move(robot, obstacles), find_objective(table.objective, table.own_objectives)
     return move(task, objective, model.samples, model.pieces, model.further_limits)
 
 
@@ -147,7 +154,7 @@ def _time_spline(
     table: PointToPointTask, robot: Robot, obstacles: tuple[Obstacle, ...], model: ModelSection
 ) -> Problem[Any]:
     """A motion over time that leaves from any state."""
-    task, objective = _move(table, robot, obstacles), find_objective(table.objective, table.own_objectives)
+    task, objective = table.move(robot, obstacles), find_objective(table.objective, table.own_objectives)
     pieces = {} if model.pieces is None else {"pieces": model.pieces}
     return time_move(task, objective, model.samples, limits=model.further_limits, **pieces)
 

@@ -138,6 +138,35 @@ def test_what_cannot_be_reached_is_said() -> None:
         Following(path, PANDA).joints(READY, 1e-3, 0.01)
 
 
+@pytest.mark.parametrize("toward", [None, READY + 0.3])
+def test_several_starts_are_followed_as_each_alone(toward: FloatArray | None) -> None:
+    """One of them is at the end of a joint's range, where less of a margin is kept, and one is led out of its reach."""
+    (start,), (turned,) = tool(PANDA, READY)
+    path = ToolPath(StraightLine(start, start + np.array([0.1, 0.15, 0.0])), (turned, turned))
+    at_the_end, elsewhere = READY.copy(), READY + np.array([0.0, 0.4, 0.0, 1.8, 0.0, 0.0, 0.0])
+    at_the_end[1] = PANDA.limits.position[1][0] if PANDA.limits.position else 0.0
+    starts = np.array([READY, at_the_end, elsewhere, READY + 1e-3])
+    following = Following(path, PANDA, toward)
+    together = following.followed(starts, 9)
+    for number, each in enumerate(starts):
+        alone = following.followed(each[None], 9)
+        assert np.array_equal(together.postures[number], alone.postures[0])
+        assert (together.points[number], together.jumped[number]) == (alone.points[0], alone.jumped[0])
+    assert together.complete[0]
+
+
+def test_a_finer_path_passes_the_points_of_a_coarser_one() -> None:
+    (start,), (turned,) = tool(PANDA, READY)
+    path = ToolPath(StraightLine(start, start + np.array([0.1, 0.4, 0.0])), (turned, turned))
+    following = Following(path, PANDA)
+    points = following.followed(READY[None], 5).postures[0]
+    fine = following.refined(points, 1e-4, 1e-3)
+    assert fine.breakpoints.size > 9
+    passed = fine.at(fine.breakpoints[:: (fine.breakpoints.size - 1) // 4])
+    assert passed == pytest.approx(points, abs=1e-12)
+    assert max(away(path.way, point) for point in tool(PANDA, fine.at(fine.breakpoints))[0]) <= 1e-8
+
+
 def test_an_arm_in_the_plane_follows_a_line() -> None:
     arm = PlanarArm((0.5, 0.4, 0.3), max_speed=(2.0,) * 3, max_acceleration=(10.0,) * 3)
     theta = np.array([0.3, 0.9, -0.4])

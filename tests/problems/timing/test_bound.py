@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from problems.motions import JointPath
 from problems.robots import JointLimits
-from problems.timing import least_along, least_durations, retime
+from problems.timing import least_along, least_along_points, least_durations, retime
 
 SEEDS = st.integers(0, 2**31)
 
@@ -55,3 +55,23 @@ def test_a_joint_that_turns_back_needs_its_way_there_and_back() -> None:
     path = JointPath(np.array([0.0, 1.0]), np.array([[[-4.0, 0.0]], [[4.0, 1e-6]], [[0.0, 0.0]]]))
     limits = JointLimits(speed=(100.0, 100.0), acceleration=(1.0, 1.0))
     assert least_along(path, limits) == pytest.approx(2.0 * least_durations(np.ones(2), limits)[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("jerk", [None, (50.0, 60.0, 70.0)])
+def test_paths_through_points_take_as_long_as_their_splines(jerk: tuple[float, ...] | None) -> None:
+    rng = np.random.default_rng(3)
+    shares, way, bend = np.linspace(0.0, 1.0, 9)[:, None], *rng.normal(size=(2, 5, 1, 3))
+    points = way * shares + 0.3 * bend * np.sin(np.pi * shares)
+    limits = JointLimits(speed=(1.0, 3.0, 2.5), acceleration=(10.0, 5.0, 8.0), jerk=jerk)
+    alone = [least_along(JointPath.through(each, np.linspace(0.0, 1.0, 9)), limits) for each in points]
+    together = least_along_points(points, limits)
+    assert together == pytest.approx(alone, rel=0.01)
+    assert together == pytest.approx([least_along_points(each[None], limits)[0] for each in points], rel=1e-12)
+
+
+def test_a_slow_tool_takes_as_long_as_its_way_at_that_speed() -> None:
+    """Its speed is not limited in how it changes."""
+    points = np.linspace([0.0, 0.0], [0.3, 0.1], 9)[None]
+    limits = JointLimits(speed=(2.0, 2.0), acceleration=(1e6, 1e6))
+    assert least_along_points(points, limits, 0.5, 0.1)[0] == pytest.approx(5.0, rel=1e-3)
+    assert least_along_points(points, limits, 0.5, 100.0) == pytest.approx(least_along_points(points, limits))

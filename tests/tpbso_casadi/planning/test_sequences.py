@@ -24,8 +24,7 @@ from problems.certify import check_certificate as checker
 from problems.timing import retime
 from tpbso_casadi.cli.commands.solve import main
 from tpbso_casadi.planning import BOUND
-from tpbso_casadi.planning.sequence import SequencePlanner
-from tpbso_casadi.planning.stops import led_along
+from tpbso_casadi.planning.ways import led_along
 from tpbso_casadi.scenario import Cell, pieces_in
 from tpbso_casadi.scenario.stages import AttachStage
 from tpbso_casadi.storage import checked
@@ -294,30 +293,6 @@ def test_a_start_that_is_a_pose_begins_in_a_posture_that_touches_nothing() -> No
     assert plan.status is CertificateStatus.CERTIFIED
 
 
-class Bounded(Exception):
-    """The bound of a sequence, whose motions are not planned."""
-
-
-@pytest.mark.parametrize("turn", [0.0, 0.75 * np.pi, np.pi])
-def test_turning_the_base_changes_nothing(turn: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Joints that turn more than once are taken in the turns that are reached soonest, wherever their zero is."""
-
-    def bounded(self: SequencePlanner) -> None:
-        raise Bounded(self.bound)
-
-    monkeypatch.setattr(SequencePlanner, "best_chain", bounded)
-    places = [(0.47, 0.25, 0.29), (0.55, -0.3, 0.17), (0.6, 0.1, 0.2), (0.45, -0.1, 0.25)]
-    visits = [tp.MoveTo(tp.Pose(place, DOWN)) for place in (*places[1:], places[0])]
-    down, up = tp.Line(by=(0.0, 0.0, -0.1)), tp.Line(by=(0.0, 0.0, 0.1))
-    stages = [stage for visit in visits[:-1] for stage in (visit, down, up)]
-    base = {"quaternion": [0.0, 0.0, np.sin(turn / 2.0), np.cos(turn / 2.0)]}
-    with pytest.raises(Bounded) as found:
-        tp.sequence(
-            tp.robot("ur5e", base=base), start=tp.Pose(places[0], DOWN), stages=[*stages, visits[-1]], cyclic=True
-        )
-    assert found.value.args[0] == pytest.approx(6.68203073, rel=1e-6)
-
-
 def test_a_free_order_is_the_quickest() -> None:
     def reached(turn: float) -> list[float]:
         return [turn, *HOME[1:]]
@@ -516,26 +491,3 @@ def test_what_is_held_touches_what_is_said_once() -> None:
     assert plan.certified
     (contact,) = [line for line in plan.not_judged if "part and table" in line]
     assert contact.endswith("in stage 3 (line), stage 4 (line)")
-
-
-def test_the_bound_of_a_sequence_is_what_its_plan_takes_at_least(picked: tp.Plan) -> None:
-    found = tp.bound(picked)
-    assert found.seconds == pytest.approx(sum(time for _, time in found.stages) + 0.2, rel=1e-12)  # it waits once
-    assert 0.99 * found.seconds <= picked.duration <= 1.01 * found.seconds
-    assert found.postures.shape == (len(found.stages) + 1, 7)
-    assert repr(found) == f"<at least {found.seconds:.6g} s in {len(found.stages)} stages>"
-
-
-def test_where_there_is_no_way_the_bound_says_why() -> None:
-    arm, start = tp.robot("ur5e"), tp.Pose((0.4, 0.2, 0.3), DOWN)
-    stages = [tp.MoveTo(tp.Pose((0.4, -0.2, 0.3), DOWN)), tp.Line(by=(0.0, 0.0, 1.3))]
-    found = tp.bound(arm, start=start, stages=stages)
-    assert found.seconds == np.inf and not found.stages and found.postures.size == 0
-    assert found.why.startswith("stages[1] goal: the tool cannot be led to")
-    assert np.isfinite(tp.bound(arm, start=start, stages=stages[:1]).seconds)
-
-
-@pytest.mark.parametrize(("what", "line"), [("obstacle-4", 'a bound is of a "sequence"'), (PANDA, "stages: missing")])
-def test_what_is_no_sequence_has_no_bound(what: Any, line: str) -> None:
-    with pytest.raises(tp.ScenarioError, match=line):
-        tp.bound(what)
