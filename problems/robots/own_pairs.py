@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations
 
@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from problems.base import FloatArray, InvalidProblem, as_array, cached_text, structure_key
+from problems.robots.arm_cover import ArmCover
 from problems.robots.spatial_arm import SpatialArm
+from problems.robots.transform import as_point
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +49,8 @@ class SamplingSettings:
 
 
 SETTINGS = SamplingSettings()
+DIGITS = 6  # of m, of centres of spheres
+MOST_KNOWN = 64  # choices that a process remembers
 
 
 LinkPairs = Collection[tuple[str, str]]
@@ -85,10 +89,29 @@ def own_pairs_of(
     """
     _check(robot, disabled, kept)
     must_not = frozenset(map(frozenset, kept))
-    return _chosen(robot, frozenset(map(frozenset, disabled)), must_not, connected - must_not)
+    return _chosen(_sampled_arm(robot), frozenset(map(frozenset, disabled)), must_not, connected - must_not)
 
 
-@lru_cache(maxsize=16)
+def _sampled_arm(robot: SpatialArm) -> SpatialArm:
+    """The arm by which pairs are chosen: what decides on them, wherever it stands, in rounded numbers.
+
+    So they are the same where a body is taken up in the same way, to rounding, elsewhere.
+    """
+    spheres = tuple(
+        replace(sphere, center=as_point([round(part, DIGITS) for part in sphere.center])) for sphere in robot.spheres
+    )
+    return SpatialArm(
+        robot.chain,
+        robot.max_speed,
+        robot.max_acceleration,
+        position_limits=robot.position_limits,
+        spheres=spheres,
+        cover=None if robot.cover is None else ArmCover((), ()),
+        margin=robot.margin,
+    )
+
+
+@lru_cache(maxsize=MOST_KNOWN)
 def _chosen(robot: SpatialArm, disabled: Named, kept: Named, connected: Named) -> OwnPairs:
     spheres = robot.spheres
     pairs = np.array(

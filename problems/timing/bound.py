@@ -51,7 +51,7 @@ class PathGrid:
 
 
 def _turns(slopes: FloatArray, u: FloatArray) -> FloatArray:
-    """The lengths that joints turn in cells, at most, (n, ...), by Bernstein coefficients of their derivatives, (order, n, ...)."""
+    """The lengths that joints turn in cells, at most, (n, ...), by Bernstein coefficients (order, n, ...) of slopes."""
     lengths = np.diff(u)
     return np.asarray(np.abs(slopes).mean(axis=0) * lengths.reshape(-1, *[1] * (slopes.ndim - 2)))
 
