@@ -11,6 +11,7 @@ DOWN = [1.0, 0.0, 0.0, 0.0]  # the tool points downward
 DEEP, WALL, HEIGHT = 0.14, 0.01, 0.12  # m: how far the tool goes down; of the bins
 BIN = (0.3, 0.4)  # inside, m
 PART = 0.05  # size of a part, m
+SPOTS = np.array([[-0.075, -0.1], [-0.075, 0.1], [0.075, -0.1], [0.075, 0.1]])  # of parts in a bin, about, m
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Cell:
         parts = int(rng.integers(2, 5))
         scale = self.reach / 0.85
         sides = rng.uniform([0.35, -0.35, 0.35, 0.2], [0.5, -0.2, 0.5, 0.4]) * scale
-        spots = rng.uniform(-1.0, 1.0, (2, parts, 2)) * (np.array(BIN) / 2.0 - PART) * 0.9
+        spots = np.array([rng.permutation(SPOTS)[:parts] for _ in range(2)]) + rng.uniform(-0.01, 0.01, (2, parts, 2))
         pillar = [*(rng.uniform([0.55, -0.1], [0.75, 0.1]) * scale), 0.25]
         frames = [
             {"name": "pedestal", "position": [0.0, 0.0, 0.0]},
@@ -106,6 +107,6 @@ def stages_of(spots: Any) -> list[dict[str, Any]]:
 
 
 CELLS = {
-    "ur5e": Cell({"model": "ur5e", "tool": {"position": [0.0, 0.0, 0.15]}}, ([0.12, 0.06, 0.12], 0.025), 0.85),
+    "ur5e": Cell({"model": "ur5e", "tool": {"position": [0.0, 0.0, 0.15]}}, ([0.1, 0.06, 0.12], 0.03), 0.85),
     "panda": Cell({"model": "panda", "tip_link": "panda_hand_tcp"}, None, 0.8),
 }

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from problems.base import FloatArray
 from problems.geometry import Balls, BallTree
@@ -54,9 +55,9 @@ class RobotNumbers:
         fixed: whether it is of links that no joint moves; else these are there for others to keep apart from.
     """
 
-    counts: list[int]
-    joints: list[float]
-    nodes: list[float]
+    counts: NDArray[np.int64]
+    joints: FloatArray
+    nodes: FloatArray
     names: tuple[str, ...]
     roots: tuple[tuple[str, int, bool], ...]
     groups: list[tuple[int, int, int, int]]
@@ -97,9 +98,9 @@ class RobotNumbers:
             default=0.0,
         )
         return cls(
-            counts=counts,
-            joints=[float(part) for part in joints],
-            nodes=nodes,
+            counts=np.array(counts, dtype=np.int64),
+            joints=np.array(joints, dtype=np.float64),
+            nodes=np.array(nodes, dtype=np.float64),
             names=tuple(link.name for link in links for _ in link.tree.count),
             roots=tuple((link.name, start, link.moves) for link, start in zip(links, firsts, strict=False)),
             groups=groups,
@@ -232,14 +233,16 @@ def described(
     ]
     solids = [(obstacle, _plain(obstacle)) for obstacle in obstacles]
     counts = [robot.dof, len(own.names), len(watched), len(own.groups), len(own.pairs), len(solids)]
-    counts += own.counts
-    counts += [part for rows in (watched, own.groups, own.pairs) for row in rows for part in row]
+    rows = [part for rows in (watched, own.groups, own.pairs) for row in rows for part in row]
     numbers: list[float] = [float(part) for row in robot.base_frame.rotation for part in row]
-    numbers += [*robot.base, *margins_of(robot), _rounding(robot, own, obstacles), *own.joints, *own.nodes]
+    numbers += [*robot.base, *margins_of(robot), _rounding(robot, own, obstacles)]
+    of_solids: list[float] = []
     for obstacle, plain in solids:
-        counts += [int(plain.shape), len(plain.planes), len(plain.faces), len(plain.edges)]
-        numbers += _of_solid(obstacle, plain)
-    return np.array(counts, dtype=np.int64), np.array(numbers, dtype=np.float64)
+        rows += [int(plain.shape), len(plain.planes), len(plain.faces), len(plain.edges)]
+        of_solids += _of_solid(obstacle, plain)
+    whole = [np.array(part, dtype=np.int64) for part in (counts, own.counts, rows)]
+    real = [np.array(part, dtype=np.float64) for part in (numbers, own.joints, own.nodes, of_solids)]
+    return np.concatenate(whole), np.concatenate(real)
 
 
 def _plain(obstacle: Obstacle) -> PlainSolid:

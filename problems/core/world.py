@@ -321,10 +321,30 @@ def farthest_ball(robot: SpatialArm) -> float:
     return known_robot(robot).farthest + float(np.linalg.norm(robot.base))
 
 
-@lru_cache(maxsize=CACHE_SIZE)
 def known_robot(robot: SpatialArm) -> RobotNumbers:
     """The robot's part of a description, made once."""
-    return RobotNumbers.of(robot)
+    return _known_numbers(_ByShape(robot))
+
+
+class _ByShape:
+    """A robot, hashed by what its part of a description is made of."""
+
+    def __init__(self, robot: SpatialArm) -> None:
+        self.robot = robot
+        shape = robot.spheres if robot.cover is None else robot.cover
+        self._parts = shape, robot.chain, robot.self_collision, robot.kept_pairs, robot.proven_pairs
+        self._hash = hash(self._parts)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ByShape) and self._parts == other._parts
+
+
+@lru_cache(maxsize=CACHE_SIZE)
+def _known_numbers(shape: _ByShape) -> RobotNumbers:
+    return RobotNumbers.of(shape.robot)
 
 
 def _numbers(robot: SpatialArm, fixed: tuple[str, ...]) -> RobotNumbers:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import InitVar, dataclass, field
 from enum import IntEnum
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import pairwise, product
 from typing import ClassVar, TypeAlias
 
@@ -26,7 +26,6 @@ from problems.base import (
     Length,
     Matrix,
     Operand,
-    as_array,
     columns,
     is_of_length_one,
     rotation_of,
@@ -202,10 +201,10 @@ class Solid(Obstacle):
     def bounding_box(self) -> FloatArray:
         return np.asarray(np.array(self.center) + np.outer((-1.0, 1.0), self.half_extents))
 
-    @property
+    @cached_property
     def axes(self) -> FloatArray:
         """The solid's own axes as seen from outside, one in each column, (3, 3)."""
-        return as_array(self.rotation)
+        return np.eye(3) if self.quaternion is None else np.array(rotation_of(self.quaternion), dtype=np.float64)
 
 
 @dataclass(frozen=True, kw_only=True)

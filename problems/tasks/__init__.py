@@ -11,6 +11,7 @@ from problems.tasks.checks import (
     check_posture,
     least_clearances,
     overloaded,
+    too_near,
 )
 from problems.tasks.following import Following
 from problems.tasks.free_turns import FreeTurns
@@ -101,4 +102,5 @@ __all__ = [
     "overloaded",
     "pentagram",
     "times_at",
+    "too_near",
 ]

@@ -33,8 +33,9 @@ from tpbso_casadi.planning.plan import (
 )
 from tpbso_casadi.planning.planning import SharedSearches
 from tpbso_casadi.planning.progress import Progress
-from tpbso_casadi.planning.sequence import BOUND, NoMotion
+from tpbso_casadi.planning.sequence import BOUND
 from tpbso_casadi.planning.sequence_bound import SequenceBound
+from tpbso_casadi.planning.sequence_graph import NoMotion
 
 __all__ = [
     "ACCURACY",

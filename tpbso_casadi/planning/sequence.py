@@ -100,10 +100,6 @@ def _planned(
     )
 
 
-class NoMotion(ScenarioError):
-    """No certified motion was found for a stage, though nothing of it is known to be impossible."""
-
-
 class SequencePlanner:
     """The motions of one sequence, planned along the shortest ways through its graph.
 
@@ -144,9 +140,7 @@ class SequencePlanner:
                 continue
             if chain is None:
                 layer = next((n for n, edges in enumerate(graph.edges) if not np.isfinite(edges.durations).any()), 0)
-                what = self._name(layer)
-                why = f"; {self._broken[layer]}" if layer in self._broken else ""
-                raise NoMotion(f"{graph.label(layer)}: no certified motion was found for {what}{why}")
+                raise graph.no_motion(layer, self._broken.get(layer, ""))
             pairs = _pairs(chain)
             layer = next((n for n, pair in enumerate(pairs) if pair not in graph.edges[n].motions), -1)
             if layer < 0:
@@ -163,13 +157,9 @@ class SequencePlanner:
                 del edges.motions[pair]
                 edges.durations[pair] = edges.bounds[pair]
 
-    def _name(self, layer: int) -> str:
-        """The label of a stage that moves."""
-        return self.graph.task.labels[self.graph.moving[layer]]
-
     def _evaluate(self, layer: int, chain: Sequence[int], thorough: bool) -> None:
         """Plan a stage between two postures."""
-        graph, name = self.graph, self._name(layer)
+        graph, name = self.graph, self.graph.name(layer)
         self.planning.progress.phase(name)
         postures, pair, edges = graph.postures(chain), _pairs(chain)[layer], graph.edges[layer]
         cell, way, stage = graph.cell(layer, postures), graph.way(layer, pair), graph.stage(layer)
@@ -293,7 +283,7 @@ class SequencePlanner:
             return
         if self.planning.running_out():
             return
-        self.planning.progress.phase(f"{self._name(layer)}, within its accuracy")
+        self.planning.progress.phase(f"{graph.name(layer)}, within its accuracy")
         postures = graph.postures(chain)
         stage, cell = graph.stage(layer), graph.cell(layer, postures)
         problem = cell.statement(stage, postures[layer], postures[layer + 1]).problem()

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
 from itertools import islice, pairwise
 
 import numpy as np
@@ -25,9 +24,8 @@ from tpbso_casadi.planning.stops import (
     soonest_at,
 )
 from tpbso_casadi.planning.visits import Visits, shortest_way
-from tpbso_casadi.planning.ways import ToolWay, least_times, postures_at, ways_from
+from tpbso_casadi.planning.ways import FoundWays, NotClear, ToolWay, clear_ways, least_times, postures_at, ways_from
 from tpbso_casadi.scenario import (
-    BuiltScene,
     Cell,
     LedStage,
     MovingStage,
@@ -43,12 +41,17 @@ SURELY_LESS = 0.99  # times the time through points of a way is less than exactl
 MOST_VISITED = 12  # postures of a stop, in any turn, where the order is free: its search takes the square of them
 
 
+class NoMotion(ScenarioError):
+    """No certified motion was found for a stage, though nothing of it is known to be impossible."""
+
+
 class SequenceGraph:
     """The graph of one sequence: its nodes are postures, its edges the motions of stages that move.
 
     Args:
         scenario: that states it.
         known: motions that are planned already, of an earlier plan too, whose postures are preferred then.
+        digits: to which bodies are where they are taken up, for many graphs that differ in little; None for exactly.
 
     Raises:
         ScenarioError: no posture is found at a stop, or none from which the tool can be led on.
@@ -59,12 +62,13 @@ class SequenceGraph:
         bound: what all stages take at least between these postures in free space, with all waits, s.
     """
 
-    def __init__(self, scenario: Scenario, known: KnownMotions | None = None) -> None:
+    def __init__(self, scenario: Scenario, known: KnownMotions | None = None, digits: int | None = None) -> None:
         assert isinstance(scenario.task, SequenceTask)
         self.scenario, self.task, self.known = scenario, scenario.task, known or KnownMotions()
         self.legs = scenario.task.legs
         self.stages: list[StageSection] = [stage for _, stage in self.legs]
         self.moving = [number for number, stage in enumerate(self.stages) if stage.moves]
+        self._first = Cell.at_first(scenario, digits)
         self.stops = self._stops()
         self.edges = [self._edges(layer) for layer in range(len(self.moving))]
         self.bound = self._total(self.shortest([edges.bounds for edges in self.edges]))
@@ -73,6 +77,15 @@ class SequenceGraph:
         """The key of a stage that moves."""
         numbers, _ = self.legs[self.moving[layer]]
         return f"task.stages.{numbers[-1]}"
+
+    def name(self, layer: int) -> str:
+        """The name of a stage that moves, for people."""
+        return self.task.labels[self.moving[layer]]
+
+    def no_motion(self, layer: int, why: str) -> NoMotion:
+        """The error of a stage for which no motion was found, with the reason if there is one."""
+        reason = f"; {why}" if why else ""
+        return NoMotion(f"{self.label(layer)}: no certified motion was found for {self.name(layer)}{reason}")
 
     def stage(self, layer: int) -> MovingStage:
         """A stage that moves."""
@@ -84,7 +97,7 @@ class SequenceGraph:
         """The cell before a stage that moves, after postures at the stops before."""
         first = self.moving[layer]
         postures = [chain[sum(m < number for m in self.moving)] for number in range(first + 1)]
-        _, cell = next(islice(walked(self.scenario, postures), first, None))
+        _, cell = next(islice(walked(self.scenario, postures, self._first), first, None))
         return cell
 
     def robot(self, layer: int) -> Robot:
@@ -118,7 +131,6 @@ class SequenceGraph:
 
     def _stops(self) -> list[SequenceStop]:
         """Postures to choose from, stop by stop."""
-        self._first = Cell.at_first(self.scenario)
         stops: list[SequenceStop] = []
         cells = self._cells_along(stops)
         try:
@@ -134,7 +146,7 @@ class SequenceGraph:
     def _cells_along(self, stops: Sequence[SequenceStop]) -> Iterator[Cell]:
         """The cells before stages that move, after the first posture of each stop, which may be found meanwhile."""
         stage_stops = (stops[sum(m < number for m in self.moving)].postures[0] for number in range(len(self.stages)))
-        for stage, cell in walked(self.scenario, stage_stops):
+        for stage, cell in walked(self.scenario, stage_stops, self._first):
             if stage.moves:
                 yield cell
 
@@ -149,13 +161,9 @@ class SequenceGraph:
         if not found.size:
             found = postures_at(place, robot, (), "start")[:MOST_POSTURES]
             if not isinstance(place, Joints) and self.moving:
-                scene = self._scene(0, self.cell(0, [found[0]]), found[0])
+                scene = self.cell(0, [found[0]]).scene(self.stage(0))
                 found = postures_at(place, scene.robot, scene.obstacles, "start")[:MOST_POSTURES]
         return SequenceStop.free(found)
-
-    def _scene(self, layer: int, cell: Cell, posture: FloatArray) -> BuiltScene:
-        """The robot of a stage, with what it carries, and what is around it, from a posture (dof,) on."""
-        return cell.statement(self.stage(layer), posture).built()
 
     def _stop_after(self, layer: int, cell: Cell, stops: Sequence[SequenceStop]) -> SequenceStop:
         """The stop at which a stage may end.
@@ -166,10 +174,9 @@ class SequenceGraph:
         stage, before = self.stage(layer), stops[-1]
         if isinstance(stage, LedStage):
             return self._led(layer, stage, cell, before)
-        statement = cell.statement(stage, before.postures[0])
-        scene = statement.built()
-        assert isinstance(statement.task, PointToPointTask)
-        move = statement.task.move(scene.robot, scene.obstacles)
+        task, scene = cell.statement(stage, before.postures[0]).task, cell.scene(stage)
+        assert isinstance(task, PointToPointTask)
+        move = task.move(scene.robot, scene.obstacles)
         if self.task.cyclic and layer == len(self.moving) - 1:
             if not all(any(goal.is_at(scene.robot, theta) for goal in move.goals) for theta in stops[0].postures):
                 raise InvalidProblem("goal", "is not where the sequence begins, as that of a cycle has to be")
@@ -189,28 +196,29 @@ class SequenceGraph:
         """The stop to which the tool is led, from each posture before; at postures of an earlier plan alone, if any.
 
         Raises:
-            InvalidProblem: from none of them.
+            InvalidProblem: it can be led there from none of them.
+            NoMotion: it can, but not so that it is clear.
         """
         led: list[tuple[FloatArray, int, ToolWay | None]] = []
         earlier: list[tuple[FloatArray, int, ToolWay | None]] = []
         known = [self.known.after(cell, stage, posture) for posture in before.postures]
         earlier += [(motion.goal, number, None) for number, motion in enumerate(known) if motion is not None]
         left = [number for number, motion in enumerate(known) if motion is None]
-        around: Callable[[], Surroundings] = cache(lambda: self._around(layer, cell, before.postures[0]))
-        found = ways_from(stage, cell.robot, before.postures[left], around) if left else []
+        found: list[FoundWays] = []
+        if left:
+            scene = cell.scene(stage)
+            around = Surroundings(scene.robot, scene.obstacles)
+            found = clear_ways(ways_from(stage, cell.robot, before.postures[left], around), around)
         for number, ways in zip(left, found, strict=True):
             for way in [] if isinstance(ways, InvalidProblem) else ways:
                 same = self.known.earlier_posture(way.end)
                 (led if same is None else earlier).append((way.end if same is None else same, number, way))
         if not led and not earlier:
-            raise next(ways for ways in found if isinstance(ways, InvalidProblem))
+            failures = [ways for ways in found if isinstance(ways, InvalidProblem)]
+            touching = [failure for failure in failures if isinstance(failure, NotClear)]
+            raise self.no_motion(layer, touching[0].reason_among(around)) if touching else failures[0]
         postures, parents, ways_there = zip(*(earlier or led), strict=True)
         return SequenceStop(np.array(postures), list(parents), list(ways_there)).limited()
-
-    def _around(self, layer: int, cell: Cell, start: FloatArray) -> Surroundings:
-        """The robot of a stage whose tool is led, with what it carries and keeps clear of."""
-        scene = self._scene(layer, cell, start)
-        return Surroundings(scene.robot, scene.obstacles)
 
     def _edges(self, layer: int) -> Edges:
         """Bounds of all motions of a stage."""

@@ -15,7 +15,7 @@ from problems import InvalidProblem, Robot
 from problems.base import FloatArray
 from problems.motions import JointPath
 from problems.robots import JointTurns, SpatialArm
-from problems.tasks import Following, FreeTurns, Joints, Place, Surroundings, ToolPath
+from problems.tasks import Following, FreeTurns, Joints, Place, Surroundings, ToolPath, too_near
 from problems.timing import least_along, least_along_points, least_below
 from tpbso_casadi.scenario import LedStage, tool_frames
 
@@ -109,6 +109,23 @@ class ToolWay:
         return least_along(path, robot.limits) if fastest_tool is None else least_below(path, robot, fastest_tool)
 
 
+class NotClear(InvalidProblem):
+    """Ways of the tool that are not clear.
+
+    Args:
+        way: one of them.
+    """
+
+    def __init__(self, way: ToolWay) -> None:
+        super().__init__("goal", "the tool cannot be led there clear of everything")
+        self.way = way
+
+    def reason_among(self, around: Surroundings) -> str:
+        """The bodies that are too near to each other, in words."""
+        reasons = (too_near(around.robot, around.obstacles, point) for point in self.way.points)
+        return next(filter(None, reasons), self.reason)
+
+
 FoundWays: TypeAlias = "list[ToolWay] | InvalidProblem"  # from one posture, or why there are none
 
 
@@ -130,16 +147,14 @@ def least_times(ways: Sequence[ToolWay], robot: Robot, fastest_tool: float | Non
     return np.array([times[id(way.source)] for way in ways])
 
 
-def ways_from(
-    stage: LedStage, robot: Robot, postures: FloatArray, around: Callable[[], Surroundings]
-) -> list[FoundWays]:
+def ways_from(stage: LedStage, robot: Robot, postures: FloatArray, around: Surroundings) -> list[FoundWays]:
     """Ways of the tool of a stage from each of some postures; those alike up to whole turns are found once.
 
     Args:
         stage: whose tool is led.
         robot: that moves.
         postures: (n, dof).
-        around: tells what postures keep clear of, where that is asked.
+        around: what postures keep clear of.
     """
     find = partial(_found_from, stage, robot, around=around)
     firsts, offsets = _alike(robot, postures)
@@ -153,6 +168,25 @@ def ways_from(
             ways = [way for way in moved if way.is_within(robot)] or find(postures[number][None])[0]
         result.append(ways)
     return result
+
+
+def clear_ways(found: Sequence[FoundWays], around: Surroundings) -> list[FoundWays]:
+    """The ways whose points are clear, from each of some postures; where none is, the reason.
+
+    Args:
+        found: ways from each posture.
+        around: what they keep clear of.
+    """
+    listed = [way for ways in found if not isinstance(ways, InvalidProblem) for way in ways]
+    if not listed:
+        return list(found)
+    points = np.concatenate([way.points for way in listed])
+    clear = np.split(around.clear(points, np.zeros(len(points))), np.cumsum([len(way.points) for way in listed])[:-1])
+    kept = {id(way) for way, each in zip(listed, clear, strict=True) if each.all()}
+    return [
+        ways if isinstance(ways, InvalidProblem) else [way for way in ways if id(way) in kept] or NotClear(ways[0])
+        for ways in found
+    ]
 
 
 def _alike(robot: Robot, postures: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
@@ -170,9 +204,7 @@ def winding_joints(robot: Robot) -> NDArray[np.bool_]:
     return JointTurns.of(robot).winding if isinstance(robot, SpatialArm) else np.array(robot.endless)
 
 
-def _found_from(
-    stage: LedStage, robot: Robot, postures: FloatArray, around: Callable[[], Surroundings]
-) -> list[FoundWays]:
+def _found_from(stage: LedStage, robot: Robot, postures: FloatArray, around: Surroundings) -> list[FoundWays]:
     """Ways of the tool of a stage from each of some postures (n, dof)."""
     if stage.frame is None and stage.free_axis is None:
         return _led_ways(stage, robot, postures)
@@ -238,7 +270,7 @@ def _led_toward(way: ToolPath, robot: Robot, postures: FloatArray, stage: LedSta
 
 
 def _free_ways(
-    way: ToolPath, robot: Robot, posture: FloatArray, stage: LedStage, around: Callable[[], Surroundings]
+    way: ToolPath, robot: Robot, posture: FloatArray, stage: LedStage, around: Surroundings
 ) -> list[JointPath]:
     """Paths of the joints along a way in a frame that moves, or of a tool that an axis leaves free to turn.
 
@@ -247,7 +279,7 @@ def _free_ways(
         robot: that moves.
         posture: in which it begins, (dof,).
         stage: with its accuracies.
-        around: tells what postures keep clear of, where that is asked.
+        around: what postures keep clear of.
 
     Raises:
         InvalidProblem: the tool cannot be led along.
@@ -255,7 +287,7 @@ def _free_ways(
     if stage.frame is not None:
         return turned_along(way, stage.seen(robot), posture, stage)
     assert isinstance(robot, SpatialArm)
-    turns, accuracies = FreeTurns(way, robot, around()), (stage.accuracy, stage.angular_accuracy)
+    turns, accuracies = FreeTurns(way, robot, around), (stage.accuracy, stage.angular_accuracy)
 
     def followed(laws: Iterable[ToolPath]) -> Iterator[JointPath]:
         for law in laws:

@@ -21,6 +21,7 @@ from tpbso_casadi.scenario.input_files import (
     read_text,
     read_toml,
 )
+from tpbso_casadi.scenario.layout_section import ApartSection, FreeSection, LayoutSection
 from tpbso_casadi.scenario.led_stages import LedStage, tool_frames
 from tpbso_casadi.scenario.loading import load, load_all, overridden
 from tpbso_casadi.scenario.model import FAMILIES, ModelSection, ObjectiveChoice, OwnObjectives, TaskSection
@@ -116,16 +117,19 @@ __all__ = [
     "AnyPlace",
     "AnyPlaces",
     "AnyRobotTable",
+    "ApartSection",
     "ArmSection",
     "BuiltScene",
     "Catalogue",
     "Cell",
     "CellSection",
     "FrameSection",
+    "FreeSection",
     "HandSection",
     "InputFolder",
     "Interpolation",
     "KnownFrames",
+    "LayoutSection",
     "LedStage",
     "ModelSection",
     "MovingStage",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
+from functools import lru_cache
 from typing import Annotated, Any, Self, TypeAlias
 
 import numpy as np
 
 from problems import Ball, Box, Capsule, Cylinder, Ellipsoid, InvalidProblem, Obstacle, Polytope, Robot
-from problems.base import Count, FloatArray, did_you_mean, flat
+from problems.base import CACHE_SIZE, Count, FloatArray, did_you_mean, flat
 from problems.geometry import ball_corners
 from problems.robots import (
     BoxShape,
@@ -163,4 +164,10 @@ def with_contacts(robot: Robot, pairs: Sequence[tuple[str, str]], obstacles: Seq
             raise ScenarioError(f"may_touch.{number}: both are obstacles, which nobody keeps apart")
         if one in names or two in names:
             found.append((two, one) if one in names else (one, two))
-    return replace(robot, may_touch=tuple(found))
+    return _touching(robot, tuple(found))
+
+
+@lru_cache(maxsize=CACHE_SIZE)
+def _touching(robot: Robot, pairs: tuple[tuple[str, str], ...]) -> Robot:
+    """The robot some of whose bodies may touch something, the same object for the same."""
+    return replace(robot, may_touch=pairs)

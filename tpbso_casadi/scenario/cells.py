@@ -21,7 +21,7 @@ from tpbso_casadi.scenario.led_stages import tool_frames
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles
-from tpbso_casadi.scenario.scenario import Scenario, plugin_failures_named
+from tpbso_casadi.scenario.scenario import BuiltScene, Scenario, plugin_failures_named
 from tpbso_casadi.scenario.sequence import SequenceTask
 from tpbso_casadi.scenario.stage_section import MovingStage, StageSection
 from tpbso_casadi.scenario.stages import AttachStage, OutputStage
@@ -96,6 +96,8 @@ class Cell:
         obstacles: that stand around.
         carried: by the tool.
         contacts: pairs of names of what has been taken up and of what it may touch.
+        digits: to which it is said where a body is taken up, m; None for exactly. What is made of robots that carry the
+            same to these digits is made once.
     """
 
     scenario: Scenario
@@ -103,10 +105,15 @@ class Cell:
     obstacles: tuple[ObstacleSection, ...]
     carried: tuple[CarriedSection, ...]
     contacts: tuple[tuple[str, str], ...] = ()
+    digits: int | None = None
 
     @classmethod
-    def at_first(cls, scenario: Scenario) -> Self:
+    def at_first(cls, scenario: Scenario, digits: int | None = None) -> Self:
         """The cell as the scenario states it.
+
+        Args:
+            scenario: of a sequence.
+            digits: as of the attribute.
 
         Raises:
             ScenarioError: something moves by itself.
@@ -114,7 +121,8 @@ class Cell:
         for number, obstacle in enumerate(scenario.obstacles):
             if obstacle.moves:
                 raise ScenarioError(f"obstacles.{number}: moves; in a sequence obstacles stand still")
-        return cls(scenario, scenario.robot_table.build(), tuple(scenario.obstacles), tuple(scenario.carried))
+        obstacles, carried = tuple(scenario.obstacles), tuple(scenario.carried)
+        return cls(scenario, scenario.robot_table.build(), obstacles, carried, digits=digits)
 
     def attached(self, stage: AttachStage, posture: FloatArray) -> Self:
         """The cell with a body in the hand: an obstacle as it lies, or one that is stated in the tool's frame.
@@ -132,7 +140,8 @@ class Cell:
             return replace(self, carried=(*self.carried, held), contacts=contacts)
         index = self._index(name, [obstacle.name for obstacle in self.obstacles], "obstacle")
         taken = self.obstacles[index]
-        body = _posed(taken, np.linalg.solve(self._tool(posture, stage.arm), _pose_of(taken)))
+        pose = np.linalg.solve(self._tool(posture, stage.arm), _pose_of(taken))
+        body = _posed(taken, pose if self.digits is None else np.round(pose, self.digits) + 0.0)
         others = (*self.obstacles[:index], *self.obstacles[index + 1 :])
         held = CarriedSection(mass=mass, arm=stage.arm, body=body)
         held.build()  # which raises where it cannot be carried
@@ -203,26 +212,37 @@ class Cell:
         Raises:
             InvalidProblem: the stage cannot begin there.
         """
-        scenario, robot = self.scenario, self.robot
+        robot, during = self.robot, self._during(stage)
         goals = stage.goals_from(robot, posture) if goal is None else Joints(tuple(map(float, goal)), turns="exact")
         start = Joints(tuple(map(float, posture)))
         task = PointToPointTask(kind="point-to-point", start=start, goal=goals, via=stage.vias_from(robot, posture))
-        further = [*scenario.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
+        further = [*during.model.constraints, *stage.constraints, *stage.further_constraints(robot, posture)]
+        solver = during.solver
+        if "name" not in solver.stated_keys:
+            solver = solver.replaced(name=during.robot_table.usual_solver)
+        return during.replaced(task=task, model=during.model.replaced(constraints=further), solver=solver)
+
+    def _during(self, stage: MovingStage) -> Scenario:
+        """The scenario with the robot, what it carries, what is around it and may be touched during a stage."""
+        scenario = self.scenario
         margin = scenario.model.margin if stage.margin is None else stage.margin
         stated = (*scenario.may_touch, *self.contacts, *stage.may_touch)
         pairs = [pair for pair in stated if self._concerns(pair)]
-        solver = scenario.solver
-        if "name" not in solver.stated_keys:
-            solver = solver.replaced(name=scenario.robot_table.usual_solver)
         return scenario.replaced(
             **{scenario.robot_key: scenario.robot_table.for_stage(stage.arm, stage.of_the_robot)},
-            task=task,
             obstacles=list(self.obstacles),
             carried=list(self.carried),
             may_touch=list(dict.fromkeys(map(tuple, pairs))),
-            model=scenario.model.replaced(constraints=further, margin=margin),
-            solver=solver,
+            model=scenario.model.replaced(margin=margin),
         )
+
+    def scene(self, stage: MovingStage) -> BuiltScene:
+        """The robot with what it carries during a stage, and what it keeps clear of.
+
+        Raises:
+            ScenarioError: the robot cannot be.
+        """
+        return self._during(stage).built()
 
     def _concerns(self, pair: Sequence[str]) -> bool:
         """Whether a contact is one of the robot, as long as what it names stands around or is carried."""
@@ -264,19 +284,22 @@ def _pose_of(body: ObstacleSection) -> FloatArray:
     return pose
 
 
-def walked(scenario: Scenario, postures: Iterable[FloatArray]) -> Iterator[tuple[StageSection, Cell]]:
+def walked(
+    scenario: Scenario, postures: Iterable[FloatArray], first: Cell | None = None
+) -> Iterator[tuple[StageSection, Cell]]:
     """The stages of a sequence, each with what is where when it begins.
 
     Args:
         scenario: of the sequence.
         postures: with which the stages begin, (dof,) each; no more are taken than stages are asked for.
+        first: what is where at first; as the scenario states it where None.
 
     Raises:
         ScenarioError: something is taken up that is not there, or put down that is not held.
     """
     task = scenario.task
     assert isinstance(task, SequenceTask)
-    cell = Cell.at_first(scenario)
+    cell = first or Cell.at_first(scenario)
     for (numbers, stage), posture in zip(task.legs, postures, strict=True):
         with _of_stage(numbers[-1]):
             seen = cell.seen_by(stage)

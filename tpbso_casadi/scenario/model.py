@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from problems import InvalidProblem, LimitKind, Objective, Obstacle, Problem, Robot
 from problems.assembly import Criteria
-from problems.base import Checked, Count, InvalidTable, Range, at, in_words
+from problems.base import CACHE_SIZE, Checked, Count, InvalidTable, Range, at, in_words
 from problems.families.two_segments import FORMULATIONS
 from problems.families.via_times import INTERVAL_ENCODINGS
 from problems.tasks import KnotRedundancy
@@ -97,7 +98,7 @@ class ModelSection(Section):
         Raises:
             InvalidProblem: it cannot.
         """
-        return replace(robot, margin=self.margin, self_collision=self.self_collision)
+        return _keeping(robot, self.margin, self.self_collision)
 
     def check_size(self, joints: int) -> None:
         """The model of so many joints can be built in less than a minute.
@@ -109,6 +110,12 @@ class ModelSection(Section):
             value = getattr(self, key)
             if joints * value > most:
                 raise ScenarioError(f"model.{key}: {value} are too many for {joints} joints; at most {most // joints}")
+
+
+@lru_cache(maxsize=CACHE_SIZE)
+def _keeping(robot: Robot, margin: float, self_collision: bool) -> Robot:
+    """The robot that keeps a margin, m, and maybe clear of itself, the same object for the same."""
+    return replace(robot, margin=margin, self_collision=self_collision)
 
 
 class TaskSection(Section):

@@ -100,7 +100,7 @@ class ShapeSection(ObstacleSection):
         Raises:
             InvalidProblem: it cannot be.
         """
-        return self.of_class(**self.arguments.values)
+        return self.of_class(**self.arguments.values, name=self.name)
 
     def build(self) -> Obstacle:
         return self.still

@@ -44,6 +44,7 @@ from tpbso_casadi.scenario.constraints import HandSection, OwnConstraints
 from tpbso_casadi.scenario.expressions import check_names
 from tpbso_casadi.scenario.frames import FRAMES, AnyFrames, KnownFrames
 from tpbso_casadi.scenario.input_files import InputFolder, read_toml
+from tpbso_casadi.scenario.layout_section import LayoutSection
 from tpbso_casadi.scenario.model import ModelSection, with_motion
 from tpbso_casadi.scenario.named_places import ArmOfRobot, KnownNames, StandingArms
 from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_files
@@ -186,6 +187,7 @@ class Scenario(FileSection):
     constraints: OwnConstraints = field(default_factory=list)
     solver: SolverSection = SolverSection()
     simulation: SimulationSection | None = None
+    layout: LayoutSection | None = None
 
     def __repr__(self) -> str:
         chosen = self.task.stated_objective
@@ -200,7 +202,7 @@ class Scenario(FileSection):
 
     def table(self) -> dict[str, Any]:
         content = super().table()
-        for key in ("robots", "simulation", "scene", "carried", "may_touch", "constraints", FRAMES):
+        for key in ("robots", "simulation", "layout", "scene", "carried", "may_touch", "constraints", FRAMES):
             if not getattr(self, key):
                 content.pop(key, None)  # which is not there where tables are chosen
         return content
