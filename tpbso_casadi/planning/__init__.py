@@ -35,7 +35,7 @@ from tpbso_casadi.planning.planning import SharedSearches
 from tpbso_casadi.planning.progress import Progress
 from tpbso_casadi.planning.sequence import BOUND
 from tpbso_casadi.planning.sequence_bound import SequenceBound
-from tpbso_casadi.planning.sequence_graph import NoMotion
+from tpbso_casadi.planning.sequence_graph import NoMotion, SequenceGraph, StageFailure
 
 __all__ = [
     "ACCURACY",
@@ -58,7 +58,9 @@ __all__ = [
     "Progress",
     "Retiming",
     "SequenceBound",
+    "SequenceGraph",
     "SharedSearches",
+    "StageFailure",
     "alternatives",
     "bound",
     "convergence",

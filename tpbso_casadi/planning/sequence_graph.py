@@ -41,7 +41,17 @@ SURELY_LESS = 0.99  # times the time through points of a way is less than exactl
 MOST_VISITED = 12  # postures of a stop, in any turn, where the order is free: its search takes the square of them
 
 
-class NoMotion(ScenarioError):
+class StageFailure(ScenarioError):
+    """A stage that moves cannot be done, or no motion was found for it.
+
+    Attributes:
+        share: of the stages that move, those that can be done before it.
+    """
+
+    share: float = 0.0
+
+
+class NoMotion(StageFailure):
     """No certified motion was found for a stage, though nothing of it is known to be impossible."""
 
 
@@ -123,11 +133,19 @@ class SequenceGraph:
         try:
             yield
         except InvalidProblem as error:
-            raise ScenarioError(f"{self.label(layer)}.{error.field}: {error.reason}") from error
+            raise self._failure(layer, f"{error.field}: {error.reason}") from error
+        except StageFailure as error:
+            error.share = layer / len(self.moving)
+            raise
         except ScenarioError as error:
             if str(error).startswith("task.stages"):
                 raise
-            raise ScenarioError(f"{self.label(layer)}.{str(error).removeprefix('task.')}") from error
+            raise self._failure(layer, str(error).removeprefix("task.")) from error
+
+    def _failure(self, layer: int, reason: str) -> StageFailure:
+        failure = StageFailure(f"{self.label(layer)}.{reason}")
+        failure.share = layer / len(self.moving)
+        return failure
 
     def _stops(self) -> list[SequenceStop]:
         """Postures to choose from, stop by stop."""
