@@ -26,7 +26,7 @@ FLOORS = {  # of the folders of a package; a package that is not here has none
     "tpbso_casadi": {
         **{"plain": 1, "html": 1, "scenario": 2, "planning": 3, "replanning": 4, "storage": 4},
         **{"audit_report": 5, "display": 5, "programs": 5, "simulation": 5, "figures": 6},
-        **{"animation": 7, "reaching": 7, "suite": 7, "trade_off": 7, "judging": 8, "reproduction": 9},
+        **{"animation": 7, "reaching": 7, "suite": 7, "trade_off": 7, "judging": 8, "layouts": 9, "reproduction": 9},
         **{"facade": 10, "api": 11, "cli": 12},
     },
 }

@@ -70,6 +70,8 @@ from tpbso_casadi.facade.audit import Audit, RunAudit, ScenarioAudit
 from tpbso_casadi.facade.certifying import certify
 from tpbso_casadi.facade.comparing import Comparison, compare
 from tpbso_casadi.facade.frames import Frame
+from tpbso_casadi.facade.laying_out import layout
+from tpbso_casadi.facade.layouts import Layouts
 from tpbso_casadi.facade.own import StatedConstraint as Constraint
 from tpbso_casadi.facade.own import StatedCost as Cost
 from tpbso_casadi.facade.plan import Plan
@@ -141,6 +143,7 @@ __all__ = [
     "Iterations",
     "JointPath",
     "Joints",
+    "Layouts",
     "Limit",
     "Line",
     "MotionView",
@@ -208,6 +211,7 @@ __all__ = [
     "closed_curve",
     "compare",
     "find_solver",
+    "layout",
     "minimize",
     "pareto",
     "parse_scenario",

@@ -27,6 +27,8 @@ GROUPS = {
         "problems.robots",
         "tpbso_casadi.facade.robots",
         "tpbso_casadi.facade.reaching",
+        "tpbso_casadi.facade.laying_out",
+        "tpbso_casadi.facade.layouts",
         "tpbso_casadi.reaching",
     ),
     "obstacles": ("problems.scene",),

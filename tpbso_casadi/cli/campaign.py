@@ -15,12 +15,12 @@ from tpbso_casadi.cli.options import (
     add_backend,
     add_out,
     add_quiet,
+    add_workers,
     defaulting,
     is_silent,
     machine_group,
     output_group,
     path,
-    positive_int,
 )
 from tpbso_casadi.cli.progress import State, campaign_progress, duration, phase, say, size_of
 from tpbso_casadi.judging.campaign import campaign_seconds, run_campaign, searches_of
@@ -60,9 +60,7 @@ def add_campaign_options(parser: argparse.ArgumentParser, folder: Path) -> Group
     """
     machine = machine_group(parser)
     alternatives = machine.add_mutually_exclusive_group()
-    alternatives.add_argument(
-        "--workers", type=positive_int, metavar="N", help=defaulting("processes", "one a processor")
-    )
+    add_workers(alternatives)
     alternatives.add_argument(
         "--dask", metavar="ADDRESS", help=defaulting("the workers of a Dask scheduler, tcp://host:port", "none")
     )

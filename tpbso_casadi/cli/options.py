@@ -380,6 +380,11 @@ def add_threads(group: Group) -> None:
     )
 
 
+def add_workers(group: argparse._ActionsContainer) -> None:
+    """The option for the number of processes."""
+    group.add_argument("--workers", type=positive_int, metavar="N", help=defaulting("processes", "one a processor"))
+
+
 def add_out(group: Group, shown: object, default: Path | None = None) -> None:
     """The folder of the output.
 

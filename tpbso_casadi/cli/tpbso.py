@@ -23,6 +23,7 @@ COMMANDS = {
     "reproduce": "the paper's Section IV, reproduced",
     "robots": "the robots that are built in, or one from a URDF",
     "reach": "a map of what an arm reaches, clear of what is around it",
+    "layout": "where the robot and the fixtures of a cell stand so that its cycle is short",
     "tracking": "how far joints are off what is planned, from logs of a robot",
     "simulate": "plan again and again among moving obstacles, in a simulation",
     "suite": "solvers judged on robot motions, a benchmark suite",

@@ -11,28 +11,32 @@ from scipy.spatial import ConvexHull, QhullError
 
 from problems import Obstacle
 from problems.base import FloatArray
-from problems.robots import SpatialArm
+from problems.robots import SpatialArm, Transform
 from problems.scene import Solid
+from tpbso_casadi.scenario import Scenario
 
+AROUND = 16  # corners of a polygon around a ball
 ROUND = 1e-12  # m: an outline narrower than this is a line
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """A convex outline seen from above, widened by a radius.
+    """A convex outline seen from above.
 
     Attributes:
-        corners: counter-clockwise, (n, 2), m; one of a disc.
-        radius: m.
+        corners: counter-clockwise, (n, 2), m.
     """
 
     corners: FloatArray
-    radius: float = 0.0
 
     @classmethod
     def of(cls, solid: Solid) -> Outline:
         """The outline of a solid: exactly of what has corners, of others by that of their drawing."""
-        points = solid.outline()[:, :2]
+        return cls.around(solid.outline()[:, :2])
+
+    @classmethod
+    def around(cls, points: FloatArray) -> Outline:
+        """The outline of points (n, 2), m."""
         try:
             return cls(points[ConvexHull(points).vertices])
         except QhullError:  # it is a line, or a point
@@ -45,7 +49,7 @@ class Outline:
         apart = max(between, default=-np.inf)
         if apart > 0.0 or not between:
             apart = min(_from_corners(self.corners, other.corners), _from_corners(other.corners, self.corners))
-        return float(apart) - self.radius - other.radius
+        return float(apart)
 
 
 def _normals(corners: FloatArray) -> FloatArray:
@@ -85,13 +89,29 @@ def outlines_named(name: str, obstacles: Sequence[tuple[str, Obstacle]]) -> list
     ]
 
 
-def outlines_of_base(arm: SpatialArm) -> list[Outline]:
-    """The outlines of the balls that hold the links which no joint moves, where the base stands."""
-    turned, shift = np.array(arm.base_frame.rotation, dtype=np.float64), np.array(arm.base)
+def outline_of_base(arm: SpatialArm, base: Transform) -> Outline:
+    """The convex outline of the balls that hold the links which no joint moves.
+
+    Args:
+        arm: that has them, wherever it stands.
+        base: where it is to stand.
+    """
+    turned, shift = np.array(base.rotation, dtype=np.float64), np.array(base.translation, dtype=np.float64)
     balls = [sphere for sphere in arm.spheres if sphere.link == 0]
-    return [Outline((turned @ np.array(ball.center) + shift)[None, :2], float(ball.radius)) for ball in balls]
+    centers = np.array([ball.center for ball in balls]).reshape(-1, 3) @ turned.T + shift
+    radii = np.array([float(ball.radius) for ball in balls]) / np.cos(np.pi / AROUND)
+    angles = 2.0 * np.pi * np.arange(AROUND) / AROUND
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    points = centers[:, None, :2] + radii[:, None, None] * circle
+    return Outline.around(points.reshape(-1, 2) if balls else shift[None, :2])
 
 
 def distance_between(one: Sequence[Outline], other: Sequence[Outline]) -> float:
     """The least distance between outlines of two things, m; infinite where there is nothing."""
     return min((first.distance(second) for first in one for second in other), default=np.inf)
+
+
+def outlines_around(scenario: Scenario) -> list[FloatArray]:
+    """The corners of the outlines of all solids of a scenario, seen from above, (n, 2) each, m."""
+    parts = (part for section in scenario.obstacles for part in section.built(1))
+    return [Outline.of(part).corners for part in parts if isinstance(part, Solid) and np.isfinite(part.width).all()]

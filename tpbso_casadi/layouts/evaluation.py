@@ -12,10 +12,18 @@ import numpy as np
 from problems.base import FloatArray
 from problems.core import fixed_clearance
 from problems.robots import SpatialArm
-from tpbso_casadi.layouts.apart import distance_between, outlines_named, outlines_of_base
+from tpbso_casadi.layouts.apart import distance_between, outline_of_base, outlines_named
 from tpbso_casadi.layouts.template import ROBOT, LayoutTemplate
 from tpbso_casadi.planning import SequenceGraph, StageFailure
-from tpbso_casadi.scenario import ApartSection, MovingStage, Scenario, ScenarioError, SequenceTask
+from tpbso_casadi.scenario import (
+    ApartSection,
+    MovingStage,
+    Scenario,
+    ScenarioError,
+    SequenceTask,
+    SpatialRobotSection,
+    as_scenario_errors,
+)
 
 INFEASIBLE = 1e6  # cost of a layout that cannot be, to which its lack is added
 BASE_DEPTH = 0.01  # m, by which the cover of a base may be in what it stands on
@@ -70,10 +78,14 @@ class LayoutEvaluator:
             mounting: its number among the template's.
         """
         try:
-            lack, why = self._too_near(self.template.scenario(x, mounting))
+            placed = self._spared.placed(x, mounting)
+            with as_scenario_errors():
+                world = placed.with_postures()
+            seen = self._spared.seen_from_base(placed, world)
+            lack, why = self._too_near(world, seen)
             if why:
                 return Evaluation(np.inf, 1.0 + lack, why)
-            graph = SequenceGraph(self._spared.seen_from_base(x, mounting), digits=DIGITS)
+            graph = SequenceGraph(seen, digits=DIGITS)
         except StageFailure as failure:
             return Evaluation(np.inf, 1.0 - failure.share, str(failure))
         except ScenarioError as error:
@@ -84,24 +96,28 @@ class LayoutEvaluator:
         times = [edges.durations[pair] for edges, pair in zip(graph.edges, pairwise(chain), strict=True)]
         return Evaluation(float(sum(times)) + graph.waits)
 
-    def _too_near(self, scenario: Scenario) -> tuple[float, str]:
-        """How much things are nearer to each other than they may be, m, and which; an empty text where none are."""
-        scene, stated = scenario.built(), self.template.stated
-        arm = scene.robot
-        assert isinstance(arm, SpatialArm)
+    def _too_near(self, world: Scenario, seen: Scenario) -> tuple[float, str]:
+        """How much things are nearer to each other than they may be, m, and which; an empty text where none are.
+
+        Args:
+            world: the scenario of a layout in the world.
+            seen: the same as the base sees it.
+        """
+        scene, stated = seen.built(), self.template.stated
+        arm, table = scene.robot, world.robot
+        assert isinstance(arm, SpatialArm) and isinstance(table, SpatialRobotSection)
         depth = -fixed_clearance(arm, scene.obstacles) - BASE_DEPTH
         if depth > 0.0:
             return depth, f"the robot's base is {depth + BASE_DEPTH:.3g} m in what is around it"
         frames = [obstacle.frame or "" for obstacle in stated.obstacles]
         named = [
-            (frame, part)
-            for frame, section in zip(frames, scenario.obstacles, strict=True)
-            for part in section.built(1)
+            (frame, part) for frame, section in zip(frames, world.obstacles, strict=True) for part in section.built(1)
         ]
         lack, why = 0.0, ""
         for apart in self.template.section.apart:
             first, second = (
-                outlines_of_base(arm) if name == ROBOT else outlines_named(name, named) for name in apart.between
+                [outline_of_base(arm, table.base.build())] if name == ROBOT else outlines_named(name, named)
+                for name in apart.between
             )
             missing = apart.distance - distance_between(first, second)
             if missing > 0.0:

@@ -25,6 +25,8 @@ class Finalist:
 
     Attributes:
         scenario: of the layout, with its frames.
+        x: the searched point, (d,).
+        mounting: its number among the template's.
         values: of the free numbers, (d,), m and rad.
         least: what the search counted with, s.
         planned: the plan; None where there is none.
@@ -32,6 +34,8 @@ class Finalist:
     """
 
     scenario: Scenario
+    x: FloatArray
+    mounting: int
     values: FloatArray
     least: float
     planned: PlannedMotion | None
@@ -71,7 +75,7 @@ def planned_finalists(
         plan: plans a scenario.
         tell: is told how many are certified, and how many are to be.
     """
-    asked = found.template.section.certify
+    asked = found.template.section.finalists
     done: list[Finalist] = []
     for finalist in _planned(found, plan):
         done.append(finalist)
@@ -102,7 +106,7 @@ def planned_layout(
         least: its least cycle, s.
         plan: plans a scenario.
     """
-    finalist = Finalist(template.placed(x, mounting), template.values(x), least, None)
+    finalist = Finalist(template.placed(x, mounting), x, mounting, template.values(x), least, None)
     try:
         return replace(finalist, planned=plan(template.scenario(x, mounting)))
     except ScenarioError as error:
@@ -110,13 +114,9 @@ def planned_layout(
 
 
 def rows_of(finalists: Sequence[Finalist], template: LayoutTemplate) -> list[list[str]]:
-    """The rows of a table: certified cycle, least cycle, free numbers (m and degrees), and a remark."""
+    """The rows of a table: certified cycle, least cycle, what stands where (m and degrees), and a remark."""
     rows = []
     for each in finalists:
-        numbers = [
-            f"{np.degrees(value):.1f}" if variable.number == 3 else f"{value:.4f}"
-            for variable, value in zip(template.variables, each.values, strict=True)
-        ]
         seconds = f"{each.seconds:.4f}" if np.isfinite(each.seconds) else "-"
-        rows.append([seconds, f"{each.least:.4f}", *numbers, each.note])
+        rows.append([seconds, f"{each.least:.4f}", template.described(each.values), each.note])
     return rows

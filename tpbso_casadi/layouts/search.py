@@ -9,6 +9,7 @@ from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -20,7 +21,7 @@ from solvers.standalone import solver_of
 from tpbso_casadi.judging.executors import processes
 from tpbso_casadi.layouts.evaluation import Evaluation, LayoutEvaluator
 from tpbso_casadi.layouts.template import LayoutTemplate
-from tpbso_casadi.scenario import ScenarioError
+from tpbso_casadi.scenario import LayoutSection, ScenarioError
 
 CHUNKS = 4  # of a population for each worker, as layouts that cannot be take less time
 NICHE = 0.1  # share of each range in which two layouts are alike
@@ -113,6 +114,14 @@ class EvaluatedLayouts:
 
     def costs(self, x: FloatArray, mounting: int) -> FloatArray:
         """The costs of searched points (m, d), (m,)."""
+        return np.array([each.cost for each in self.evaluations(x, mounting)])
+
+    def seconds(self, x: FloatArray, mounting: int) -> FloatArray:
+        """The least cycles of searched points (m, d), (m,), s; infinite where there is none."""
+        return np.array([each.seconds for each in self.evaluations(x, mounting)])
+
+    def evaluations(self, x: FloatArray, mounting: int) -> list[Evaluation]:
+        """The evaluations of searched points (m, d)."""
         template = self.evaluator.template
         keys = [(mounting, tuple(template.values(point).tolist())) for point in x]
         new = {key: point for key, point in zip(keys, x, strict=True) if key not in self._known}
@@ -123,7 +132,7 @@ class EvaluatedLayouts:
             if self.log is not None:
                 self.log.write(record.line() + "\n")
                 self.log.flush()
-        return np.array([self._known[key].cost for key in keys])
+        return [self._known[key] for key in keys]
 
     def _evaluated(self, points: Sequence[FloatArray], mounting: int) -> list[Evaluation]:
         if self._executor is None or len(points) < 2:
@@ -150,14 +159,11 @@ class LayoutSearch:
     seconds: float
 
 
-def searched(
-    layouts: EvaluatedLayouts, deadline: float = np.inf, callback: Callable[[Status], object] | None = None
-) -> LayoutSearch:
+def searched(layouts: EvaluatedLayouts, callback: Callable[[Status], object] | None = None) -> LayoutSearch:
     """Search the layouts of a cell as its [layout] says.
 
     Args:
         layouts: evaluates them.
-        deadline: until when, on the clock of :func:`time.perf_counter`, s.
         callback: gets the status of each of the searches.
 
     Raises:
@@ -170,14 +176,10 @@ def searched(
     except (ValueError, TypeError) as error:
         raise ScenarioError(f"layout.{error}") from error
     runs = [(mounting, turn) for turn in range(section.restarts) for mounting in range(len(template.mountings))]
-    ends = [section.evaluations * number // len(runs) for number in range(len(runs) + 1)]
     results, archive = list[tuple[int, Result]](), list[tuple[float, int, FloatArray]]()
-    for (mounting, turn), evaluations in zip(runs, np.diff(ends).tolist(), strict=True):
-        left = deadline - time.perf_counter()
-        if not evaluations or left <= 0.0:
-            continue
+    budget = Budget(section.evaluations, seconds=section.time_limit)
+    for mounting, turn in runs:
         kept = Archive(box)
-        budget = Budget(evaluations, seconds=left if np.isfinite(left) else None)
         cost = partial(layouts.costs, mounting=mounting)
         result = minimize(cost, box, solver, budget, section.seed + turn, callback, kept)
         results.append((mounting, result))
@@ -195,25 +197,35 @@ def _apart(archive: list[tuple[float, int, FloatArray]], box: SearchBox) -> list
     return kept
 
 
-def read_records(path: Path, variables: int) -> list[Record]:
-    """The evaluations that an earlier search has written.
+def read_records(path: Path, template: LayoutTemplate) -> list[Record]:
+    """The evaluations of a cell that an earlier search has written.
 
     Args:
         path: of the file; none are in one that is not there.
-        variables: how many free numbers there are.
+        template: of the cell.
 
     Raises:
-        ScenarioError: a line is none.
+        ScenarioError: a line is none, or they are of another cell.
     """
     if not path.exists():
         return []
-    found = []
-    lines = path.read_text().splitlines()
-    for number, line in enumerate(lines, start=1):
+    found, (first, *lines) = [], path.read_text(encoding="utf-8").splitlines() or [""]
+    if first != header_of(template):
+        raise ScenarioError(f"{path}: of another cell, or of another spare distance: name another folder")
+    for number, line in enumerate(lines, start=2):
         try:
-            found.append(Record.of(line, variables))
+            found.append(Record.of(line, len(template.variables)))
         except ValueError as error:
-            if number == len(lines):  # the search was cut off while it was written
+            if number == len(lines) + 1:  # the search was cut off while it was written
                 break
             raise ScenarioError(f"{path}: line {number}: {error}") from error
     return found
+
+
+def header_of(template: LayoutTemplate) -> str:
+    """The first line of a file of evaluations: of which cell they are, in whatever way it is searched."""
+    section = template.section
+    kept = LayoutSection(free=section.free, apart=section.apart, spare=section.spare)
+    stated = template.stated.replaced(layout=kept)
+    text = json.dumps(stated.table(), sort_keys=True, default=list)
+    return json.dumps({"cell": sha256(text.encode()).hexdigest(), "free": [each.name for each in template.variables]})

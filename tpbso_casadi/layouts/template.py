@@ -118,6 +118,19 @@ class LayoutTemplate:
             if bounds is not None
         )
 
+    def across(self, place: str) -> tuple[int, int]:
+        """The numbers of the variables that are the x and y of a place.
+
+        Raises:
+            ScenarioError: they are not both free.
+        """
+        known = {(each.place, each.number): number for number, each in enumerate(self.variables)}
+        if (place, 0) not in known or (place, 1) not in known:
+            both = [each.place for each in self.variables if (each.place, 0) in known and (each.place, 1) in known]
+            there = ", ".join(dict.fromkeys(both)) or "no place"
+            raise ScenarioError(f"map: of {there}, whose x and y are free, not of {place!r}")
+        return known[place, 0], known[place, 1]
+
     @property
     def box(self) -> SearchBox:
         """The box that is searched."""
@@ -136,6 +149,15 @@ class LayoutTemplate:
     def values(self, x: FloatArray) -> FloatArray:
         """The free numbers of a searched point, (d,)."""
         return np.array([each.value(float(part)) for each, part in zip(self.variables, x, strict=True)])
+
+    def described(self, values: FloatArray) -> str:
+        """What stands where, by the free numbers (d,): their names, m and degrees."""
+        places: dict[str, list[str]] = {}
+        for variable, value in zip(self.variables, values.tolist(), strict=True):
+            turns = variable.number == len(AXES)
+            shown = f"turn {np.degrees(value):.1f}" if turns else f"{AXES[variable.number]} {value:.4f}"
+            places.setdefault(variable.place, []).append(shown)
+        return "; ".join(f"{place}: {', '.join(numbers)}" for place, numbers in places.items())
 
     def placed(self, x: FloatArray, mounting: int = 0) -> Scenario:
         """The scenario of a layout, with its frames.
@@ -190,25 +212,23 @@ class LayoutTemplate:
         with as_scenario_errors():
             return self.placed(x, mounting).with_postures()
 
-    def seen_from_base(self, x: FloatArray, mounting: int = 0) -> Scenario:
+    def seen_from_base(self, placed: Scenario, world_scenario: Scenario) -> Scenario:
         """The scenario of a layout as the robot's base sees it, which stands still whatever the layout.
 
-        So all that depends on the robot alone is made once. Where a constraint is stated in the world it is as of
-        :meth:`scenario`.
+        So all that depends on the robot alone is made once. Where constraints are stated in the world, it is that of
+        the world.
 
         Args:
-            x: a searched point, (d,).
-            mounting: its number among :attr:`mountings`.
+            placed: as of :meth:`placed`.
+            world_scenario: the same in the world, as of :meth:`scenario`.
 
         Raises:
             ScenarioError: it cannot be.
         """
-        rooted = self._rooted
+        rooted, base = self._rooted, world_scenario.robot.base  # type: ignore[union-attr]
         if rooted is None:
-            return self.scenario(x, mounting)
+            return world_scenario
         with as_scenario_errors():
-            placed = self.placed(x, mounting)
-            base = placed.with_postures().robot.base  # type: ignore[union-attr]
             world = _seen_from(base.position, base.quaternion)
             frames = [world, *(_in_frame(frame) for frame in placed.frames)]
             robot: Any = rooted.robot

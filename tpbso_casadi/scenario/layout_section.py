@@ -70,10 +70,10 @@ class LayoutSection(Section):
         free: what may stand elsewhere.
         apart: what keeps a distance.
         solver: of the search.
-        evaluations: of layouts, of all searches together.
-        restarts: searches, each with a seed of its own and its share of the evaluations.
-        within: the time that the search has, s; the certified plans come after it.
-        certify: the best layouts that lie apart of which certified plans are made.
+        evaluations: of layouts, in each search.
+        restarts: searches, each with a seed of its own.
+        time_limit: of each search, s; the certified plans come after it.
+        finalists: the best layouts that lie apart of which certified plans are made.
         spare: kept from everything in the search beyond what a certificate needs, m.
         seed: of the first search.
     """
@@ -83,7 +83,7 @@ class LayoutSection(Section):
     solver: Annotated[Word, Checked(current_name)] = "abso"
     evaluations: Annotated[int, Range(above=0, most=MOST_EVALUATIONS)] = 2_000
     restarts: Annotated[int, Range(above=0, most=MOST_RESTARTS)] = 1
-    within: Positive | None = None
-    certify: Annotated[int, Range(above=0, most=MOST_CERTIFIED)] = 5
+    time_limit: Positive | None = None
+    finalists: Annotated[int, Range(above=0, most=MOST_CERTIFIED)] = 5
     spare: NotNegative = 0.005
     seed: Annotated[int, Range(0, LARGEST_SEED)] = 1
