@@ -33,6 +33,8 @@ from tpbso_casadi.scenario.obstacles import ShapeSection
 from tpbso_casadi.scenario.packages import RobotFiles
 from tpbso_casadi.scenario.path_tasks import FIELDS, Interpolation, PointsTask, pieces_table, points_table
 from tpbso_casadi.scenario.places import AnyGoals, AnyPlace, AnyPlaces, SimulationSection
+from tpbso_casadi.scenario.plugin_failures import plugin_failures_named
+from tpbso_casadi.scenario.reading import parse_scenario, parse_stated, read_scenario, stated_scenario, with_files_read
 from tpbso_casadi.scenario.recorded_rows import RecordedRows
 from tpbso_casadi.scenario.recorded_tasks import motion_table, read_motion, rows_table
 from tpbso_casadi.scenario.robots import (
@@ -45,19 +47,10 @@ from tpbso_casadi.scenario.robots import (
     settings_table,
 )
 from tpbso_casadi.scenario.row_tasks import LARGEST_ANGLE, OF_A_FILE, RowFileTask, read_joint_rows, reading_of
-from tpbso_casadi.scenario.scenario import (
-    BuiltScene,
-    Scenario,
-    SolverSection,
-    parse_scenario,
-    parse_stated,
-    plugin_failures_named,
-    read_scenario,
-    stated_scenario,
-    with_files_read,
-)
+from tpbso_casadi.scenario.scenario import BuiltScene, Scenario
 from tpbso_casadi.scenario.scene_files import read_scene
 from tpbso_casadi.scenario.sequence import SequenceTask
+from tpbso_casadi.scenario.solver_section import SolverSection
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
 from tpbso_casadi.scenario.stage_section import MovingStage, StageSection
 from tpbso_casadi.scenario.tasks import STATED, TASK_CATALOGUE, task_tables

@@ -13,7 +13,8 @@ from __future__ import annotations
 from typing import Any
 
 from problems.base import did_you_mean, shown_value
-from tpbso_casadi.scenario.scenario import Scenario, parse_scenario
+from tpbso_casadi.scenario.reading import parse_scenario
+from tpbso_casadi.scenario.scenario import Scenario
 from tpbso_casadi.scenario.validation import ScenarioError
 
 DEFAULT = "time-3"

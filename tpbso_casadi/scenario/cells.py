@@ -21,7 +21,8 @@ from tpbso_casadi.scenario.led_stages import tool_frames
 from tpbso_casadi.scenario.moves import PointToPointTask
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
 from tpbso_casadi.scenario.obstacles import build_obstacles
-from tpbso_casadi.scenario.scenario import BuiltScene, Scenario, plugin_failures_named
+from tpbso_casadi.scenario.plugin_failures import plugin_failures_named
+from tpbso_casadi.scenario.scenario import BuiltScene, Scenario
 from tpbso_casadi.scenario.sequence import SequenceTask
 from tpbso_casadi.scenario.stage_section import MovingStage, StageSection
 from tpbso_casadi.scenario.stages import AttachStage, OutputStage

@@ -11,8 +11,10 @@ from problems.base import at
 from tpbso_casadi.plain import visible
 from tpbso_casadi.scenario.cases import TITLES, builtin
 from tpbso_casadi.scenario.input_files import InputFolder
+from tpbso_casadi.scenario.reading import read_scenario, with_files_read
 from tpbso_casadi.scenario.robots import AnyRobotTable
-from tpbso_casadi.scenario.scenario import Scenario, SolverSection, read_scenario, with_files_read
+from tpbso_casadi.scenario.scenario import Scenario
+from tpbso_casadi.scenario.solver_section import SolverSection
 from tpbso_casadi.scenario.tasks import task_with_keys
 from tpbso_casadi.scenario.validation import ScenarioError, as_scenario_errors
 

@@ -28,6 +28,7 @@ from tpbso_casadi.scenario.bodies import MeshSection, PointsSection
 from tpbso_casadi.scenario.catalogues import Catalogue, PluginError
 from tpbso_casadi.scenario.input_files import InputFolder, motion_through
 from tpbso_casadi.scenario.obstacle_section import ObstacleSection
+from tpbso_casadi.scenario.plugin_failures import plug_in_failures
 from tpbso_casadi.scenario.validation import (
     Arguments,
     Quaternion,
@@ -35,7 +36,6 @@ from tpbso_casadi.scenario.validation import (
     Word,
     path_of,
     plain,
-    plug_in_failures,
 )
 
 DEFAULT_SHAPE = "ellipse"

@@ -1,16 +1,13 @@
-"""A scenario: all that is stated, read and checked.
+"""A scenario: all that a file states, checked as a whole, and the robot, scene and problem that it builds.
 
-Every error is a :class:`ScenarioError` of one line that names the file, the key and the reason.
+Every error is one line that names the key and the reason.
 """
 
 from __future__ import annotations
 
 import logging
-import os
-import pathlib
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple, Self, TypeVar
 
@@ -18,8 +15,7 @@ import numpy as np
 
 from problems import InvalidProblem, Joints, Obstacle, Problem, Robot
 from problems.assembly import Criteria
-from problems.base import Checked, Count, InvalidTable, Range, at, did_you_mean, shown_value, too_much
-from solvers import AnySolver, Budget
+from problems.base import Count, InvalidTable, at
 from tpbso_casadi.scenario.carried import (
     MOST_CARRIED,
     CarriedSection,
@@ -28,58 +24,27 @@ from tpbso_casadi.scenario.carried import (
     own_contacts,
     with_contacts,
 )
-from tpbso_casadi.scenario.catalogues import (
-    DIRECT,
-    LIMIT_CATALOGUE,
-    OBJECTIVE_CATALOGUE,
-    ROBOT_CATALOGUE,
-    SOLVER_CATALOGUE,
-    current_name,
-    failure,
-    find_solver,
-    is_raised_in,
-)
+from tpbso_casadi.scenario.catalogues import LIMIT_CATALOGUE, OBJECTIVE_CATALOGUE, ROBOT_CATALOGUE, SOLVER_CATALOGUE
 from tpbso_casadi.scenario.cell_robots import CellSection
 from tpbso_casadi.scenario.constraints import HandSection, OwnConstraints
 from tpbso_casadi.scenario.expressions import check_names
 from tpbso_casadi.scenario.frames import FRAMES, AnyFrames, KnownFrames
-from tpbso_casadi.scenario.input_files import InputFolder, read_toml
 from tpbso_casadi.scenario.layout_section import LayoutSection
 from tpbso_casadi.scenario.model import ModelSection, with_motion
 from tpbso_casadi.scenario.named_places import ArmOfRobot, KnownNames, StandingArms
-from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles, with_files
+from tpbso_casadi.scenario.obstacles import SHAPE_CATALOGUE, AnyObstacle, build_obstacles
 from tpbso_casadi.scenario.places import SimulationSection
-from tpbso_casadi.scenario.robots import AnyRobot, AnyRobotTable, ArmSection, check_numbers
-from tpbso_casadi.scenario.scene_files import read_scene
+from tpbso_casadi.scenario.plugin_failures import plugin_failures_named
+from tpbso_casadi.scenario.robots import AnyRobot, AnyRobotTable, ArmSection
+from tpbso_casadi.scenario.solver_section import SolverSection
 from tpbso_casadi.scenario.spatial_robots import SpatialRobotSection
 from tpbso_casadi.scenario.tasks import TASKS, AnyTask
-from tpbso_casadi.scenario.validation import (
-    LARGEST_SEED,
-    MOST_EVALUATIONS,
-    MOST_ITERATIONS,
-    MOST_MEMBERS,
-    MOST_OBSTACLES,
-    MOST_POLISH_STARTS,
-    FileSection,
-    Positive,
-    ScenarioError,
-    Section,
-    Word,
-    as_scenario_errors,
-    named,
-)
+from tpbso_casadi.scenario.validation import MOST_OBSTACLES, FileSection, ScenarioError
 
 LOG = logging.getLogger(__name__)
 C = TypeVar("C")
 ROBOTS = ("arm", "robot", "robots")  # tables of which one states what moves
 CARRIED = "carried"  # a field of robots that is no key of their tables
-LARGEST_SETTING = 1_000_000  # of a solver, where it is a whole number
-
-NEEDED: dict[type, tuple[type | tuple[type, ...], str]] = {  # of a setting, by the type of its default
-    int: (int, "a whole number"),
-    float: ((int, float), "a number"),
-    str: (str, "a word"),
-}
 
 
 class BuiltScene(NamedTuple):
@@ -94,81 +59,6 @@ class BuiltScene(NamedTuple):
     robot: Robot
     obstacles: tuple[Obstacle, ...]
     model: ModelSection
-
-
-class SolverSection(Section):
-    """[solver]: which search, how long, from which seed; the command line overrides."""
-
-    name: Annotated[Word, Checked(current_name)] = "bso"
-    population: Annotated[int, Range(most=MOST_MEMBERS)] | None = None
-    iterations: Annotated[int, Range(above=0, most=MOST_ITERATIONS)] | None = None
-    evaluations: Annotated[int, Range(above=0, most=MOST_EVALUATIONS)] | None = None
-    time_limit: Positive | None = None
-    within: Positive | None = None
-    first: bool = False
-    seed: Annotated[int, Range(0, LARGEST_SEED)] = 1
-    polish_starts: Annotated[int, Range(0, MOST_POLISH_STARTS)] = 0
-    settings: dict[str, int | float | Word] = field(default_factory=dict)
-
-    @property
-    def is_direct(self) -> bool:
-        """Whether motions are planned without a search, where one is found so."""
-        return self.name == DIRECT
-
-    def kind(self) -> type[AnySolver]:
-        """The class of what searches.
-
-        Raises:
-            ScenarioError: an unknown solver.
-        """
-        try:
-            return find_solver(self.name)
-        except ValueError as error:
-            raise ScenarioError(f"solver.name: {error}") from error
-
-    def build(self) -> AnySolver:
-        """The solver with its settings.
-
-        Raises:
-            ScenarioError: an unknown solver or setting, or one out of its range.
-        """
-        settings: dict[str, Any] = dict(self.settings)
-        if self.population is not None:
-            settings["population"] = self.population
-        kind = self.kind()
-        if kind.solves_program and self.polish_starts:
-            raise ScenarioError(f"solver.polish_starts: {self.name} has nothing to polish, it descends by itself")
-        if kind.solves_program and self.within is not None:
-            raise ScenarioError(f"solver.within: {self.name} starts again and again by itself; say time_limit")
-        if self.within is not None and self.time_limit is not None:
-            raise ScenarioError("solver.within: has a time limit of its own; leave time_limit out")
-        if self.first and not self.is_direct:
-            raise ScenarioError(
-                f"solver.first: {self.name} searches for the best; name direct, in space, or say within"
-            )
-        self._check_settings(kind, settings)
-        foreign = [] if self.name in SOLVER_CATALOGUE.registry else [self.name]
-        with failures_named(foreign, "solver.settings", TypeError, ValueError):
-            return kind(**settings)
-
-    def _check_settings(self, kind: type[AnySolver], settings: dict[str, Any]) -> None:
-        known = list(getattr(kind, "__dataclass_fields__", {}))
-        for key, value in settings.items():
-            if known and key not in known:
-                raise ScenarioError(f"solver.settings.{key}: {self.name} has no such setting{did_you_mean(key, known)}")
-            needed, what = NEEDED.get(type(getattr(kind, key, None)), (object, ""))
-            if not isinstance(value, needed):
-                raise ScenarioError(f"solver.settings.{key}: {what} is needed, not {shown_value(value)}")
-            most = MOST_MEMBERS if key == "population" else LARGEST_SETTING
-            if isinstance(value, int) and abs(value) > most:
-                raise ScenarioError(f"solver.settings.{key}: {shown_value(value)} is more than {most}")
-            check_numbers(f"solver.settings.{key}", value)
-
-    def budget(self) -> Budget:
-        """How long to search; the solver's default budget unless a limit is stated."""
-        if self.evaluations is not None or self.iterations is not None or self.time_limit is not None:
-            return Budget(self.evaluations, self.iterations, self.time_limit)
-        return self.kind().default_budget
 
 
 class Scenario(FileSection):
@@ -422,147 +312,3 @@ class Scenario(FileSection):
         except InvalidProblem as error:
             key = error.field if error.field.startswith(CARRIED) else f"{table.prefix}{error.field}"
             raise ScenarioError(f"{key}: {error.reason}") from error
-
-
-@contextmanager
-def failures_named(plugins: list[str], key: str, *refusals: type[Exception]) -> Iterator[None]:
-    """Turn whatever plug-ins raise while they are made into one line.
-
-    Args:
-        plugins: their names; without any only refusals are turned.
-        key: of the scenario, with which the line begins.
-        refusals: exceptions with which a class says that it does not like its settings.
-
-    Raises:
-        ScenarioError: Ctrl-C and errors of ours pass.
-    """
-    try:
-        yield
-    except (KeyboardInterrupt, ScenarioError):
-        raise
-    except BaseException as error:
-        if isinstance(error, refusals):
-            raise ScenarioError(f"{key}: {error}") from error
-        if not plugins:
-            raise
-        raise ScenarioError(f"{key}: plug-ins ({', '.join(plugins)}) failed: {failure(error)}") from error
-
-
-@contextmanager
-def plugin_failures_named(scenario: Scenario, *known: type[Exception]) -> Iterator[None]:
-    """Turn whatever a scenario's plug-ins raise while they are used into one line.
-
-    Args:
-        scenario: whose plug-ins run in this context.
-        known: errors of ours, which pass, as do Ctrl-C and those of the operating system that no plug-in caused.
-
-    Raises:
-        ScenarioError: naming the plug-ins and what was raised; exceptions of scenarios without plug-ins pass.
-    """
-    plugins = scenario.plugins
-    try:
-        yield
-    except BaseException as error:
-        if isinstance(error, (KeyboardInterrupt, ScenarioError, *known)):
-            raise
-        of_the_system = isinstance(error, OSError) and not is_raised_in(plugins, error)
-        if not plugins or of_the_system:
-            raise
-        raise ScenarioError(f"plug-ins ({', '.join(plugins)}) failed: {failure(error)}") from error
-
-
-def read_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Scenario:
-    """Read and check a scenario file.
-
-    Args:
-        path: of the file.
-        outside_allowed: whether it may name files that lie outside its own folder.
-
-    Raises:
-        ScenarioError: unreadable, not TOML, or not a scenario.
-    """
-    stated = stated_scenario(path, outside_allowed)
-    with named(path), as_scenario_errors():
-        return stated.with_postures()
-
-
-def stated_scenario(path: str | pathlib.Path, outside_allowed: bool = False) -> Scenario:
-    """Read a scenario file, whose places stay stated by names and in frames; its files are read, and it is in rad.
-
-    ``stated.replaced(frames=[...]).with_postures()`` is the scenario with its frames elsewhere.
-
-    Args:
-        path: as of :func:`read_scenario`.
-        outside_allowed: likewise.
-
-    Raises:
-        ScenarioError: unreadable, not TOML, or not a scenario.
-    """
-    if not isinstance(path, str | os.PathLike):
-        raise ScenarioError(f"path: the path of a file is needed, not {shown_value(path)}")
-    file = pathlib.Path(path)
-    content = read_toml(file)
-    with named(path):
-        return parse_stated(content, InputFolder(file.parent, outside_allowed))
-
-
-def parse_scenario(content: dict[str, Any], folder: InputFolder | None = None) -> Scenario:
-    """Check the content of a scenario; what comes out is in rad, and all of it in the world.
-
-    Args:
-        content: of the file.
-        folder: where the files lie that it names; None where it is complete without them.
-
-    Raises:
-        ScenarioError: naming the first wrong key.
-    """
-    with as_scenario_errors():
-        return parse_stated(content, folder).with_postures()
-
-
-def parse_stated(content: dict[str, Any], folder: InputFolder | None = None) -> Scenario:
-    """Check the content of a scenario as far as :func:`stated_scenario` does.
-
-    Args:
-        content: as of :func:`parse_scenario`.
-        folder: likewise.
-
-    Raises:
-        ScenarioError: naming the first wrong key.
-    """
-    scenario = _validated(content)
-    return (scenario if folder is None else with_files_read(scenario, folder)).normalised()
-
-
-def with_files_read(scenario: Scenario, folder: InputFolder) -> Scenario:
-    """The scenario with the content of the files that it names.
-
-    Args:
-        scenario: as it is stated.
-        folder: where the files lie.
-
-    Raises:
-        ScenarioError: a file cannot be read, or may not be.
-    """
-    with failures_named(scenario.plugins, "task"):
-        obstacles = with_files(scenario.obstacles, folder, "obstacles")
-        if scenario.scene is not None:
-            obstacles += read_scene(scenario.scene, folder)
-            if len(obstacles) > MOST_OBSTACLES:
-                raise ScenarioError(f"scene: {len(obstacles)} obstacles, of at most {MOST_OBSTACLES}")
-        files: dict[str, Any] = {"task": scenario.task.with_files(folder), "obstacles": obstacles, "scene": None}
-        files["carried"] = with_files(scenario.carried, folder, "carried")
-        for key in ROBOTS[1:]:
-            if (table := getattr(scenario, key)) is not None:
-                files[key] = table.with_files(folder)
-    return scenario.replaced(**files)
-
-
-def _validated(content: dict[str, Any]) -> Scenario:
-    """The scenario in the unit that it states."""
-    try:
-        return Scenario.from_table(content)
-    except InvalidTable as error:
-        raise ScenarioError(str(error)) from error
-    except RecursionError as error:
-        raise ScenarioError(too_much(error)) from error

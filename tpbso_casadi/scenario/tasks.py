@@ -25,9 +25,10 @@ from tpbso_casadi.scenario.path_tasks import (
     pieces_table,
     points_table,
 )
+from tpbso_casadi.scenario.plugin_failures import plug_in_failures
 from tpbso_casadi.scenario.recorded_tasks import MotionPiecesTask, MotionRowsTask, motion_table
 from tpbso_casadi.scenario.sequence import SequenceTask
-from tpbso_casadi.scenario.validation import ScenarioError, plain, plug_in_failures
+from tpbso_casadi.scenario.validation import ScenarioError, plain
 
 TASKS: dict[str, type[TaskSection]] = {  # by kind, or by kind/shape
     "point-to-point": PointToPointTask,

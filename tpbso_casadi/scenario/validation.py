@@ -27,7 +27,6 @@ from problems.base import (
     not_among,
     read_arguments,
 )
-from tpbso_casadi.scenario.catalogues import failure
 
 
 def choice_of(known: Collection[str], find: Callable[[str], object] | None = None) -> Checked:
@@ -247,25 +246,6 @@ def in_radians(value: Any, angular: bool) -> Any:
     if isinstance(value, (list, tuple)):
         return type(value)(in_radians(entry, angular) for entry in value)
     return radians(value) if angular and isinstance(value, (int, float)) else value
-
-
-@contextmanager
-def plug_in_failures(key: str, name: str) -> Iterator[None]:
-    """Turn whatever a class of a plug-in raises into one line.
-
-    Args:
-        key: of the table that chose the class.
-        name: what the key says.
-
-    Raises:
-        InvalidTable: errors of the table pass as they are, and so does Ctrl-C.
-    """
-    try:
-        yield
-    except (InvalidTable, KeyboardInterrupt):
-        raise
-    except BaseException as error:
-        raise InvalidTable(f"plug-in {name} failed: {failure(error)}", key) from error
 
 
 def read_table(section: type[S], name: str, content: dict[str, Any]) -> S:
