@@ -16,7 +16,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from problems.base import FloatArray
-from solvers import Archive, Budget, Result, SearchBox, Status, minimize
+from solvers import Archive, Budget, Result, SearchBox, Status, StopReason, minimize
 from solvers.standalone import solver_of
 from tpbso_casadi.judging.executors import processes
 from tpbso_casadi.layouts.evaluation import Evaluation, LayoutEvaluator
@@ -168,6 +168,7 @@ def searched(layouts: EvaluatedLayouts, callback: Callable[[Status], object] | N
 
     Raises:
         ScenarioError: an unknown solver.
+        KeyboardInterrupt: Ctrl-C; what was evaluated is written down.
     """
     template = layouts.evaluator.template
     section, box, began = template.section, template.box, time.perf_counter()
@@ -182,6 +183,8 @@ def searched(layouts: EvaluatedLayouts, callback: Callable[[Status], object] | N
         kept = Archive(box)
         cost = partial(layouts.costs, mounting=mounting)
         result = minimize(cost, box, solver, budget, section.seed + turn, callback, kept)
+        if result.stop_reason is StopReason.INTERRUPTED:
+            raise KeyboardInterrupt
         results.append((mounting, result))
         archive += [(float(cost), mounting, x) for cost, x in zip(kept.cost, kept.x, strict=True)]
     return LayoutSearch(template, results, _apart(archive, box), time.perf_counter() - began)
