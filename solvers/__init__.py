@@ -36,6 +36,7 @@ from solvers.solver import (
     is_solver_class,
 )
 from solvers.standalone import minimize as minimize_function
+from solvers.standalone import solver_of
 
 __all__ = [
     "BAS",
@@ -86,5 +87,6 @@ __all__ = [
     "keep_best",
     "minimize",
     "minimize_function",
+    "solver_of",
     "unsearched",
 ]

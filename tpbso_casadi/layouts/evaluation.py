@@ -32,7 +32,7 @@ DIGITS = 9  # of where bodies are taken up, m: what differs less is rounding
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What is known of a layout without planning it.
+    """The least cycle of a layout, or the reason for which there is none.
 
     Attributes:
         seconds: of the least cycle; infinite where there is none.

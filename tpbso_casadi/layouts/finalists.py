@@ -21,7 +21,7 @@ LONGEST_WHY = 160  # characters of a reason
 
 @dataclass(frozen=True, eq=False)
 class Finalist:
-    """One of the best layouts, planned.
+    """A layout that is among the best, with its plan.
 
     Attributes:
         scenario: of the layout, with its frames.

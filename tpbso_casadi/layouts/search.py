@@ -16,8 +16,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from problems.base import FloatArray
-from solvers import Archive, Budget, Result, SearchBox, Status, StopReason, minimize
-from solvers.standalone import solver_of
+from solvers import Archive, Budget, Result, SearchBox, Status, StopReason, minimize, solver_of
 from tpbso_casadi.judging.executors import processes
 from tpbso_casadi.layouts.evaluation import Evaluation, LayoutEvaluator
 from tpbso_casadi.layouts.template import LayoutTemplate
@@ -29,7 +28,7 @@ NICHE = 0.1  # share of each range in which two layouts are alike
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """An evaluated layout.
+    """The numbers of a layout with their evaluation.
 
     Attributes:
         mounting: its number among the template's.
@@ -43,7 +42,7 @@ class Record:
 
     @property
     def key(self) -> tuple[int, tuple[float, ...]]:
-        """What it is known by."""
+        """The mounting and the values, by which an evaluation is found again."""
         return self.mounting, self.values
 
     def line(self) -> str:
@@ -144,7 +143,7 @@ class EvaluatedLayouts:
 
 @dataclass(frozen=True, eq=False)
 class LayoutSearch:
-    """What a search has found.
+    """The results of all searches of a cell, and the best layouts that lie apart.
 
     Attributes:
         template: of the cell.

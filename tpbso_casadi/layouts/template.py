@@ -151,7 +151,7 @@ class LayoutTemplate:
         return np.array([each.value(float(part)) for each, part in zip(self.variables, x, strict=True)])
 
     def described(self, values: FloatArray) -> str:
-        """What stands where, by the free numbers (d,): their names, m and degrees."""
+        """A text of where each free place stands, by the free numbers (d,): m and degrees."""
         places: dict[str, list[str]] = {}
         for variable, value in zip(self.variables, values.tolist(), strict=True):
             turns = variable.number == len(AXES)
