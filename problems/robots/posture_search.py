@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise, product
 from typing import NamedTuple, Protocol, TypeAlias
 
@@ -159,7 +159,7 @@ class JointTurns:
         turning = np.array([joint.turns for joint in robot.chain.joints])
         return cls(low, high, turning & (high - low >= TURN))
 
-    @property
+    @cached_property
     def middle(self) -> FloatArray:
         """The middle of the ranges, (dof,); zero where a turn around it is within."""
         middle = np.where(np.isfinite(self.low), (self.low + self.high) / 2, 0.0)
@@ -220,6 +220,7 @@ def manipulability(jacobians: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
 
+@lru_cache(maxsize=16)
 def spread_shares(count: int, dof: int) -> FloatArray:
     """Points that fill a unit cube evenly, (count, dof), the same ones whenever it is asked.
 
@@ -229,7 +230,9 @@ def spread_shares(count: int, dof: int) -> FloatArray:
     root = 2.0
     for _ in range(50):
         root = (1.0 + root) ** (1.0 / (dof + 1.0))
-    return np.asarray((0.5 + np.arange(1, count + 1)[:, None] * root ** -np.arange(1.0, dof + 1.0)) % 1.0)
+    shares = np.asarray((0.5 + np.arange(1, count + 1)[:, None] * root ** -np.arange(1.0, dof + 1.0)) % 1.0)
+    shares.setflags(write=False)
+    return shares
 
 
 def postures(

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from problems import InvalidProblem
 from problems.base import FloatArray, as_array, shown_value
@@ -21,6 +21,7 @@ from problems.robots import (
     Poses,
     Robot,
     SpatialArm,
+    Steps,
     manipulability,
     spread_shares,
     tool_jacobian,
@@ -70,6 +71,11 @@ class ArmAmong:
     def world(self) -> World:
         """The arm and what it keeps clear of."""
         return world_of(self.arm, self.obstacles, ())
+
+    @cached_property
+    def steps(self) -> Steps:
+        """Newton steps of the arm."""
+        return steps_of(self.arm)
 
     def forward(self, postures: ArrayLike) -> FloatArray:
         """The tool's poses in postures, as homogeneous matrices.
@@ -182,7 +188,7 @@ class ArmAmong:
         Raises:
             InvalidProblem: there are no starts, or too many.
         """
-        return steps_of(self.arm).inverse(poses, self._begun(starts, near), self.turns, near)
+        return self.steps.inverse(poses, self._begun(starts, near), self.turns, near)
 
     def nearest(self, pose: PoseLike, *, starts: int = POSE_STARTS) -> FloatArray:
         """The posture (dof,) found with the tool nearest to a pose that may be out of reach, whatever it touches.
@@ -198,7 +204,7 @@ class ArmAmong:
         if not alone:
             raise InvalidProblem("pose", "one is needed")
         begun, ((position, rotation),) = self._begun(starts, self.turns.middle), poses.each
-        theta, missing = steps_of(self.arm)(begun, position, rotation, self.turns.bounds, NEWTON.steps)
+        theta, missing = self.steps(begun, position, rotation, self.turns.bounds, NEWTON.steps)
         return np.asarray(theta[np.argmin(missing)])
 
     def _begun(self, starts: int, near: FloatArray) -> FloatArray:
@@ -209,10 +215,14 @@ class ArmAmong:
             )
         begun = self.turns.within(spread_shares(starts, self.arm.dof))
         begun = np.vstack([self.turns.clipped(near), begun])
-        moved = np.array(self.arm.chain.above(self.arm.chain.carrier)) - 1
-        others = np.setdiff1d(np.arange(self.arm.dof), moved)
-        begun[:, others] = near[others]
+        begun[:, self._others] = near[self._others]
         return begun
+
+    @cached_property
+    def _others(self) -> NDArray[np.int64]:
+        """The joints that do not move the tool."""
+        moved = np.array(self.arm.chain.above(self.arm.chain.carrier)) - 1
+        return np.setdiff1d(np.arange(self.arm.dof), moved)
 
     def _sorted(self, theta: FloatArray, middle: FloatArray, all_turns: bool) -> FloatArray:
         if all_turns and len(theta):

@@ -53,21 +53,6 @@ def test_parts_of_many_poses_are_what_each_has_alone() -> None:
         np.testing.assert_array_equal(alone.theta, theta)
 
 
-def test_sixty_four_starts_find_all_postures_of_an_arm_of_six_joints() -> None:
-    """As many as 1,024 do for 99 of 100 poses, and never two that are alike."""
-    robot = built_in("ur5e").arm()
-    turns, poses, steps = JointTurns.of(robot), poses_of(robot, 100), steps_of(robot)
-    many, few = (
-        steps.inverse(poses, turns.within(spread_shares(count, robot.dof)), turns, turns.middle) for count in (1024, 64)
-    )
-    assert (few.counts >= many.counts).mean() >= 0.99
-    assert few.counts.max() == 8
-    for theta in few.each:
-        apart = theta[:, None] - theta[None]
-        apart = np.abs(apart - TURN * np.rint(apart / TURN)).max(axis=2)
-        assert (apart + np.eye(len(theta)) > 1e-3).all()
-
-
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
 def test_manipulability_is_the_product_of_the_singular_values(name: str) -> None:
     robot = built_in(name).arm()

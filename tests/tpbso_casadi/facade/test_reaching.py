@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oracles import universal_robots
 from scipy.spatial.transform import Rotation
 
 import tpbso_casadi as tp
@@ -14,6 +15,10 @@ import tpbso_casadi as tp
 TABLE = {"shape": "box", "center": [0.0, 0.0, -0.06], "size": [2.0, 2.0, 0.1]}
 DOWN = (1.0, 0.0, 0.0, 0.0)
 POSE = tp.Pose((0.4, 0.2, 0.4), DOWN)
+
+
+def random_postures(count: int, seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 6))
 
 
 @pytest.fixture(scope="module")
@@ -30,6 +35,45 @@ def test_inverse_leads_where_forward_says(arm: tp.StatedRobot) -> None:
     np.testing.assert_array_equal(frames[:, 3], np.tile([0.0, 0.0, 0.0, 1.0], (8, 1)))
     assert (np.diff(np.abs(found).max(axis=1)) >= 0.0).all()  # the nearest to the middle first
     np.testing.assert_array_equal(arm.inverse(frames[0]), arm.inverse(frames[:1])[0])
+
+
+def test_the_closed_form_knows_the_arm_and_every_posture_it_came_from(arm: tp.StatedRobot) -> None:
+    theta = random_postures(500, seed=0)
+    poses = universal_robots.forward(theta)
+    np.testing.assert_allclose(poses, arm.forward(theta), atol=1e-12)
+    known = universal_robots.inverse(poses)
+    assert max(map(len, known)) == 8
+    for posture, pose, each in zip(theta, poses, known, strict=True):
+        assert universal_robots.apart(posture[None], each).min() < 1e-9
+        np.testing.assert_allclose(universal_robots.forward(each), np.tile(pose, (len(each), 1, 1)), atol=1e-10)
+
+
+def in_space(count: int) -> np.ndarray:
+    """Poses within 1 m of the base along each axis, turned in any way; most are out of reach."""
+    rng, poses = np.random.default_rng(1), np.tile(np.eye(4), (count, 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = Rotation.random(count, rng).as_matrix(), rng.uniform(-1.0, 1.0, (count, 3))
+    return poses
+
+
+@pytest.mark.parametrize(
+    ("starts", "poses", "most_missed"),
+    [
+        (64, universal_robots.forward(random_postures(400, seed=2)), 2),
+        (400, universal_robots.forward(random_postures(100, seed=3)), 0),
+        (64, in_space(200), 0),
+    ],
+    ids=["random postures", "more starts", "in space"],
+)
+def test_inverse_finds_the_postures_of_the_closed_form_and_no_others(
+    arm: tp.StatedRobot, starts: int, poses: np.ndarray, most_missed: int
+) -> None:
+    known, found = universal_robots.inverse(poses), arm.inverse(poses, touching=True, starts=starts)
+    missed = 0
+    for each, others in zip(known, found, strict=True):
+        alike = universal_robots.apart(each, others) < 1e-6
+        assert (alike.sum(axis=0) == 1).all() and (alike.sum(axis=1) <= 1).all()  # each is one of them, and told once
+        missed += len(each) - len(others)
+    assert sum(map(len, known)) > 100 and missed <= most_missed
 
 
 def test_one_posture_is_told_by_numbers_without_an_axis_for_it(arm: tp.StatedRobot) -> None:
