@@ -149,7 +149,7 @@ def installed_peers() -> list[Peer]:
     """Ours, and those of the others that are there; a line for each package that is not."""
     missing = {package for package in {peer.package for peer in PEERS} if installed_version(package) is None}
     for package in sorted(missing):
-        print(f"{package} is not installed, and left out")
+        print(f"{package} is not installed, and left out\n")
     return [peer for peer in (*OURS, *PEERS) if peer.package not in missing]
 
 
