@@ -19,7 +19,7 @@ from tpbso_casadi.cli.commands import audit, retime, simulate, solve
 EXAMPLES = Path(__file__).parent.parent / "examples"
 LONG = {  # seconds to minutes
     *("cart", "circle-in-space", "crowded", "energy", "jerk-limited", "letter", "list-of-goals", "motors"),
-    *("panda-cage", "panda-conveyor", "pareto", "payload", "pick-and-place", "pick-and-place-ur5e"),
+    *("panda-cage", "panda-conveyor", "pareto", "payload", "pick-and-place", "pick-and-place-ur5e", "place-the-robot"),
 }
 SIMULATED = ("simulation-panda", "simulation-plane")
 SCENARIOS = [

@@ -25,7 +25,8 @@ DOCS = ROOT / "docs"
 PAGES = [DOCS / "index.md", *sorted((DOCS / "how-to").glob("*.md")), *sorted((DOCS / "explanation").glob("*.md"))]
 LONG = {  # seconds
     *("index.md", "how-to/figures.md", "how-to/compare.md", "how-to/logs.md", "how-to/moving.md", "how-to/player.md"),
-    *("how-to/own-objective.md", "how-to/read-a-comparison.md", "how-to/robots.md", "explanation/replanning.md"),
+    *("how-to/layout.md", "how-to/own-objective.md", "how-to/read-a-comparison.md", "how-to/robots.md"),
+    "explanation/replanning.md",
 }
 FENCE = re.compile(r"^```(?P<head>[^\n`]*)\n(?P<body>.*?)^```$", re.DOTALL | re.MULTILINE)
 CAPTION = re.compile(r"\A:caption: (?P<name>\S+)\n(?::[^\n]*\n)*\n?")

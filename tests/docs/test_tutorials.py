@@ -58,9 +58,9 @@ def followed(name: str, folder: Path) -> str:
     return done.stdout
 
 
-def test_there_are_seven() -> None:
+def test_there_are_eight() -> None:
     index = (TUTORIALS / "index.md").read_text()
-    assert len(PAGES) == 7 and all(f"\n{name}\n" in index for name in PAGES)
+    assert len(PAGES) == 8 and all(f"\n{name}\n" in index for name in PAGES)
 
 
 def test_every_block_is_a_cell_or_a_command() -> None:
@@ -88,6 +88,20 @@ def test_a_cell_is_certified_stage_by_stage(tmp_path: Path) -> None:
     assert len(re.findall(r"^stage \d+ \((?:move|line)\) .* certified$", printed, flags=re.M)) == 7
     assert "gripper,close" in printed
     assert result_in(tmp_path / "cell")["stages"][4]["kind"] == "attach"
+
+
+@pytest.mark.process
+@pytest.mark.slow
+def test_a_robot_is_placed(tmp_path: Path) -> None:
+    printed = followed("place-the-robot", tmp_path)
+    [row] = re.findall(r"^(\S+) s certified, (\S+) s in the search; pedestal: .*; tray: .*$", printed, flags=re.M)
+    certified, searched = map(float, row)
+    stated = float(re.findall(r"^as it stands: (\S+) s$", printed, flags=re.M)[0])
+    assert certified < 0.9 * stated and certified == pytest.approx(searched, rel=0.05)
+    folder = tmp_path / "cell-layout"
+    assert result_in(folder / "best")["stages"][1]["kind"] == "attach"
+    assert len((folder / "evaluations.jsonl").read_text().splitlines()) == 1 + 60
+    assert "certified in" in printed
 
 
 @pytest.mark.process

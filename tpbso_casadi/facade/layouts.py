@@ -30,8 +30,7 @@ from tpbso_casadi.layouts import (
     rows_of,
 )
 from tpbso_casadi.scenario import Scenario, ScenarioError, plain
-from tpbso_casadi.storage import check_writable
-from tpbso_casadi.storage.files import write_text, write_with
+from tpbso_casadi.storage import check_writable, write_text, write_with
 
 EVALUATIONS, SUMMARY, CONVERGENCE = "evaluations.jsonl", "layout.json", "convergence.png"
 MAP_POINTS = 15  # of a map, in each direction
@@ -124,16 +123,16 @@ class Layouts:
 
     def show_map(self, drawn: CycleMap, file: str | Path | None = None) -> Any:
         """The figure of a map, in which what stands around is drawn; written where a file is named."""
-        from tpbso_casadi.figures.layout import map_figure  # noqa: PLC0415 (loads matplotlib)
+        from tpbso_casadi.layouts.figures import map_figure  # noqa: PLC0415 (loads matplotlib)
 
         x, mounting = self._best_point()
-        world = self.template.scenario(x, mounting)
+        placed, world = self.template.placed(x, mounting), self.template.scenario(x, mounting)
         at = [
             float(value)
             for variable, value in zip(self.template.variables, self.template.values(x), strict=True)
             if variable.place == drawn.place and variable.number < 2
         ]
-        figure = map_figure(drawn, outlines_around(world), (at[0], at[1]))
+        figure = map_figure(drawn, outlines_around(placed, world), (at[0], at[1]))
         if file is not None:
             write_with(file_path("file", file), figure.savefig)
         return figure
@@ -165,7 +164,7 @@ class Layouts:
         if certified:
             self.plan.save(place / "best", figures=("png",) if figures else ())
         if figures:
-            from tpbso_casadi.figures.layout import convergence_figure  # noqa: PLC0415 (loads matplotlib)
+            from tpbso_casadi.layouts.figures import convergence_figure  # noqa: PLC0415 (loads matplotlib)
 
             histories = [(run.history.evaluations, run.history.cost) for _, run in self.found.results]
             shown = [(evaluations, np.where(cost < INFEASIBLE, cost, np.inf)) for evaluations, cost in histories]

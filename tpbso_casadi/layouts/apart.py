@@ -111,7 +111,17 @@ def distance_between(one: Sequence[Outline], other: Sequence[Outline]) -> float:
     return min((first.distance(second) for first in one for second in other), default=np.inf)
 
 
-def outlines_around(scenario: Scenario) -> list[FloatArray]:
-    """The corners of the outlines of all solids of a scenario, seen from above, (n, 2) each, m."""
-    parts = (part for section in scenario.obstacles for part in section.built(1))
-    return [Outline.of(part).corners for part in parts if isinstance(part, Solid) and np.isfinite(part.width).all()]
+def outlines_around(placed: Scenario, world: Scenario) -> list[tuple[str, FloatArray]]:
+    """The outlines of all solids of a layout, seen from above, each with the name of its frame, or its own.
+
+    Args:
+        placed: the layout with its frames.
+        world: the same in the world.
+
+    Returns:
+        Names, empty where there is none, and corners, (n, 2) each, m.
+    """
+    frames = [obstacle.frame for obstacle in placed.obstacles]
+    parts = [(frame, part) for frame, table in zip(frames, world.obstacles, strict=True) for part in table.built(1)]
+    solids = [(frame, part) for frame, part in parts if isinstance(part, Solid) and np.isfinite(part.width).all()]
+    return [(frame or part.name, Outline.of(part).corners) for frame, part in solids]
