@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from problems.evaluation import processors
 from tpbso_casadi.facade.arguments import file_path, in_words_of_python, whole
 from tpbso_casadi.facade.layouts import EVALUATIONS, Layouts
 from tpbso_casadi.layouts import (
@@ -46,7 +45,7 @@ def layout(
     finalists: int | None = None,
     spare: float | None = None,
     seed: int | None = None,
-    workers: int | None = None,
+    workers: int = 1,
     folder: str | Path | None = None,
     progress: Progress = SILENT,
 ) -> Layouts:
@@ -69,7 +68,8 @@ def layout(
         finalists: layouts of which certified plans are made.
         spare: kept from everything in the search beyond what certificates need, m.
         seed: of the first search.
-        workers: processes; one for each processor by default. They change the time and not the result.
+        workers: processes, which change the time and not the result; in a script with more than one, the call stands
+            below ``if __name__ == "__main__":``.
         folder: where every evaluation is written; those that are there already are not made again.
         progress: is told what begins, and the status of each search.
 
@@ -80,7 +80,7 @@ def layout(
     own |= {"finalists": finalists, "spare": spare, "seed": seed}
     keys = {key: value for key, value in own.items() if value is not None}
     with in_words_of_python():
-        count = processors() if workers is None else whole("workers", workers)
+        count = whole("workers", workers)
         template = LayoutTemplate(_with_section(_stated(what), free, apart, keys))
         return laid_out(template, count, None if folder is None else file_path("folder", folder), progress)
 
@@ -92,7 +92,6 @@ def laid_out(template: LayoutTemplate, workers: int, folder: Path | None, progre
         layouts.remember(known)
         progress.phase("searching layouts")
         found = searched(layouts, progress.status)
-        records = [*known, *layouts.records]
     asked = template.section.finalists
 
     def tell(done: int, total: int) -> None:
@@ -100,7 +99,7 @@ def laid_out(template: LayoutTemplate, workers: int, folder: Path | None, progre
 
     tell(0, asked)
     planned = planned_finalists(found, plan, tell)
-    return Layouts(template, found, planned, records, time.perf_counter() - began, workers)
+    return Layouts(template, found, planned, layouts.records, time.perf_counter() - began, workers)
 
 
 @contextmanager

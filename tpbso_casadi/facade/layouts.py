@@ -119,7 +119,7 @@ class Layouts:
     def _best_point(self) -> tuple[FloatArray, int]:
         if not self.finalists:
             raise ScenarioError(f"layout: there is none to draw a map around; {self.why}")
-        return self.finalists[0].x, self.finalists[0].mounting
+        return self.finalists[0].values, self.finalists[0].mounting
 
     def show_map(self, drawn: CycleMap, file: str | Path | None = None) -> Any:
         """The figure of a map, in which what stands around is drawn; written where a file is named."""

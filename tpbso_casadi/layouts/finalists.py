@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from problems.base import FloatArray
-from tpbso_casadi.layouts.evaluation import INFEASIBLE
-from tpbso_casadi.layouts.search import LayoutSearch
+from tpbso_casadi.layouts.search import LayoutSearch, Record
 from tpbso_casadi.layouts.template import LayoutTemplate
 from tpbso_casadi.planning import PlannedMotion
 from tpbso_casadi.scenario import Scenario, ScenarioError
@@ -25,7 +24,6 @@ class Finalist:
 
     Attributes:
         scenario: of the layout, with its frames.
-        x: the searched point, (d,).
         mounting: its number among the template's.
         values: of the free numbers, (d,), m and rad.
         least: what the search counted with, s.
@@ -34,7 +32,6 @@ class Finalist:
     """
 
     scenario: Scenario
-    x: FloatArray
     mounting: int
     values: FloatArray
     least: float
@@ -88,27 +85,22 @@ def planned_finalists(
 
 def _planned(found: LayoutSearch, plan: Callable[[Scenario], PlannedMotion]) -> Iterator[Finalist]:
     """The best layouts, planned one after the other."""
-    for cost, mounting, x in found.archive:
-        if cost >= INFEASIBLE:
-            return
-        yield planned_layout(found.template, x, mounting, cost, plan)
+    for record in found.archive:
+        yield planned_layout(found.template, record, plan)
 
 
-def planned_layout(
-    template: LayoutTemplate, x: FloatArray, mounting: int, least: float, plan: Callable[[Scenario], PlannedMotion]
-) -> Finalist:
+def planned_layout(template: LayoutTemplate, record: Record, plan: Callable[[Scenario], PlannedMotion]) -> Finalist:
     """A layout with its plan.
 
     Args:
         template: of the cell.
-        x: a searched point, (d,).
-        mounting: its number among the template's.
-        least: its least cycle, s.
+        record: of the layout.
         plan: plans a scenario.
     """
-    finalist = Finalist(template.placed(x, mounting), x, mounting, template.values(x), least, None)
+    values, mounting = np.array(record.values), record.mounting
+    finalist = Finalist(template.placed(values, mounting), mounting, values, record.evaluation.seconds, None)
     try:
-        return replace(finalist, planned=plan(template.scenario(x, mounting)))
+        return replace(finalist, planned=plan(template.scenario(values, mounting)))
     except ScenarioError as error:
         return replace(finalist, why=str(error)[:LONGEST_WHY])
 

@@ -16,13 +16,14 @@ from typing import Any, TextIO
 import numpy as np
 
 from problems.base import FloatArray
-from solvers import Archive, Budget, Result, SearchBox, Status, StopReason, minimize, solver_of
+from solvers import Budget, Result, Status, StopReason, minimize, solver_of
 from tpbso_casadi.judging.executors import processes
 from tpbso_casadi.layouts.evaluation import Evaluation, LayoutEvaluator
 from tpbso_casadi.layouts.template import LayoutTemplate
 from tpbso_casadi.scenario import LayoutSection, ScenarioError
 
 CHUNKS = 4  # of a population for each worker, as layouts that cannot be take less time
+MOST_APART = 400  # layouts that are kept, more than are ever planned
 NICHE = 0.1  # share of each range in which two layouts are alike
 
 
@@ -86,7 +87,7 @@ class EvaluatedLayouts:
         log: where each evaluation is written, one line each; None for nowhere.
 
     Attributes:
-        records: in the order in which they were evaluated.
+        records: those of an earlier search, and others in the order in which they were evaluated.
     """
 
     evaluator: LayoutEvaluator
@@ -110,6 +111,7 @@ class EvaluatedLayouts:
     def remember(self, records: Sequence[Record]) -> None:
         """Take evaluations of an earlier search, which are not made again."""
         self._known |= {record.key: record.evaluation for record in records}
+        self.records += records
 
     def costs(self, x: FloatArray, mounting: int) -> FloatArray:
         """The costs of searched points (m, d), (m,)."""
@@ -148,13 +150,13 @@ class LayoutSearch:
     Attributes:
         template: of the cell.
         results: of each solver's run, with the number of its mounting.
-        archive: layouts that lie apart, the best first: cost, number of the mounting, searched point.
+        archive: of all layouts that can be, those that lie apart, the best first.
         seconds: that all of it took.
     """
 
     template: LayoutTemplate
     results: list[tuple[int, Result]]
-    archive: list[tuple[float, int, FloatArray]]
+    archive: list[Record]
     seconds: float
 
 
@@ -170,32 +172,34 @@ def searched(layouts: EvaluatedLayouts, callback: Callable[[Status], object] | N
         KeyboardInterrupt: Ctrl-C; what was evaluated is written down.
     """
     template = layouts.evaluator.template
-    section, box, began = template.section, template.box, time.perf_counter()
+    section, began = template.section, time.perf_counter()
     try:
         solver = solver_of(section.solver)
     except (ValueError, TypeError) as error:
         raise ScenarioError(f"layout.{error}") from error
     runs = [(mounting, turn) for turn in range(section.restarts) for mounting in range(len(template.mountings))]
-    results, archive = list[tuple[int, Result]](), list[tuple[float, int, FloatArray]]()
+    results: list[tuple[int, Result]] = []
     budget = Budget(section.evaluations, seconds=section.time_limit)
     for mounting, turn in runs:
-        kept = Archive(box)
         cost = partial(layouts.costs, mounting=mounting)
-        result = minimize(cost, box, solver, budget, section.seed + turn, callback, kept)
+        result = minimize(cost, template.box, solver, budget, section.seed + turn, callback)
         if result.stop_reason is StopReason.INTERRUPTED:
             raise KeyboardInterrupt
         results.append((mounting, result))
-        archive += [(float(cost), mounting, x) for cost, x in zip(kept.cost, kept.x, strict=True)]
-    return LayoutSearch(template, results, _apart(archive, box), time.perf_counter() - began)
+    return LayoutSearch(template, results, _apart(layouts.records, template), time.perf_counter() - began)
 
 
-def _apart(archive: list[tuple[float, int, FloatArray]], box: SearchBox) -> list[tuple[float, int, FloatArray]]:
-    """The best of layouts that lie apart: of two alike the better, the best first."""
-    kept: list[tuple[float, int, FloatArray]] = []
-    for cost, mounting, x in sorted(archive, key=lambda entry: entry[0]):
-        same = (one for _, other, one in kept if other == mounting)
-        if all((np.abs(x - one) >= NICHE * box.span).any() for one in same):
-            kept.append((cost, mounting, x))
+def _apart(records: Sequence[Record], template: LayoutTemplate) -> list[Record]:
+    """The layouts that can be and lie apart: of two alike the better, the best first, as many as may be planned."""
+    kept: list[Record] = []
+    spans = NICHE * np.array([variable.high - variable.low for variable in template.variables])
+    feasible = [record for record in records if np.isfinite(record.evaluation.seconds)]
+    for record in sorted(feasible, key=lambda each: (each.evaluation.seconds, each.key)):
+        same = [np.subtract(record.values, one.values) for one in kept if one.mounting == record.mounting]
+        if all((np.abs(away) >= spans).any() for away in same):
+            kept.append(record)
+        if len(kept) >= MOST_APART:
+            break
     return kept
 
 

@@ -150,15 +150,19 @@ def test_a_search_finds_the_least_and_writes_all_down(stated: Scenario, tmp_path
         log.write(header_of(template) + "\n")
         found = searched(layouts)
     assert len(found.results) == 2
-    cost, mounting, _ = found.archive[0]
-    assert (cost, mounting) == (pytest.approx(5.0, abs=1e-3), 0)
+    best = found.archive[0]
+    assert (best.evaluation.seconds, best.mounting) == (pytest.approx(5.0, abs=1e-3), 0)
     known = read_records(tmp_path / "all.jsonl", template)
     assert [record.line() for record in known] == [record.line() for record in layouts.records]
     with EvaluatedLayouts(Sphere(template)) as again:
         again.remember(known)
         repeated = searched(again)
-    assert not again.records  # nothing is evaluated twice
-    assert repeated.archive[0][0] == cost
+    assert len(again.records) == len(known)  # nothing is evaluated twice
+    assert [each.line() for each in repeated.archive] == [each.line() for each in found.archive]
+    few = template_of(stated, evaluations=5)
+    with EvaluatedLayouts(Sphere(few)) as fewer:
+        fewer.remember(known)
+        assert searched(fewer).archive[0].line() == best.line()  # what was known before counts
 
 
 @pytest.mark.process
@@ -202,7 +206,8 @@ def planner(durations: dict[float, float | None]) -> Callable[[Scenario], Any]:
 
 def test_what_was_planned_counts_and_the_next_is_taken_where_a_plan_is_much_longer(stated: Scenario) -> None:
     template = template_of(stated, free=[{"place": "pedestal", "x": [-0.3, 0.2]}], finalists=2)
-    archive = [(float(n), 0, np.array([x])) for n, x in ((5.0, -0.3), (5.1, -0.2), (5.2, -0.1), (5.3, 0.0), (5.4, 0.1))]
+    least = {-0.3: 5.0, -0.2: 5.1, -0.1: 5.2, 0.0: 5.3, 0.1: 5.4}
+    archive = [Record(0, (x,), Evaluation(seconds)) for x, seconds in least.items()]
     durations = {-0.3: 6.0, -0.2: None, -0.1: 5.21, 0.0: 5.3, 0.1: 5.4}
     told: list[tuple[int, int]] = []
     found = planned_finalists(
