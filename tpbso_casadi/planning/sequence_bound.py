@@ -17,7 +17,7 @@ class SequenceBound:
     """The least time of a sequence: moves in free space, and ways of the tool as fast as joints may go along them.
 
     No plan between the postures that were looked at takes less, but for what it gains where it leaves a way of the tool
-    as far as its accuracy allows: 1 % at most in the cells that were measured. Contacts on the way are not looked at.
+    as far as its accuracy allows: 3 % at most in the cells that were measured. Contacts on the way are not looked at.
 
     Attributes:
         seconds: of all stages with their waits; infinite where there is no way.
