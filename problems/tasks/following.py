@@ -90,7 +90,7 @@ class Following:
         Raises:
             InvalidProblem: a point cannot be reached from the one before, or not so nearly.
         """
-        followed = self.followed(start[None], SETTINGS.first_points)
+        followed = self.followed(start[None])
         if not followed.complete[0]:
             raise self.why_not(followed)
         return self.refined(followed.postures[0], accuracy, angular_accuracy)
@@ -135,7 +135,7 @@ class Following:
             found[number] = theta[0]
         return found
 
-    def followed(self, starts: FloatArray, count: int) -> FollowedPoints:
+    def followed(self, starts: FloatArray, count: int = SETTINGS.first_points) -> FollowedPoints:
         """Postures from several starts on at equal steps along the curve, step by step, all starts at once.
 
         Args:
@@ -180,11 +180,11 @@ class Following:
 
         return near
 
-    def why_not(self, followed: FollowedPoints) -> InvalidProblem:
-        """The reason for which the first of some starts does not lead to the curve's end."""
-        reached = int(followed.points[0])
-        share = reached / (followed.postures.shape[1] - 1)
-        return InvalidProblem("goal", self._why(followed.postures[0, reached], share, bool(followed.jumped[0])))
+    def why_not(self, followed: FollowedPoints, number: int = 0) -> InvalidProblem:
+        """The reason for which a start of that number does not lead to the curve's end."""
+        reached = int(followed.points[number])
+        theta, share = followed.postures[number, reached], reached / (followed.postures.shape[1] - 1)
+        return InvalidProblem("goal", self._why(theta, share, bool(followed.jumped[number])))
 
     def _why(self, theta: FloatArray, share: float, jumped: bool) -> str:
         """A text of what keeps the tool from a point of the curve, if it gets as far as a posture (dof,)."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -58,8 +57,12 @@ class Layouts:
 
     def __repr__(self) -> str:
         best = f"{self.finalists[0].seconds:.6g} s, certified" if self.is_certified else "none is certified"
-        feasible = sum(np.isfinite(record.evaluation.seconds) for record in self.records)
-        return f"<best of {len(self.records)} layouts, of which {feasible} can be: {best}>"
+        return f"<best of {len(self.records)} layouts, of which {self.feasible} can be: {best}>"
+
+    @property
+    def feasible(self) -> int:
+        """How many of the evaluated layouts can be."""
+        return sum(bool(np.isfinite(record.evaluation.seconds)) for record in self.records)
 
     @property
     def is_certified(self) -> bool:
@@ -127,12 +130,8 @@ class Layouts:
 
         x, mounting = self._best_point()
         placed, world = self.template.placed(x, mounting), self.template.scenario(x, mounting)
-        at = [
-            float(value)
-            for variable, value in zip(self.template.variables, self.template.values(x), strict=True)
-            if variable.place == drawn.place and variable.number < 2
-        ]
-        figure = map_figure(drawn, outlines_around(placed, world), (at[0], at[1]))
+        first, second = self.template.across(drawn.place)
+        figure = map_figure(drawn, outlines_around(placed, world), (float(x[first]), float(x[second])))
         if file is not None:
             write_with(file_path("file", file), figure.savefig)
         return figure
@@ -153,14 +152,13 @@ class Layouts:
         place = file_path("folder", folder)
         check_writable(place)
         place.mkdir(parents=True, exist_ok=True)
-        write_text(place / SUMMARY, lambda file: file.write(json.dumps(self._summary(), indent=1) + "\n"))
+        _write(place / SUMMARY, json.dumps(self._summary(), indent=1) + "\n")
         if not (place / EVALUATIONS).exists():
             lines = [header_of(self.template), *(record.line() for record in self.records)]
-            write_text(place / EVALUATIONS, lambda file: file.write("\n".join([*lines, ""])))
+            _write(place / EVALUATIONS, "\n".join([*lines, ""]))
         certified = [finalist for finalist in self.finalists if finalist.is_certified]
         for number, finalist in enumerate(certified, start=1):
-            text = tomli_w.dumps(_without_layout(finalist.scenario))
-            write_text(place / f"layout-{number}.toml", partial(_write, text))
+            _write(place / f"layout-{number}.toml", tomli_w.dumps(_without_layout(finalist.scenario)))
         if certified:
             self.plan.save(place / "best", figures=("png",) if figures else ())
         if figures:
@@ -182,12 +180,11 @@ class Layouts:
             }
             for each in self.finalists
         ]
-        feasible = sum(bool(np.isfinite(record.evaluation.seconds)) for record in self.records)
         section = self.template.section
         return {
             "finalists": rows,
             "evaluations": len(self.records),
-            "feasible": feasible,
+            "feasible": self.feasible,
             "solver": section.solver,
             "seed": section.seed,
             "seconds": self.seconds,
@@ -201,8 +198,8 @@ def _without_layout(scenario: Scenario) -> dict[str, Any]:
     return content
 
 
-def _write(text: str, file: IO[str]) -> None:
-    file.write(text)
+def _write(path: Path, text: str) -> None:
+    write_text(path, lambda file: file.write(text))
 
 
 def _without_none(value: Any) -> Any:

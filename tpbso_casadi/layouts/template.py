@@ -18,6 +18,7 @@ from tpbso_casadi.scenario import (
     FrameSection,
     FreeSection,
     LayoutSection,
+    LedStage,
     PoseInFrame,
     Scenario,
     ScenarioError,
@@ -269,7 +270,7 @@ def _place_in_frame(place: Any) -> Any:
 
 def _stage_in_frame(stage: Any) -> Any:
     """A stage whose places are stated in the world, in the world's frame."""
-    if hasattr(stage, "frame"):
+    if isinstance(stage, LedStage):
         return _in_frame(stage)
     keys = [key for key in ("goal", "via") if getattr(stage, key, None) is not None]
     return stage.replaced(**{key: _place_in_frame(getattr(stage, key)) for key in keys}) if keys else stage

@@ -106,9 +106,13 @@ class SequenceGraph:
     def cell(self, layer: int, chain: Sequence[FloatArray]) -> Cell:
         """The cell before a stage that moves, after postures at the stops before."""
         first = self.moving[layer]
-        postures = [chain[sum(m < number for m in self.moving)] for number in range(first + 1)]
+        postures = [chain[self._stop_before(number)] for number in range(first + 1)]
         _, cell = next(islice(walked(self.scenario, postures, self._first), first, None))
         return cell
+
+    def _stop_before(self, number: int) -> int:
+        """The number of the stop at which a stage begins, whether it moves or not."""
+        return sum(moving < number for moving in self.moving)
 
     def robot(self, layer: int) -> Robot:
         """The robot of a stage that moves, with the limits that the stage has."""
@@ -163,8 +167,8 @@ class SequenceGraph:
 
     def _cells_along(self, stops: Sequence[SequenceStop]) -> Iterator[Cell]:
         """The cells before stages that move, after the first posture of each stop, which may be found meanwhile."""
-        stage_stops = (stops[sum(m < number for m in self.moving)].postures[0] for number in range(len(self.stages)))
-        for stage, cell in walked(self.scenario, stage_stops, self._first):
+        postures = (stops[self._stop_before(number)].postures[0] for number in range(len(self.stages)))
+        for stage, cell in walked(self.scenario, postures, self._first):
             if stage.moves:
                 yield cell
 
@@ -192,9 +196,10 @@ class SequenceGraph:
         stage, before = self.stage(layer), stops[-1]
         if isinstance(stage, LedStage):
             return self._led(layer, stage, cell, before)
-        task, scene = cell.statement(stage, before.postures[0]).task, cell.scene(stage)
-        assert isinstance(task, PointToPointTask)
-        move = task.move(scene.robot, scene.obstacles)
+        statement = cell.statement(stage, before.postures[0])
+        scene = statement.built()
+        assert isinstance(statement.task, PointToPointTask)
+        move = statement.task.move(scene.robot, scene.obstacles)
         if self.task.cyclic and layer == len(self.moving) - 1:
             if not all(any(goal.is_at(scene.robot, theta) for goal in move.goals) for theta in stops[0].postures):
                 raise InvalidProblem("goal", "is not where the sequence begins, as that of a cycle has to be")

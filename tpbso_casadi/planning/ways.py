@@ -27,7 +27,6 @@ MOST_WAYS = 3  # of the tool that is free to turn, from each posture
 FRAME_TURNS = (0.0, -0.4, 0.4, -1.2, 1.2)  # rad or m, by which a frame that moves is led on; 0 for the shortest way
 MOST_ENDS = 6  # of a way of the tool, toward which the joints are led
 FREEDOMS = {2: 2, 3: 6}  # of joints, by the robot's dimensions, with which a way of the tool leaves no choice
-POINTS = 9  # of a way at which its joints are looked at before it is chosen
 
 
 @dataclass(eq=False)
@@ -210,9 +209,9 @@ def _found_from(stage: LedStage, robot: Robot, postures: FloatArray, around: Sur
         return _led_ways(stage, robot, postures)
     found: list[FoundWays] = []
     for posture in postures:
-        way = stage.tool_path(robot, posture)
-        assert way is not None
         try:
+            way = stage.tool_path(robot, posture)
+            assert way is not None
             found.append([ToolWay.along(path) for path in _free_ways(way, robot, posture, stage, around)])
         except InvalidProblem as error:
             found.append(error)
@@ -230,14 +229,13 @@ def _led_ways(stage: LedStage, robot: Robot, postures: FloatArray) -> list[Found
             continue
         assert way is not None
         following = Following(way, robot)
-        followed = following.followed(postures[own], POINTS)
-        for number, points in zip(own[followed.complete].tolist(), followed.postures[followed.complete], strict=True):
-            found[number] = [ToolWay.followed(following, points, stage)]
-        missed = own[~followed.complete]
-        if missed.size:
-            toward = _led_toward(way, robot, postures[missed], stage)
-            for number, ways in zip(missed.tolist(), toward, strict=True):
-                found[number] = ways
+        followed = following.followed(postures[own])
+        for place, number in enumerate(own.tolist()):
+            if followed.complete[place]:
+                found[number] = [ToolWay.followed(following, followed.postures[place], stage)]
+            else:
+                toward = _led_toward(way, robot, postures[number], stage)
+                found[number] = toward or following.why_not(followed, place)
     return found
 
 
@@ -254,19 +252,14 @@ def _of_one_frame(robot: Robot, postures: FloatArray) -> list[NDArray[np.intp]]:
     return found
 
 
-def _led_toward(way: ToolPath, robot: Robot, postures: FloatArray, stage: LedStage) -> list[FoundWays]:
-    """The way of the tool from each of some postures (n, dof) toward one of those at its end, if that is a choice."""
-    found: list[FoundWays] = []
-    for posture in postures:
-        ends = _ends_of(way, robot, posture)
-        following = Following(way, robot, ends if len(ends) else None)
-        followed = following.followed(np.tile(posture, (max(1, len(ends)), 1)), POINTS)
-        (complete,) = np.nonzero(followed.complete)
-        if not complete.size:
-            found.append(following.why_not(followed))
-            continue
-        found.append([ToolWay.followed(following, followed.postures[complete[0]], stage)])
-    return found
+def _led_toward(way: ToolPath, robot: Robot, posture: FloatArray, stage: LedStage) -> list[ToolWay]:
+    """The way of the tool from a posture (dof,) toward the nearest end that it leads to; none without a choice."""
+    ends = _ends_of(way, robot, posture)
+    if not len(ends):
+        return []
+    following = Following(way, robot, ends)
+    followed = following.followed(np.tile(posture, (len(ends), 1)))
+    return [ToolWay.followed(following, points, stage) for points in followed.postures[followed.complete][:1]]
 
 
 def _free_ways(

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
 
-import numpy as np
-
 from problems.evaluation import processors
 from tpbso_casadi.cli.command import Exit, OneLineParser, command_parser, print_error, run_command
 from tpbso_casadi.cli.options import (
@@ -122,6 +120,5 @@ def print_layouts(found: Layouts, folder: Path, console: OutputConsole) -> None:
     for row in found.table:
         table.add_row(*row)
     console.print_table("layouts", table)
-    feasible = sum(bool(np.isfinite(record.evaluation.seconds)) for record in found.records)
-    console.say(f"best of {len(found.records)} layouts, of which {feasible} can be; {found.seconds:.1f} s")
+    console.say(f"best of {len(found.records)} layouts, of which {found.feasible} can be; {found.seconds:.1f} s")
     console.say(f"written to {folder}")
